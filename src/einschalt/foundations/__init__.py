@@ -1,0 +1,1 @@
+"""Floor 0: errors, units, tables and linear algebra; knows no photogrammetry."""

@@ -1,0 +1,272 @@
+"""Long tables as segments per model: coded once, sorted once, summed without loops.
+
+Names of models and points are text. They are dictionary-encoded once (pyarrow), and
+from there on only the integer codes travel. Rows that belong to one model form a
+*segment*; ``start`` holds the first row of each segment and, at its end, the number
+of rows, so that segment k owns rows ``start[k]:start[k + 1]``.
+"""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numba
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+
+ROWS_WORTH_A_THREAD = 50_000
+
+
+@dataclass(frozen=True, eq=False)
+class Coded:
+    """A column of names as integer codes.
+
+    Attributes
+    ----------
+    codes : ndarray of int64, shape (n_rows,)
+        Position of each row's name in ``names``.
+    names : ndarray of object, shape (n_names,)
+        The distinct names in order of first appearance.
+    """
+
+    codes: np.ndarray
+    names: np.ndarray
+
+    def __len__(self):
+        """Return the number of distinct names."""
+        return len(self.names)
+
+    def locate(self, other_names):
+        """Code of each name of another table, -1 where it does not occur here.
+
+        Parameters
+        ----------
+        other_names : ndarray of object, shape (n,)
+            Of the same sort as ``names``: text, or pairs of texts.
+
+        Returns
+        -------
+        ndarray of int64, shape (n,)
+        """
+        if any(len(n) and isinstance(n[0], tuple) for n in (self.names, other_names)):
+            return pd.Index(self.names).get_indexer(other_names)
+        known = pa.array(self.names, type=pa.string())
+        found = pc.index_in(pa.array(other_names, type=pa.string()), value_set=known)
+        return found.fill_null(-1).to_numpy(zero_copy_only=False).astype(np.int64)
+
+
+def encode(names) -> Coded:
+    """Dictionary-encode a column of names.
+
+    Parameters
+    ----------
+    names : Series or array of str, shape (n_rows,)
+
+    Returns
+    -------
+    Coded
+
+    Examples
+    --------
+    >>> coded = encode(["7/8", "0012", "7/8"])
+    >>> coded.codes.tolist(), coded.names.tolist()
+    ([0, 1, 0], ['7/8', '0012'])
+    """
+    array = pa.array(names, type=pa.string(), from_pandas=True)
+    if isinstance(array, pa.ChunkedArray):
+        array = array.combine_chunks()
+    coded = array.dictionary_encode()
+    return Coded(
+        coded.indices.to_numpy(zero_copy_only=False).astype(np.int64),
+        coded.dictionary.to_numpy(zero_copy_only=False).astype(object),
+    )
+
+
+def encode_pairs(first, second) -> Coded:
+    """Code the distinct pairs of two columns, ``names`` holding tuples.
+
+    Models are told apart by coverage and model_id together, since the two coverages
+    of a flight may count their models alike.
+
+    Parameters
+    ----------
+    first, second : Series or array of str, shape (n_rows,)
+
+    Returns
+    -------
+    Coded
+    """
+    one, two = encode(first), encode(second)
+    pairs = pa.array(one.codes * len(two) + two.codes).dictionary_encode()
+    kept = pairs.dictionary.to_numpy()
+    names = np.empty(len(kept), dtype=object)
+    names[:] = list(
+        zip(one.names[kept // len(two)], two.names[kept % len(two)], strict=True)
+    )
+    return Coded(pairs.indices.to_numpy().astype(np.int64), names)
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Rows sorted by group.
+
+    Attributes
+    ----------
+    order : ndarray of int64, shape (n_rows,)
+        Row numbers sorted by group, in their old order within a group.
+    start : ndarray of int64, shape (n_groups + 1,)
+        Where each group begins in the sorted order.
+    """
+
+    order: np.ndarray
+    start: np.ndarray
+
+    @property
+    def count(self):
+        """Number of rows of each group, ndarray of int64, shape (n_groups,)."""
+        return np.diff(self.start)
+
+    @property
+    def group(self):
+        """Group of each sorted row, ndarray of int64, shape (n_rows,)."""
+        return np.repeat(np.arange(len(self.start) - 1), self.count)
+
+
+def segments(codes, n_groups) -> Segments:
+    """Sort rows by their group code, by counting.
+
+    Parameters
+    ----------
+    codes : ndarray of int, shape (n_rows,)
+        Group of each row, 0 to ``n_groups - 1``.
+    n_groups : int
+
+    Returns
+    -------
+    Segments
+        Groups without rows have an empty segment.
+
+    Examples
+    --------
+    >>> parts = segments(np.array([1, 0, 1]), 3)
+    >>> parts.order.tolist(), parts.start.tolist()
+    ([1, 0, 2], [0, 1, 3, 3])
+    """
+    codes = np.ascontiguousarray(codes, dtype=np.int64)
+    start = np.zeros(n_groups + 1, dtype=np.int64)
+    np.cumsum(np.bincount(codes, minlength=n_groups), out=start[1:])
+    return Segments(_counting_sort(codes, start), start)
+
+
+@numba.njit(cache=True, nogil=True)
+def _counting_sort(codes, start):
+    order = np.empty(codes.size, dtype=np.int64)
+    place = start[:-1].copy()
+    for row in range(codes.size):
+        code = codes[row]
+        order[place[code]] = row
+        place[code] += 1
+    return order
+
+
+def segment_sum(values, start):
+    """Sum of each segment; 0 where a segment is empty.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_rows, ...)
+        Sorted by segment.
+    start : ndarray of int, shape (n_segments + 1,)
+
+    Returns
+    -------
+    ndarray, shape (n_segments, ...)
+
+    Notes
+    -----
+    ``np.add.reduceat`` gives the value at the start, not 0, for an empty segment, and
+    fails for a start beyond the last row; both are taken care of.
+    """
+    values = np.asarray(values)
+    total = np.zeros((len(start) - 1, *values.shape[1:]), dtype=values.dtype)
+    filled = np.diff(start) > 0
+    if filled.any():
+        total[filled] = np.add.reduceat(values, start[:-1][filled], axis=0)
+    return total
+
+
+def segment_min_max(values, start):
+    """Smallest and largest value of each segment; NaN where a segment is empty.
+
+    Parameters
+    ----------
+    values : ndarray of float, shape (n_rows, ...)
+        Sorted by segment.
+    start : ndarray of int, shape (n_segments + 1,)
+
+    Returns
+    -------
+    tuple of two ndarrays, shape (n_segments, ...)
+    """
+    values = np.asarray(values, dtype=float)
+    smallest = np.full((len(start) - 1, *values.shape[1:]), np.nan)
+    largest = smallest.copy()
+    filled = np.diff(start) > 0
+    if filled.any():
+        first = start[:-1][filled]
+        smallest[filled] = np.minimum.reduceat(values, first, axis=0)
+        largest[filled] = np.maximum.reduceat(values, first, axis=0)
+    return smallest, largest
+
+
+def n_cores():
+    """Count the processor cores that this process may use.
+
+    Returns
+    -------
+    int
+    """
+    if hasattr(os, "sched_getaffinity"):  # a scheduler may have left us only some
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def over_segments(kernel, start, *arrays):
+    """Run a compiled kernel over all segments, on all cores where it pays.
+
+    The kernel is called as ``kernel(first, last, start, *arrays)`` for ranges of
+    segments and writes its results into the arrays. It must release the GIL
+    (``nogil=True``). Each segment is computed whole by one thread, so the result does
+    not depend on their number.
+
+    Parameters
+    ----------
+    kernel : callable
+    start : ndarray of int, shape (n_segments + 1,)
+    *arrays : ndarray
+
+    Notes
+    -----
+    Threads instead of numba's own parallel loops: those abort the process when it
+    forks afterwards, or when two Python threads call them at once.
+    """
+    n_segments = len(start) - 1
+    n_rows = int(start[-1]) if n_segments else 0
+    n_workers = n_cores()
+    if n_rows < ROWS_WORTH_A_THREAD or n_workers == 1:
+        kernel(0, n_segments, start, *arrays)
+        return
+    # four ranges per worker even out models of different size
+    edges = np.searchsorted(start, np.linspace(0, n_rows, 4 * n_workers + 1))
+    edges[0], edges[-1] = 0, n_segments
+    with ThreadPoolExecutor(n_workers) as pool:
+        runs = [
+            pool.submit(kernel, first, last, start, *arrays)
+            for first, last in pairwise(edges.tolist())
+            if last > first
+        ]
+        for run in runs:
+            run.result()

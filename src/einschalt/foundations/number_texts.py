@@ -1,0 +1,85 @@
+"""What is wrong with a text that should be a number, and how it should be written."""
+
+import re
+
+import numpy as np
+
+MEND = "Give a value or delete the row"
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
+
+
+def say_number(value, unit, *, is_positive=False):
+    """Say why a value of a table is no usable number.
+
+    Parameters
+    ----------
+    value : object
+        As it was read.
+    unit : str
+        What the number measures, in the plural.
+    is_positive : bool, optional
+        Whether only values above zero are allowed.
+
+    Returns
+    -------
+    found, expected, remedy : str
+
+    Examples
+    --------
+    >>> say_number("1.234,5", "metres")
+    ("'1.234,5' has separators of thousands", 'metres', 'Write 1234.5')
+    """
+    expected = f"{'positive ' if is_positive else ''}{unit}"
+    text = "" if value is None else str(value).strip().replace("<NA>", "")
+    if not isinstance(value, str) and text in ("nan", "NaT"):  # how pandas leaves out
+        text = ""
+    found, remedy = _fault(text)
+    return found, expected, remedy
+
+
+def _fault(text):
+    if text == "":
+        return "is missing", MEND
+    if text.lower() == "nan":
+        return f"{text!r} is missing", MEND
+    if text.lower().lstrip("+-") in ("inf", "infinity"):
+        return f"{text!r} is infinite", MEND
+    if is_number(text):
+        is_finite = np.isfinite(float(text))
+        return f"{text!r} is {'not positive' if is_finite else 'too large'}", MEND
+    return _separators(text) or (f"{text!r} is not a number", MEND)
+
+
+def is_number(text):
+    """Whether a text is a number as the tables write it, with a decimal point.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    bool
+    """
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return "_" not in text  # 1_000 is a number to Python alone
+
+
+def _separators(text):
+    """Tell a decimal comma and separators of thousands from other text."""
+    point = text.replace(",", ".", 1)
+    grouped = THOUSANDS.match(text)
+    rest = text[grouped.end() :] if grouped else ""
+    if grouped and not rest and grouped.group(2) == "," and not grouped.group(3):
+        plain = text.replace(",", "")
+        mend = f"Write {point}, or {plain} where the comma parts thousands"
+        return f"{text!r} has a comma", mend
+    if text.count(",") == 1 and is_number(point):
+        return f"{text!r} has a decimal comma", f"Write {point}"
+    if grouped and re.fullmatch(r"([.,]\d*)?", rest):
+        plain = grouped.group().replace(grouped.group(2), "") + rest.replace(",", ".")
+        return f"{text!r} has separators of thousands", f"Write {plain}"
+    return None

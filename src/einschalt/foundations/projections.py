@@ -1,0 +1,116 @@
+"""Coordinate reference systems, at the edge (pyproj).
+
+Ground coordinates are easting, northing everywhere, whatever the axis order of the
+authority: Austrian systems list the northing first.
+"""
+
+import numpy as np
+import pyproj
+
+from einschalt.foundations.errors import ProjectionError
+
+MARGIN = 0.1  # of the area's width: surveys reach a little over the border
+
+
+def read_crs(text):
+    """Understand the name of a projected coordinate reference system.
+
+    Parameters
+    ----------
+    text : str
+        ``EPSG:31255``, a PROJ string or WKT.
+
+    Returns
+    -------
+    pyproj.CRS
+
+    Raises
+    ------
+    ProjectionError
+        It is unknown, or it is not a plane system in metres.
+    """
+    try:
+        crs = pyproj.CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError as error:
+        raise ProjectionError(
+            f"crs = {text!r} is unknown",
+            expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
+            remedy="Look the code up, or leave crs out for a local system",
+        ) from error
+    is_plane = not crs.is_geographic and not crs.is_geocentric
+    units = {axis.unit_name for axis in crs.axis_info[:2]}
+    if not is_plane or (units and units != {"metre"}):
+        raise ProjectionError(
+            f"crs = {text!r} ({crs.name}) has axes in {', '.join(sorted(units))}",
+            expected="a plane system in metres",
+            remedy="Name the projected system of the coordinates",
+        )
+    return crs
+
+
+def reproject(easting, northing, source_crs, target_crs):
+    """Bring plane coordinates from one system into another.
+
+    Parameters
+    ----------
+    easting, northing : ndarray, shape (n_points,)
+        Coordinates in the source system [m].
+    source_crs, target_crs : str or pyproj.CRS
+
+    Returns
+    -------
+    easting, northing : ndarray, shape (n_points,)
+        Coordinates in the target system [m].
+    accuracy : float
+        Accuracy that PROJ states for the operation [m], NaN where it states none.
+
+    Raises
+    ------
+    ProjectionError
+        The best known operation needs a grid that is not installed, or a point has
+        no image in the target system.
+    """
+    source, target = read_crs(source_crs), read_crs(target_crs)
+    try:
+        transformer = pyproj.Transformer.from_crs(
+            source, target, always_xy=True, only_best=True
+        )
+        east, north = transformer.transform(easting, northing, errcheck=True)
+    except pyproj.exceptions.ProjError as error:
+        raise ProjectionError(
+            f"{source.name} cannot be brought into {target.name}: {error}",
+            remedy="Install the grid that PROJ names, or give the coordinates in the "
+            "system of the block",
+        ) from error
+    accuracy = transformer.accuracy
+    return (
+        np.asarray(east),
+        np.asarray(north),
+        accuracy if accuracy is not None and accuracy >= 0 else np.nan,
+    )
+
+
+def extent_of(crs):
+    """Area of use of a plane system, in its own coordinates, with a margin.
+
+    Parameters
+    ----------
+    crs : str or pyproj.CRS
+
+    Returns
+    -------
+    tuple of float or None
+        Smallest easting, smallest northing, largest easting, largest northing [m];
+        None where the system states no area of use.
+    """
+    crs = read_crs(crs)
+    area = crs.area_of_use
+    if area is None:
+        return None
+    transformer = pyproj.Transformer.from_crs("OGC:CRS84", crs, always_xy=True)
+    bounds = transformer.transform_bounds(area.west, area.south, area.east, area.north)
+    if not np.all(np.isfinite(bounds)):
+        return None
+    west, south, east, north = bounds
+    wide, high = MARGIN * (east - west), MARGIN * (north - south)
+    return west - wide, south - high, east + wide, north + high

@@ -1,0 +1,436 @@
+"""Column schemas of all input tables, and the checks that every table passes.
+
+A check never stops at the first fault: it returns a :class:`CheckedTable` with the
+table as far as it could be understood, every problem, and notes on what was ignored.
+"""
+
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from numbers import Number
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from einschalt.foundations.errors import EinschaltError, TableError, name_some
+from einschalt.foundations.number_texts import say_number
+
+MOST_LISTED = 100  # faults of one column said one by one; the others are counted
+LARGEST_CODE = 2**62
+LINE = "line"  # name of an index that holds lines of a text file, header = line 1
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: its name, what it holds, and what is allowed.
+
+    ``kind`` is ``id`` (text), ``number`` or ``choice``; ``unit`` is said in messages.
+    """
+
+    name: str
+    kind: str = "number"
+    unit: str = ""
+    is_required: bool = True
+    is_positive: bool = False
+    may_be_missing: bool = False
+    choices: tuple[str, ...] = ()
+    default: object = None
+
+
+@dataclass(frozen=True)
+class Schema:
+    """The columns of a table and the key, if any, that no two rows may share."""
+
+    name: str
+    columns: tuple[Column, ...]
+    key: tuple[str, ...]
+
+    @property
+    def names(self):
+        """Names of all columns, in order."""
+        return [column.name for column in self.columns]
+
+    @property
+    def number_names(self):
+        """Names of the columns that hold numbers."""
+        return [c.name for c in self.columns if c.kind == "number"]
+
+    @property
+    def id_names(self):
+        """Names of the columns that hold text."""
+        return [c.name for c in self.columns if c.kind in ("id", "choice")]
+
+    def without(self, *names):
+        """Return the same schema in which some columns need not be given."""
+        columns = tuple(
+            c if c.name not in names else Column(**{**vars(c), "is_required": False})
+            for c in self.columns
+        )
+        return Schema(self.name, columns, tuple(k for k in self.key if k not in names))
+
+
+POINT_ID = Column("point_id", "id")
+MODEL_ID = Column("model_id", "id")
+COVERAGE = Column("coverage", "id", is_required=False, default="1")
+# parallaxes and bases that name no coverage hold for the model of that name in any
+COVERAGE_IF_GIVEN = Column("coverage", "id", is_required=False)
+ROLES = ("control", "check")
+
+
+def _number(name, unit, **flags):
+    return Column(name, "number", unit, **flags)
+
+
+CONTROL_POINTS = Schema(
+    "control_points",
+    (
+        POINT_ID,
+        _number("easting", "metres"),
+        _number("northing", "metres"),
+        _number("height", "metres", is_required=False, may_be_missing=True),
+        _number("standard_error_m", "metres", is_required=False, is_positive=True),
+        Column("role", "choice", is_required=False, choices=ROLES, default="control"),
+    ),
+    key=("point_id",),
+)
+APPROXIMATE_POINTS = Schema(
+    "approximate_points",
+    CONTROL_POINTS.columns[:5],
+    key=("point_id",),
+)
+MODEL_POINTS = Schema(
+    "model_points",
+    (
+        COVERAGE,
+        MODEL_ID,
+        POINT_ID,
+        _number("x", "millimetres"),
+        _number("y", "millimetres"),
+        _number("z", "millimetres", is_required=False),
+        _number("n_settings", "a count", is_required=False, is_positive=True),
+        _number("weight", "a weight", is_required=False, is_positive=True),
+    ),
+    key=("coverage", "model_id", "point_id"),
+)
+Y_PARALLAXES = Schema(
+    "y_parallaxes",
+    (
+        COVERAGE_IF_GIVEN,
+        MODEL_ID,
+        POINT_ID,
+        _number("x", "millimetres"),
+        _number("y", "millimetres"),
+        _number("z", "millimetres"),
+        _number("y_parallax", "millimetres"),
+    ),
+    key=("coverage", "model_id", "point_id"),
+)
+MODEL_BASES = Schema(
+    "models",
+    (
+        COVERAGE_IF_GIVEN,
+        MODEL_ID,
+        _number("base", "millimetres", is_positive=True),
+        Column("left_image", "id", is_required=False),
+        Column("right_image", "id", is_required=False),
+    ),
+    key=("coverage", "model_id"),
+)
+IMAGE_POINTS = Schema(
+    "image_points",
+    (
+        Column("image_id", "id"),
+        POINT_ID,
+        _number("x", "millimetres"),
+        _number("y", "millimetres"),
+    ),
+    key=("image_id", "point_id"),
+)
+IMAGE_MODELS = Schema(
+    "models",
+    (
+        COVERAGE,
+        MODEL_ID,
+        Column("left_image", "id"),
+        Column("right_image", "id"),
+    ),
+    key=("coverage", "model_id"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedTable:
+    """A table after its check.
+
+    Attributes
+    ----------
+    frame : DataFrame
+        The columns of the schema, ids as text, numbers as float; usable only where
+        ``problems`` is empty.
+    problems : tuple of EinschaltError
+    notes : tuple of str
+        What was ignored or filled in.
+    """
+
+    frame: pd.DataFrame
+    problems: tuple[EinschaltError, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+
+def check_table(frame, schema, *, source=None) -> CheckedTable:
+    """Check a table against its schema.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Values as they were read: numbers or the text that stands in the file. Its
+        index is said as the row: the line of the file, where it comes from one.
+    schema : Schema
+    source : str, optional
+        File name, or the name of an argument, said in messages.
+
+    Returns
+    -------
+    CheckedTable
+        Of each column at most 100 faults come one by one; a last problem counts the
+        others in ``stands_for``.
+    """
+    source = source or schema.name
+    frame = frame.rename(columns=str)
+    problems = _check_columns(frame, schema, source)
+    if frame.empty:
+        return CheckedTable(frame, tuple(problems) or (_empty(source),))
+    names = list(frame.columns)
+    ignored = [name for name in names if name not in schema.names]
+    notes = [f"{source}: ignored column {name_some(ignored)}"] if ignored else []
+    columns = {}
+    for column in schema.columns:
+        if names.count(column.name) == 1:
+            values, faults = _check_values(frame, column, source)
+            columns[column.name] = values
+            problems += faults
+        elif column.name not in names and column.default is not None:
+            columns[column.name] = np.full(len(frame), column.default, dtype=object)
+    checked = pd.DataFrame(columns, index=frame.index)
+    # a coverage that need not be given, and is not, is no part of the key
+    optional = {column.name for column in schema.columns if not column.is_required}
+    key = [name for name in schema.key if name in columns or name not in optional]
+    if key and all(name in columns for name in key):
+        problems += _check_key(checked, key, source)
+    return CheckedTable(checked, tuple(problems), tuple(notes))
+
+
+def _empty(source):
+    return TableError(
+        "the table has no rows",
+        expected="at least one",
+        remedy="Fill it, or take its key out of block.toml",
+        file=source,
+    )
+
+
+def _check_columns(frame, schema, source):
+    names = list(frame.columns)
+    missing = [c.name for c in schema.columns if c.is_required and c.name not in names]
+    header = 1 if frame.index.name == LINE else None
+    problems = [_missing_column(n, names, schema, source, header) for n in missing]
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    problems += [
+        TableError(
+            f"column '{name}' stands twice",
+            expected="each column once",
+            remedy="Delete or rename one of them",
+            file=source,
+            row=header,
+        )
+        for name in doubled
+    ]
+    return problems
+
+
+def _missing_column(name, names, schema, source, header):
+    spare = {n.casefold(): n for n in reversed(names) if n not in schema.names}
+    near = get_close_matches(name, spare, n=1)
+    mend = f"Rename '{spare[near[0]]}' to '{name}'" if near else f"Add it as '{name}'"
+    return TableError(
+        f"column '{name}' is missing, found {name_some(names, 8) or 'none'}",
+        expected=", ".join(c.name for c in schema.columns if c.is_required),
+        remedy=mend,
+        file=source,
+        row=header,
+    )
+
+
+def _check_values(frame, column, source):
+    raw = frame[column.name]
+    if column.kind == "number":
+        values, is_bad, say = _numbers(raw, column)
+    elif column.kind == "choice":
+        values, is_bad, say = _choices(raw, column)
+    else:
+        values, is_bad, say = _identifiers(raw)
+
+    def problem(place):
+        found, expected, remedy = say(raw.iloc[place])
+        facts = {"expected": expected, "remedy": remedy, "file": source}
+        facts |= whereabouts(frame, place)
+        return TableError(f"{column.name} {found}", **facts)
+
+    places = np.flatnonzero(is_bad)
+    return values, listed(places, problem, f"{column.name} is wrong", source)
+
+
+def listed(places, problem, rest, source):
+    """Make the problems of the first rows; one more counts the others.
+
+    Parameters
+    ----------
+    places : ndarray of int
+        Positions of the faulty rows.
+    problem : callable
+        Gives the problem of a position.
+    rest : str
+        What is said of the rows beyond the first hundred.
+    source : str
+        File name.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    problems = [problem(place) for place in places[:MOST_LISTED]]
+    n_more = len(places) - MOST_LISTED
+    if n_more > 0:
+        text = f"{rest} in {n_more} more rows"
+        problems.append(TableError(text, file=source, stands_for=n_more))
+    return problems
+
+
+def whereabouts(frame, place):
+    """Row, point and model of a position, as facts of an error.
+
+    Parameters
+    ----------
+    frame : DataFrame
+    place : int
+        Position in the frame, not its index.
+
+    Returns
+    -------
+    dict
+    """
+    label = frame.index[place]
+    return {
+        "row": label if isinstance(label, (int, np.integer)) else None,
+        "point": _cell(frame, "point_id", place),
+        "model": _cell(frame, "model_id", place),
+    }
+
+
+def _cell(frame, name, place):
+    if list(frame.columns).count(name) != 1:
+        return None
+    value = frame[name].iloc[place]
+    return None if pd.isna(value) else _whole_text(value).strip() or None
+
+
+def _numbers(raw, column):
+    values = _to_float(raw)
+    is_bad = ~np.isfinite(values)
+    if column.may_be_missing and is_bad.any():
+        is_bad &= ~(raw.isna() | (raw.astype(str).str.strip() == "")).to_numpy()
+    if column.is_positive:
+        is_bad |= values <= 0.0
+
+    def say(value):
+        return say_number(value, column.unit, is_positive=column.is_positive)
+
+    return values, is_bad, say
+
+
+def _to_float(raw):
+    is_measure = pd.api.types.is_numeric_dtype(raw)
+    if pd.api.types.is_bool_dtype(raw) or not (is_measure or _is_textual(raw)):
+        return np.full(len(raw), np.nan)  # pandas would count True as 1, dates as ns
+    if raw.dtype == object:
+        raw = raw.mask(raw.map(lambda value: isinstance(value, bool)))
+    return pd.to_numeric(raw, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+
+
+def _is_textual(raw):
+    return raw.dtype == object or pd.api.types.is_string_dtype(raw)
+
+
+def _choices(raw, column):
+    text = raw.astype("object").where(raw.notna(), column.default)
+    text = text.astype(str).str.strip()
+    text = text.where(text != "", column.default)
+    is_bad = ~text.isin(column.choices).to_numpy()
+    expected = " or ".join(column.choices)
+
+    def say(value):
+        near = get_close_matches(str(value).strip().casefold(), column.choices, n=1)
+        mend = f"Write {near[0]}" if near else f"Write one of {expected}"
+        return f"{str(value)!r} is unknown", expected, mend
+
+    return text.to_numpy(dtype=object), is_bad, say
+
+
+def _identifiers(raw):
+    is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
+    text = raw if is_text else raw.astype(object).map(_whole_text, na_action="ignore")
+    text = text.fillna("").astype(str).str.strip()
+    is_bad = (text == "").to_numpy(dtype=bool)
+
+    def say(_value):
+        return "is missing", "a name", "Give the name or delete the row"
+
+    return text, is_bad, say
+
+
+def _whole_text(value):
+    is_measure = isinstance(value, Number) and not isinstance(value, (bool, complex))
+    is_whole = is_measure and np.isfinite(value) and value == int(value)
+    return str(int(value)) if is_whole else str(value)
+
+
+def _check_key(frame, key, source):
+    codes = _key_codes([frame[name] for name in key])
+    is_given = (frame[key] != "").all(axis=1).to_numpy(dtype=bool)
+    is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy() & is_given
+    places = np.flatnonzero(is_doubled)
+    if not len(places):
+        return []
+    firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
+    first_of = dict(zip(codes[firsts], firsts, strict=True))
+
+    def problem(place):
+        return TableError(
+            f"the row repeats row {frame.index[first_of[codes[place]]]}",
+            expected=f"each {' + '.join(key)} once",
+            remedy="Delete one of the two, or rename it",
+            file=source,
+            **whereabouts(frame, place),
+        )
+
+    return listed(places, problem, "earlier rows are repeated", source)
+
+
+def _key_codes(columns):
+    """Code each distinct row of text columns by one integer."""
+    codes = np.zeros(len(columns[0]), dtype=np.int64)
+    for column in columns:
+        array = pa.array(column, type=pa.large_string(), from_pandas=True)
+        if isinstance(array, pa.ChunkedArray):
+            array = array.combine_chunks()
+        part = array.dictionary_encode()
+        if codes.max(initial=0) > LARGEST_CODE // max(len(part.dictionary), 1):
+            codes = pd.factorize(codes)[0].astype(np.int64)
+        codes *= len(part.dictionary)
+        codes += part.indices.to_numpy(zero_copy_only=False)
+    return codes
+
+
+def with_coverage(frame):
+    """Return the table with a column ``coverage``, "1" where it had none."""
+    return frame if "coverage" in frame.columns else frame.assign(coverage="1")

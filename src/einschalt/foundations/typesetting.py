@@ -1,0 +1,363 @@
+"""Numbers, lengths, names and tables as text: every printed number passes here.
+
+What to use when: :func:`length` for one length in a sentence, :func:`lengths` for a
+column, :func:`round_by_error` where a value stands beside its error, :func:`count`
+for "3 models", :func:`table` for aligned columns, :func:`wrapped` for prose.
+"""
+
+import math
+import textwrap
+import unicodedata
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from einschalt.foundations.units import METRES_PER_UNIT
+
+MISSING = "–"
+WIDTH = 88
+NUMBER_WORDS = (
+    *("no", "one", "two", "three", "four", "five", "six"),
+    *("seven", "eight", "nine", "ten", "eleven", "twelve"),
+)
+# smallest length that is said in the unit
+SMALLEST_IN_UNIT = (("km", 1e4), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-4), ("um", 0.0))
+UNIT_TEXT = {"um": "µm"}
+METRES_PER = {**METRES_PER_UNIT, "km": 1e3}
+
+
+class Rounded(NamedTuple):
+    """A value and its error with the same number of decimals, as text."""
+
+    value: str
+    error: str
+
+
+def decimals_for(number, significant=2):
+    """Decimals with which a number shows so many significant digits.
+
+    Negative where digits before the point must be rounded away.
+
+    Examples
+    --------
+    >>> decimals_for(0.0996), decimals_for(12.3), decimals_for(1234.0)
+    (2, 0, -2)
+    """
+    if not math.isfinite(number) or number == 0.0:
+        return 0
+    # the exponent after rounding: 0.0996 becomes 0.10, which has its digits elsewhere
+    exponent = int(f"{abs(number):.{significant - 1}e}".split("e")[1])
+    return significant - 1 - exponent
+
+
+def fixed(number, decimals):
+    """Write a number with fixed decimals; a dash where there is none.
+
+    Examples
+    --------
+    >>> fixed(3.14159, 2), fixed(1234.0, -2), fixed(float("nan"), 1), fixed(-0.01, 1)
+    ('3.14', '1200', '–', '0.0')
+    """
+    if number is None or not math.isfinite(number):
+        return MISSING
+    rounded = round(float(number), decimals) + 0.0  # + 0.0 turns -0.0 into 0.0
+    return f"{rounded:.{max(decimals, 0)}f}"
+
+
+def number(value, significant=2):
+    """Write a number with so many significant digits.
+
+    Examples
+    --------
+    >>> number(1.469), number(0.0034), number(152.0)
+    ('1.5', '0.0034', '150')
+    """
+    if value is None or not math.isfinite(value):
+        return MISSING
+    return fixed(value, decimals_for(value, significant))
+
+
+def round_by_error(value, error):
+    """Round a value by its error: two digits of the error, as many decimals in both.
+
+    After the Particle Data Group, whose third step (one digit where the error starts
+    with 355 to 949) is left out: in a column the errors then keep equal digits.
+
+    Parameters
+    ----------
+    value, error : float
+        In the same unit.
+
+    Returns
+    -------
+    Rounded
+        Texts ``value`` and ``error``. Without a usable error the value keeps six
+        significant digits.
+
+    Examples
+    --------
+    >>> round_by_error(5326127.48213, 0.0371)
+    Rounded(value='5326127.482', error='0.037')
+    >>> round_by_error(12.3456, 0.0996)
+    Rounded(value='12.35', error='0.10')
+    """
+    if error is None or not math.isfinite(error) or error <= 0.0:
+        return Rounded(number(value, 6), MISSING)
+    decimals = decimals_for(error)
+    return Rounded(fixed(value, decimals), fixed(error, decimals))
+
+
+def length(metres):
+    """Write a length with two significant digits, in the unit that suits it.
+
+    Examples
+    --------
+    >>> length(0.0371), length(0.0042), length(1.43), length(float("nan"))
+    ('3.7 cm', '4.2 mm', '1.4 m', '–')
+    """
+    if metres is None or not math.isfinite(metres):
+        return MISSING
+    if metres == 0.0:
+        return "0"
+    # the unit of the rounded length: 9.96 mm is written 1.0 cm
+    unit = _unit_for(float(f"{metres:.1e}"))
+    return f"{number(metres / METRES_PER[unit])} {UNIT_TEXT.get(unit, unit)}"
+
+
+def _unit_for(metres):
+    return next(unit for unit, least in SMALLEST_IN_UNIT if abs(metres) >= least)
+
+
+class LengthColumn(NamedTuple):
+    """Lengths as text in one unit, which stands in the head of their column."""
+
+    unit: str
+    texts: list[str]
+
+
+def length_column(metres: Sequence[float]) -> LengthColumn:
+    """Write the lengths of a column in one unit with equal decimals.
+
+    The unit suits the largest. In metres the smallest keeps two significant digits as
+    far as millimetres go; in smaller units three quarters of the lengths do, of few
+    lengths all, with at most two decimals.
+
+    Examples
+    --------
+    >>> length_column([0.052, 0.0043, float("nan"), 0.37])
+    LengthColumn(unit='cm', texts=['5.20', '0.43', '–', '37.00'])
+    """
+    values = np.asarray(metres, dtype=float)
+    sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    unit = _unit_for(float(f"{sizes.max():.1e}")) if sizes.size else "cm"
+    decimals = 0
+    if sizes.size:
+        part, most = (0.0, 3) if unit == "m" else (0.25, 2)
+        small = np.quantile(sizes, part, method="lower") / METRES_PER[unit]
+        decimals = min(max(decimals_for(small), 0), most)
+    texts = [fixed(value / METRES_PER[unit], decimals) for value in values]
+    return LengthColumn(UNIT_TEXT.get(unit, unit), texts)
+
+
+def lengths(metres: Sequence[float]) -> list[str]:
+    """Write the lengths of a column, each with the unit.
+
+    Examples
+    --------
+    >>> lengths([0.052, 0.0043, float("nan")])
+    ['5.20 cm', '0.43 cm', '–']
+    """
+    unit, texts = length_column(metres)
+    return [text if text == MISSING else f"{text} {unit}" for text in texts]
+
+
+def seconds(duration):
+    """Write a duration.
+
+    Examples
+    --------
+    >>> seconds(0.432), seconds(75.0)
+    ('0.43 s', '1 min 15 s')
+    """
+    if duration < 59.5:
+        return f"{number(duration)} s"
+    minutes, rest = divmod(round(duration), 60)
+    return f"{minutes} min {rest} s"
+
+
+def scale(scale_number):
+    """Write an image scale.
+
+    Examples
+    --------
+    >>> scale(8000.0)
+    '1:8000'
+    """
+    return f"1:{scale_number:.0f}"
+
+
+def factor(value):
+    """Write a ratio as it stands in a sentence.
+
+    Examples
+    --------
+    >>> factor(1.469)
+    '1.5 times'
+    """
+    return f"{number(value)} times"
+
+
+def count(amount, noun, plural=None):
+    """Write a number of things.
+
+    Examples
+    --------
+    >>> count(1, "point"), count(1061, "point"), count(2, "axis", "axes")
+    ('1 point', '1061 points', '2 axes')
+    """
+    return f"{amount:d} {noun if amount == 1 else plural or noun + 's'}"
+
+
+def number_word(amount):
+    """Write a small number as a word, others in digits.
+
+    Examples
+    --------
+    >>> number_word(2), number_word(35)
+    ('two', '35')
+    """
+    return NUMBER_WORDS[amount] if 0 <= amount < len(NUMBER_WORDS) else f"{amount:d}"
+
+
+def printable(text):
+    r"""Replace what would break a line or steer a terminal, so that it can be seen.
+
+    Examples
+    --------
+    >>> print(printable("two\nlines"))
+    two\nlines
+    """
+    return "".join(char if char.isprintable() else _code(char) for char in str(text))
+
+
+def _code(char):
+    return char.encode("unicode_escape").decode("ascii")
+
+
+def shortened(text, width=40):
+    """Shorten a long name in its middle, since names differ at their ends.
+
+    Examples
+    --------
+    >>> shortened("Hauptdreieckspunkt_0001", 12)
+    'Hauptd…_0001'
+    """
+    text = printable(text)
+    if len(text) <= width:
+        return text
+    tail = (width - 1) // 2
+    return f"{text[: width - 1 - tail]}…{text[len(text) - tail :]}"
+
+
+def names(ids: Iterable[str], most: int = 5) -> str:
+    """Write a list of names, shortened to the first few.
+
+    Examples
+    --------
+    >>> names(["7/8", "8/9", "9/10"], most=2)
+    '7/8, 8/9 and 1 more'
+    >>> names(["7/8", "8/9"])
+    '7/8, 8/9'
+    """
+    ids = list(ids)
+    shown = ", ".join(shortened(name) for name in ids[:most])
+    rest = len(ids) - most
+    return f"{shown} and {rest} more" if rest > 0 else shown
+
+
+def display_width(text):
+    """Columns that a text takes on a terminal; wide East Asian characters take two."""
+    return sum(
+        0
+        if unicodedata.combining(char)
+        else 2
+        if unicodedata.east_asian_width(char) in "WF"
+        else 1
+        for char in text
+    )
+
+
+def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> str:
+    """Align columns of text.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of str
+        All of one length.
+    header : sequence of str, optional
+    align : str, optional
+        One letter per column, ``l`` or ``r``; the default is left for the first
+        column and right for the others.
+    indent : int, optional
+        Spaces before each line.
+
+    Returns
+    -------
+    str
+        Lines without trailing blanks; empty where there are no rows.
+
+    Raises
+    ------
+    ValueError
+        Rows differ in length (a fault of the program, not of its user).
+
+    Examples
+    --------
+    >>> print(table([["high", "1:15000"], ["low", "1:8000"]], header=["", "scale"]))
+              scale
+      high  1:15000
+      low    1:8000
+    """
+    lines = [list(header), *map(list, rows)] if header else [list(row) for row in rows]
+    if not lines:
+        return ""
+    align = align or "l" + "r" * (len(lines[0]) - 1)
+    widths = [max(map(display_width, column)) for column in zip(*lines, strict=True)]
+    return "\n".join(
+        " " * indent
+        + "  ".join(
+            _padded(cell, width, side)
+            for cell, width, side in zip(line, widths, align, strict=True)
+        ).rstrip()
+        for line in lines
+    )
+
+
+def _padded(cell, width, side):
+    blank = " " * (width - display_width(cell))
+    return cell + blank if side == "l" else blank + cell
+
+
+def wrapped(text, *, first="", indent="", width=WIDTH):
+    """Wrap prose to lines; words, so names and paths, are never broken.
+
+    Parameters
+    ----------
+    text : str
+    first, indent : str, optional
+        What the first line and the other lines start with.
+    width : int, optional
+
+    Returns
+    -------
+    str
+    """
+    return textwrap.fill(
+        text,
+        width,
+        initial_indent=first,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
