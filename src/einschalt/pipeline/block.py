@@ -1,0 +1,169 @@
+"""A block: the checked tables of one survey, with the facts of its flights.
+
+Construction checks everything and raises at once what stops the computation
+(:func:`check_block` lists it without raising). A model that cannot be used does not
+stop a block: it is found here as well (``model_problems``), and becomes a row of
+``failures`` when the block is computed.
+"""
+
+from dataclasses import dataclass, field, fields
+
+import pandas as pd
+
+from einschalt.foundations.errors import raise_problems
+from einschalt.pipeline.block_check import Findings, check_block
+from einschalt.pipeline.block_facts import FLIGHTS, TRANSFORMATIONS
+from einschalt.pipeline.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """One flight: its measurements and what is known of them.
+
+    Exactly one of ``model_points`` (machine coordinates) and ``image_points`` (image
+    coordinates, with ``models`` and ``principal_distance_mm``) is given.
+
+    Attributes
+    ----------
+    model_points : DataFrame, optional
+        coverage, model_id, point_id, x, y [, z] [, n_settings], in ``model_unit``.
+    scale_number : float
+        Denominator of the image scale.
+    m_g_um : float
+        TOTAL error of a measured point in the image plane [µm].
+    transformation : {"affine", "helmert", "rigid", "helmert_3d"}
+    model_unit : {"mm", "cm", "m", "um"}
+        Unit of x, y, z in ``model_points`` and of ``y_parallaxes``.
+    y_parallaxes : DataFrame, optional
+        model_id, point_id, x, y, z, y_parallax, in ``model_unit``.
+    base : DataFrame or float, optional
+        With ``y_parallaxes``: coverage, model_id, base; or one base for all models.
+    image_points : DataFrame, optional
+        image_id, point_id, x, y [mm], principal-point system, y up.
+    models : DataFrame, optional
+        With ``image_points``: coverage, model_id, left_image, right_image.
+    principal_distance_mm : float, optional
+    """
+
+    model_points: pd.DataFrame | None = None
+    scale_number: float = field(kw_only=True)
+    m_g_um: float = field(kw_only=True)
+    transformation: str = field(default="affine", kw_only=True)
+    model_unit: str = field(default="mm", kw_only=True)
+    y_parallaxes: pd.DataFrame | None = field(default=None, kw_only=True)
+    base: pd.DataFrame | float | None = field(default=None, kw_only=True)
+    image_points: pd.DataFrame | None = field(default=None, kw_only=True)
+    models: pd.DataFrame | None = field(default=None, kw_only=True)
+    principal_distance_mm: float | None = field(default=None, kw_only=True)
+
+    @property
+    def has_images(self):
+        """Whether the flight comes from image coordinates."""
+        return self.image_points is not None
+
+    @property
+    def is_oriented_numerically(self):
+        """Whether stage 2 has anything to do for this flight."""
+        return self.has_images or self.y_parallaxes is not None
+
+    def model_table(self):
+        """Which point lies in which model: coverage, model_id, point_id."""
+        if not self.has_images:
+            return self.model_points[["coverage", "model_id", "point_id"]]
+        left = self.models.merge(
+            self.image_points, left_on="left_image", right_on="image_id"
+        )
+        both = left.merge(
+            self.image_points,
+            left_on=["right_image", "point_id"],
+            right_on=["image_id", "point_id"],
+        )
+        return both[["coverage", "model_id", "point_id"]]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Block:
+    """The checked tables of one survey.
+
+    Attributes
+    ----------
+    control_points : DataFrame
+        point_id, easting, northing [, height, standard_error_m, role].
+    high_flight, low_flight : Flight
+        ``high_flight`` is None where ``approximate_points`` are given.
+    approximate_points : DataFrame, optional
+        point_id, easting, northing [, height], wherever they come from.
+    approximate_m_0_m : float, optional
+        Their TOTAL standard error [m].
+    crs : str, optional
+        Of all ground coordinates, and of the results.
+    name : str
+    settings : Settings
+    sources : dict of str to str
+        File name of each table, said in messages.
+    checksums : dict of str to str
+        SHA-256 of each file that was read, by its name.
+    notes : tuple of str
+        What was ignored, filled in or reprojected while reading.
+    may_be_unmeasured : bool
+        Whether control or approximate points that lie in no model are passed over
+        instead of being taken for misspelt.
+
+    Raises
+    ------
+    EinschaltError
+        What stops the computation; several faults come together in a BlockError.
+    """
+
+    low_flight: Flight
+    control_points: pd.DataFrame | None = None
+    high_flight: Flight | None = None
+    approximate_points: pd.DataFrame | None = None
+    approximate_m_0_m: float | None = None
+    crs: str | None = None
+    name: str = "block"
+    settings: Settings = field(default_factory=Settings)
+    sources: dict = field(default_factory=dict)
+    checksums: dict = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    may_be_unmeasured: bool = False
+
+    def __post_init__(self):
+        """Check all tables, and keep them as checked."""
+        found = check_block(self)
+        raise_problems(found.problems)
+        for name, value in found.tables.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "notes", (*self.notes, *found.notes))
+        object.__setattr__(self, "_model_problems", found.model_problems)
+
+    @property
+    def model_problems(self):
+        """Models that cannot be used, as errors that were not raised."""
+        return self._model_problems
+
+    @property
+    def flights(self):
+        """The flights that the block has, by name."""
+        named = {name: getattr(self, name) for name in FLIGHTS}
+        return {name: flight for name, flight in named.items() if flight is not None}
+
+    def source(self, table):
+        """File name of a table, or its own name where it has no file."""
+        return self.sources.get(table, table)
+
+
+def plain_fields(block):
+    """Fields of a block or flight as a dict, without copying the tables."""
+    return {f.name: getattr(block, f.name) for f in fields(block)}
+
+
+__all__ = [
+    "FLIGHTS",
+    "TRANSFORMATIONS",
+    "Block",
+    "Findings",
+    "Flight",
+    "check_block",
+    "plain_fields",
+]

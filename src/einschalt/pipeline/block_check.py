@@ -1,0 +1,387 @@
+"""What is wrong with a block: facts, each table alone, and how the tables fit.
+
+Nothing stops at the first fault. Tables are compared only where each of them is right,
+so that one misspelt column does not bring a hundred lost points with it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import (
+    ConsistencyError,
+    EinschaltError,
+    ProjectionError,
+    TableError,
+)
+from einschalt.foundations.projections import extent_of
+from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.pipeline.block_facts import FLIGHTS, check_facts
+
+LARGEST_MODEL_MM = 5000.0
+SMALLEST_MODEL_MM = 2.0
+USUAL_MODEL_MM = (20.0, 2000.0)
+LARGEST_STANDARD_ERROR_M = 10.0
+MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
+UNIT_WORDS = {"mm": "millimetres", "um": "micrometres", "m": "metres"}
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What the check of a block found.
+
+    Attributes
+    ----------
+    tables : dict
+        Fields of the block, as checked.
+    problems : tuple of EinschaltError
+        What stops the computation.
+    model_problems : tuple of EinschaltError
+        Models that will be rows of ``failures``.
+    notes : tuple of str
+    """
+
+    tables: dict
+    problems: tuple[EinschaltError, ...]
+    model_problems: tuple[EinschaltError, ...]
+    notes: tuple[str, ...]
+
+
+def check_block(block, said=frozenset()) -> Findings:
+    """Check facts, tables, and how the tables fit each other.
+
+    Parameters
+    ----------
+    block : object
+        With the attributes of a :class:`~einschalt.pipeline.block.Block`.
+    said : set of (str, str), optional
+        Section and key of facts that are known to be wrong or missing.
+
+    Returns
+    -------
+    Findings
+    """
+    check = _Check(block)
+    check.problems += check_facts(block, said)
+    check.tables_alone()
+    check.axes()
+    check.units()
+    check.images()
+    check.points_in_models()
+    check.models_on_points()
+    return Findings(
+        check.checked, tuple(check.problems), tuple(check.models), tuple(check.notes)
+    )
+
+
+def axis_problems(frame, crs, source):
+    """Points whose easting and northing are exchanged, told by the area of use.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        point_id, easting, northing, as checked.
+    crs : str or None
+        System of the coordinates.
+    source : str
+        File name, said in messages.
+
+    Returns
+    -------
+    problems : list of EinschaltError
+    notes : list of str
+        How many points lie outside either way.
+    """
+    try:
+        extent = extent_of(crs) if crs else None
+    except ProjectionError:  # said by check_facts
+        extent = None
+    if extent is None:
+        return [], []
+    east, north = frame["easting"].to_numpy(), frame["northing"].to_numpy()
+    is_outside = ~_inside(east, north, extent)
+    is_swapped = is_outside & _inside(north, east, extent)
+
+    def problem(place):
+        return ConsistencyError(
+            f"easting {east[place]:.3f}, northing {north[place]:.3f} lies outside the "
+            f"area of {crs}, and inside with the two exchanged",
+            expected="easting, northing in this order",
+            remedy="Exchange the two columns",
+            file=source,
+            **tables.whereabouts(frame, place),
+        )
+
+    rest = "easting and northing are exchanged"
+    problems = tables.listed(np.flatnonzero(is_swapped), problem, rest, source)
+    n_far = int((is_outside & ~is_swapped).sum())
+    far = f"{n_far} of {len(frame)} points lie outside the area of use of {crs}"
+    return problems, [f"{source}: {far}"] if n_far else []
+
+
+def _inside(easting, northing, extent):
+    west, south, east, north = extent
+    return (
+        (easting >= west)
+        & (easting <= east)
+        & (northing >= south)
+        & (northing <= north)
+    )
+
+
+def _unit_remedy(widest, has_unit):
+    """Guess in which unit the widest model was given."""
+    smallest, largest = USUAL_MODEL_MM
+    for unit, words in UNIT_WORDS.items():
+        if smallest <= widest * MM_PER_UNIT[unit] <= largest:
+            mend = f"Set model_unit = '{unit}'" if has_unit else "Give millimetres"
+            return f"Did you give {words}? {mend}"
+    return "Convert the coordinates to millimetres"
+
+
+class _Check:
+    """Collects what is wrong with the tables; each method looks at one kind."""
+
+    def __init__(self, block):
+        self.block = block
+        self.checked = {}
+        self.problems = []
+        self.models = []
+        self.notes = []
+        self.is_sound = {}
+        self.points_of_models = {}
+
+    def _file(self, table):
+        return self.block.sources.get(table, table)
+
+    def _sound(self, *names):
+        return all(self.is_sound.get(name, False) for name in names)
+
+    def tables_alone(self):
+        """Columns and values of each table by itself."""
+        self._table("control_points", tables.CONTROL_POINTS)
+        self._table("approximate_points", tables.APPROXIMATE_POINTS)
+        self._standard_errors()
+        for name in FLIGHTS:
+            flight = getattr(self.block, name)
+            if flight is not None:
+                self.checked[name] = self._flight_tables(name, flight)
+
+    def _table(self, name, schema):
+        frame = getattr(self.block, name)
+        if frame is not None:
+            self.checked[name] = self._one(frame, schema, name)
+
+    def _one(self, frame, schema, table):
+        checked = tables.check_table(frame, schema, source=self._file(table))
+        self.problems += checked.problems
+        self.notes += checked.notes
+        self.is_sound[table] = not checked.problems
+        return checked.frame
+
+    def _standard_errors(self):
+        control = self.checked.get("control_points")
+        if not self._sound("control_points") or "standard_error_m" not in control:
+            return
+        values = control["standard_error_m"].to_numpy()
+
+        def problem(place):
+            return TableError(
+                f"standard_error_m {values[place]:g}",
+                expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
+                remedy="Did you give millimetres?",
+                file=self._file("control_points"),
+                **tables.whereabouts(control, place),
+            )
+
+        places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
+        file = self._file("control_points")
+        self.problems += tables.listed(places, problem, "standard_error_m", file)
+
+    def _flight_tables(self, name, flight):
+        parts = {
+            "model_points": self._model_points_schema(flight),
+            "y_parallaxes": tables.Y_PARALLAXES,
+            "image_points": tables.IMAGE_POINTS,
+            "models": tables.IMAGE_MODELS,
+        }
+        if isinstance(flight.base, pd.DataFrame):
+            parts["base"] = tables.MODEL_BASES
+        given = {
+            key: self._one(getattr(flight, key), schema, f"{name}.{key}")
+            for key, schema in parts.items()
+            if getattr(flight, key) is not None
+        }
+        return replace(flight, **given)
+
+    @staticmethod
+    def _model_points_schema(flight):
+        if flight.transformation != "helmert_3d":
+            return tables.MODEL_POINTS
+        columns = tuple(
+            replace(c, is_required=True) if c.name == "z" else c
+            for c in tables.MODEL_POINTS.columns
+        )
+        return replace(tables.MODEL_POINTS, columns=columns)
+
+    def axes(self):
+        """Easting and northing exchanged."""
+        for name in ("control_points", "approximate_points"):
+            if self._sound(name):
+                frame, file = self.checked[name], self._file(name)
+                problems, notes = axis_problems(frame, self.block.crs, file)
+                self.problems += problems
+                self.notes += notes
+
+    def units(self):
+        """Coordinates that cannot have the unit that is named."""
+        for name in FLIGHTS:
+            flight = self.checked.get(name)
+            if flight is None:
+                continue
+            unit = flight.model_unit
+            if self._sound(f"{name}.model_points") and unit in METRES_PER_UNIT:
+                frame = flight.model_points
+                self._extent(f"{name}.model_points", frame, "model_id", unit)
+            if self._sound(f"{name}.image_points"):
+                frame = flight.image_points
+                self._extent(f"{name}.image_points", frame, "image_id", "mm")
+
+    def _extent(self, table, frame, key, unit):
+        keys = [name for name in ("coverage", key) if name in frame]
+        groups = frame.groupby(keys, sort=False)[["x", "y"]]
+        spread = (groups.transform("max") - groups.transform("min")).max(axis=1)
+        # single points have no extent, so the flight is judged by its largest model
+        place = int(spread.to_numpy().argmax())
+        widest = spread.iloc[place]
+        extent = widest * MM_PER_UNIT[unit]
+        if SMALLEST_MODEL_MM <= extent <= LARGEST_MODEL_MM or not extent > 0:
+            return
+        facts = tables.whereabouts(frame, place)
+        self.problems.append(
+            ConsistencyError(
+                f"the widest {key.removesuffix('_id')} extends over {extent:.6g} mm",
+                expected=f"{SMALLEST_MODEL_MM:g} to {LARGEST_MODEL_MM:g} mm",
+                remedy=_unit_remedy(widest, key == "model_id"),
+                file=self._file(table),
+                row=facts["row"],
+                model=facts["model"],
+            )
+        )
+
+    def images(self):
+        """Models whose images were not measured."""
+        for name in FLIGHTS:
+            if self._sound(f"{name}.models", f"{name}.image_points"):
+                for side in ("left_image", "right_image"):
+                    self._absent_images(name, side)
+
+    def _absent_images(self, name, side):
+        flight = self.checked[name]
+        measured = flight.image_points["image_id"].unique()
+
+        def problem(place):
+            return ConsistencyError(
+                f"{side} '{flight.models[side].iloc[place]}' has no image points",
+                expected=f"an image_id of {self._file(f'{name}.image_points')}",
+                remedy="Correct the name, or delete the model",
+                file=self._file(f"{name}.models"),
+                **tables.whereabouts(flight.models, place),
+            )
+
+        places = np.flatnonzero(~flight.models[side].isin(measured))
+        file = self._file(f"{name}.models")
+        self.problems += tables.listed(places, problem, f"{side} is unknown", file)
+
+    def points_in_models(self):
+        """Ground points that no model holds: most often a misspelt name."""
+        ground, flight_name = self._ground_and_flight()
+        if ground is None or self.block.may_be_unmeasured:
+            return
+        frame = self.checked[ground]
+        is_lost = ~frame["point_id"].isin(self._measured(flight_name))
+        if ground == "control_points" and self._has_models("low_flight"):
+            in_low = frame["point_id"].isin(self._measured("low_flight"))
+            is_lost &= ~((frame["role"] == "check") & in_low)
+
+        def problem(place):
+            return ConsistencyError(
+                f"no model of the {flight_name.replace('_', ' ')} holds the point",
+                expected="every point in at least one model",
+                remedy="Correct its name, take the row out, or set "
+                f"may_be_unmeasured = true in [{ground}]",
+                file=self._file(ground),
+                **tables.whereabouts(frame, place),
+            )
+
+        rest = f"no model of the {flight_name.replace('_', ' ')} holds the points"
+        places = np.flatnonzero(is_lost)
+        self.problems += tables.listed(places, problem, rest, self._file(ground))
+
+    def _measured(self, flight_name):
+        return self._model_table(flight_name)["point_id"].unique()
+
+    def _ground_and_flight(self):
+        if self._sound("approximate_points") and self._has_models("low_flight"):
+            return "approximate_points", "low_flight"
+        if self._sound("control_points") and self._has_models("high_flight"):
+            return "control_points", "high_flight"
+        return None, None
+
+    def _has_models(self, name):
+        flight = self.checked.get(name)
+        if flight is None:
+            return False
+        if flight.has_images:
+            return self._sound(f"{name}.image_points", f"{name}.models")
+        return self._sound(f"{name}.model_points")
+
+    def _model_table(self, name):
+        if name not in self.points_of_models:
+            self.points_of_models[name] = self.checked[name].model_table()
+        return self.points_of_models[name]
+
+    def models_on_points(self):
+        """Models that hold no point with ground coordinates."""
+        ground, flight_name = self._ground_and_flight()
+        if ground is None:
+            return
+        frame = self.checked[ground]
+        known = frame["point_id"]
+        if ground == "control_points":
+            known = known[frame["role"] == "control"]
+        self._models_without(flight_name, known, ground)
+        if flight_name == "high_flight" and self._has_models("low_flight"):
+            self._models_without(
+                "low_flight", self._measured("high_flight"), "the high flight"
+            )
+
+    def _models_without(self, flight_name, known, ground):
+        table = self._model_table(flight_name)
+        key = ["coverage", "model_id"]
+        has_ground = table["point_id"].isin(known)
+        has_any = has_ground.groupby([table[k] for k in key], sort=False)
+        is_first = ~table.duplicated(key).to_numpy()
+        is_lost = is_first & ~has_any.transform("any").to_numpy()
+        part = "models" if self.checked[flight_name].has_images else "model_points"
+        file = self._file(f"{flight_name}.{part}")
+
+        def problem(place):
+            facts = tables.whereabouts(table, place)
+            return ConsistencyError(
+                f"none of its points has coordinates from {ground.replace('_', ' ')}",
+                expected="common points",
+                remedy="Correct the names of its points, or delete the model",
+                file=file,
+                row=facts["row"] if part == "model_points" else None,
+                model=facts["model"],
+            )
+
+        places = np.flatnonzero(is_lost)
+        if is_lost.sum() < is_first.sum():
+            self.models += [problem(place) for place in places]
+        else:
+            rest = "no model has coordinates"
+            self.problems += tables.listed(places, problem, rest, file)

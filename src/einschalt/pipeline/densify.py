@@ -1,0 +1,299 @@
+"""From a block to densified coordinates: the five stages in order."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+
+from einschalt.pipeline.block import Block
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.summary import summarize
+from einschalt.stages.results import FAILURE_COLUMNS, Result
+from einschalt.stages.stage1_approximate_coordinates import (
+    approximate_coordinates,
+    require_usable,
+)
+from einschalt.stages.stage2_relative_orientation import (
+    ORIENTATION_COLUMNS,
+    relative_orientation,
+)
+from einschalt.stages.stage3_model_transformation import STAGE, transform_models
+from einschalt.stages.stage4_error_budget import error_budget
+from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+
+FLIGHT_LAST = "low_flight"
+
+
+@dataclass(frozen=True)
+class BlockFigures:
+    """The figures of a block, metres and TOTAL unless said otherwise; NaN: not known.
+
+    Attributes
+    ----------
+    m_0_high, m_0_low : float
+        Standard error of unit weight of all models of a flight together.
+    approximation_internal : float
+        Approximate coordinates (mean of the coverages), from the differences of the
+        coverages of the high flight.
+    single_paper, mean_paper : float
+        Root mean square of Kovarik's M over the values that were averaged, and over
+        the new points.
+    single_internal, mean_internal : float
+        From the differences of the coverages of the low flight.
+    control_rms, check_rms : float
+        Densified less given coordinates.
+    n_points, n_new, n_control, n_check, n_models_high, n_models_low, n_failed : int
+    """
+
+    m_0_high: float
+    m_0_low: float
+    approximation_internal: float
+    single_paper: float
+    mean_paper: float
+    single_internal: float
+    mean_internal: float
+    control_rms: float
+    check_rms: float
+    n_points: int
+    n_new: int
+    n_control: int
+    n_check: int
+    n_models_high: int
+    n_models_low: int
+    n_failed: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DensificationResult(Result):
+    """Densified coordinates of a block, with everything that led to them.
+
+    Attributes
+    ----------
+    block : Block
+        The input as it was checked.
+    settings : Settings
+    points : DataFrame
+        point_id, easting, northing [, height], standard_error_paper,
+        standard_error_internal, n_models, n_coverages, spread_total, role (new,
+        control, check), difference_easting, difference_northing [,
+        difference_height] (densified less given, control and check points only) [m].
+    models : DataFrame
+        flight, coverage, model_id, transformation, n_points, redundancy, m_0, s_0,
+        is_usable, reason, then the parameters.
+    residuals : DataFrame
+        flight, coverage, model_id, point_id, residual_easting, residual_northing
+        [, residual_height] (transformed less given) [m], leverage, redundancy_number.
+    orientations : DataFrame
+        flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],
+        is_converged, then the elements; no rows where nothing was oriented.
+    failures : DataFrame
+        flight, coverage, model_id, stage, reason, remedy.
+    single_values : DataFrame
+        Every low-flight model's value of every point: coverage, model_id, point_id,
+        easting, northing [, height], m_t, position_u, position_v,
+        standard_error_paper.
+    approximations : DataFrame
+        point_id, easting, northing [, height], n_models, n_coverages, spread_total.
+    figures : BlockFigures
+    seconds : float
+        Time of the computation.
+    """
+
+    block: Block
+    settings: Settings
+    points: pd.DataFrame
+    models: pd.DataFrame
+    residuals: pd.DataFrame
+    orientations: pd.DataFrame
+    failures: pd.DataFrame
+    single_values: pd.DataFrame
+    approximations: pd.DataFrame
+    figures: BlockFigures
+    seconds: float
+
+    def summary(self):
+        """Return verdict, problems and suggestions, then numbers."""
+        return summarize(self)
+
+
+def densify(block, settings=None, *, progress=None):
+    """Compute the coordinates of a block's points in the two-step way of 1971.
+
+    Approximate coordinates from the high flight (or given ones), relative orientation
+    where it is to be computed, every low-flight model onto all its points, error
+    budget, mean of the coverages. Check points enter no adjustment.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings, optional
+        The block's own where left out.
+    progress : callable, optional
+        Called with the title of each stage and the fraction that is done.
+
+    Returns
+    -------
+    DensificationResult
+        A model that fails is a row of ``failures`` and does not stop the rest.
+
+    Raises
+    ------
+    GeometryError
+        Not one model of a flight could be used.
+    """
+    started = perf_counter()
+    settings = settings or block.settings
+    said = progress or _silent
+    said("relative orientation", 0.0)
+    flights = {name: relative_orientation(f) for name, f in block.flights.items()}
+    said("approximate coordinates", 0.3)
+    high = _high_flight(block, flights, settings)
+    approximations = block.approximate_points if high is None else high.points
+    said("model transformation", 0.5)
+    low = _low_flight(block, flights[FLIGHT_LAST].model_points, approximations)
+    said("error budget", 0.8)
+    values = _single_values(block.low_flight, low, flights[FLIGHT_LAST].model_points)
+    said("double coverage", 0.9)
+    means = average_coverages(
+        values,
+        coverage_mean=settings.coverage_mean,
+        weighting=settings.weighting,
+    )
+    points = _with_roles(means.points, block.control_points)
+    failures = _failures(flights, high, low)
+    said("done", 1.0)
+    return DensificationResult(
+        block=block,
+        settings=settings,
+        points=points,
+        models=_by_flight(high, low, _models_with_parameters),
+        residuals=_by_flight(high, low, lambda fit: fit.residuals),
+        orientations=_orientations(flights),
+        failures=failures,
+        single_values=values,
+        approximations=approximations,
+        figures=_figures(high, low, means, points, failures),
+        seconds=perf_counter() - started,
+    )
+
+
+def _silent(_title, _fraction):
+    """Report no progress."""
+
+
+def _high_flight(block, flights, settings):
+    if block.high_flight is None:
+        return None
+    return approximate_coordinates(
+        flights["high_flight"].model_points,
+        block.control_points,
+        block.high_flight.transformation,
+        coverage_mean=settings.coverage_mean,
+        weighting=settings.weighting,
+    )
+
+
+def _low_flight(block, model_points, approximations):
+    ground = approximations
+    if block.control_points is not None:
+        is_check = block.control_points["role"] == "check"
+        check = block.control_points.loc[is_check, "point_id"]
+        ground = ground[~ground["point_id"].isin(check)]
+    low = transform_models(model_points, ground, block.low_flight.transformation)
+    require_usable(low, "low flight", STAGE)
+    return low
+
+
+def _single_values(flight, low, model_points):
+    values = with_positions(low.values(model_points), model_points)
+    values["standard_error_paper"] = error_budget(
+        flight.m_g_um, flight.scale_number, values["m_t"].to_numpy()
+    )
+    return values[values["easting"].notna()].reset_index(drop=True)
+
+
+def _with_roles(points, control_points):
+    names = [n for n in ("easting", "northing", "height") if n in points]
+    differences = [f"difference_{name}" for name in names]
+    if control_points is None:
+        return points.assign(role="new", **dict.fromkeys(differences, np.nan))
+    given = control_points.set_index("point_id").reindex(points["point_id"])
+    points = points.assign(role=given["role"].fillna("new").to_numpy())
+    for name, difference in zip(names, differences, strict=True):
+        known = given[name].to_numpy() if name in given else np.nan
+        points[difference] = points[name] - known
+    return points
+
+
+def _by_flight(high, low, table_of):
+    parts = [table_of(low).assign(flight=FLIGHT_LAST)]
+    if high is not None:
+        parts.insert(0, table_of(high.transformation).assign(flight="high_flight"))
+    table = pd.concat(parts, ignore_index=True)
+    return table[["flight", *(name for name in table if name != "flight")]]
+
+
+def _models_with_parameters(fit):
+    return pd.concat([fit.models, fit.parameters.reset_index(drop=True)], axis=1)
+
+
+def _orientations(flights):
+    parts = [
+        oriented.orientations.assign(flight=name)
+        for name, oriented in flights.items()
+        if len(oriented.orientations)
+    ]
+    if not parts:
+        return pd.DataFrame(columns=["flight", *ORIENTATION_COLUMNS])
+    table = pd.concat(parts, ignore_index=True)
+    return table[["flight", *(name for name in table if name != "flight")]]
+
+
+def _failures(flights, high, low):
+    parts = [o.failures.assign(flight=name) for name, o in flights.items()]
+    if high is not None:
+        parts.append(high.failures.assign(flight="high_flight"))
+    parts.append(low.failures.assign(flight=FLIGHT_LAST))
+    filled = [part for part in parts if len(part)]
+    columns = ["flight", *FAILURE_COLUMNS]
+    if not filled:
+        return pd.DataFrame(columns=columns)
+    return pd.concat(filled, ignore_index=True)[columns]
+
+
+def _figures(high, low, means, points, failures):
+    new = points[points["role"] == "new"]
+    by_role = points["role"].value_counts()
+    approximation = np.nan
+    if high is not None:
+        by_coverages = np.sqrt(high.points["n_coverages"].to_numpy())
+        approximation = _rms(high.internal_single / by_coverages)
+    return BlockFigures(
+        m_0_high=np.nan if high is None else high.transformation.m_0,
+        m_0_low=low.m_0,
+        approximation_internal=approximation,
+        single_paper=_rms(means.used["standard_error_paper"]),
+        mean_paper=_rms(new["standard_error_paper"]),
+        single_internal=means.internal_single,
+        mean_internal=_rms(new["standard_error_internal"]),
+        control_rms=_total_rms(points[points["role"] == "control"]),
+        check_rms=_total_rms(points[points["role"] == "check"]),
+        n_points=len(points),
+        n_new=int(by_role.get("new", 0)),
+        n_control=int(by_role.get("control", 0)),
+        n_check=int(by_role.get("check", 0)),
+        n_models_high=0 if high is None else len(high.transformation.models),
+        n_models_low=len(low.models),
+        n_failed=len(failures),
+    )
+
+
+def _rms(values):
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
+
+
+def _total_rms(points):
+    return _rms(np.hypot(points["difference_easting"], points["difference_northing"]))

@@ -1,0 +1,142 @@
+"""One frozen Settings: how a block is computed, checked on construction."""
+
+from difflib import get_close_matches
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from einschalt.foundations.errors import BlockError, SettingsError
+from einschalt.foundations.number_texts import is_number, say_number
+
+
+class Settings(BaseModel):
+    """How a block is computed; every field has a default.
+
+    Attributes
+    ----------
+    method : {"pipeline"}
+        The two-step way of Kovarik 1971.
+    coverage_mean : {"all", "most_central"}
+        Which models give a point's coordinates: every model that holds it, or, as in
+        1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
+        the position in the model's extent.
+    weighting : {"plain", "weighted"}
+        Arithmetic mean, or weights 1 / M² with the M of the error budget.
+
+    Raises
+    ------
+    SettingsError
+        A field is unknown or its value is not allowed.
+
+    Examples
+    --------
+    >>> Settings(coverage_mean="most_central").weighting
+    'plain'
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    method: Literal["pipeline"] = "pipeline"
+    coverage_mean: Literal["all", "most_central"] = "all"
+    weighting: Literal["plain", "weighted"] = "plain"
+
+    def __init__(self, **fields):
+        checked(super().__init__, fields, section="settings", names=type(self))
+
+
+def checked(build, fields, *, section, names, file=None):
+    """Build a pydantic model and say what is wrong in the words of the project.
+
+    Parameters
+    ----------
+    build : callable
+        The constructor that validates.
+    fields : dict
+    section : str
+        Section of block.toml, said in messages.
+    names : type
+        The model, for the nearest known name of an unknown key.
+    file : str, optional
+
+    Raises
+    ------
+    SettingsError, BlockError
+        One or several keys are unknown, missing, or have a value that is not allowed.
+    """
+    try:
+        return build(**fields)
+    except ValidationError as error:
+        problems = [
+            setting_problem(fault, section, names, file=file)
+            for fault in error.errors()
+        ]
+    if len(problems) == 1:
+        raise problems[0]
+    raise BlockError(problems)
+
+
+def setting_problem(fault, section, names, *, file=None):
+    """Say in the words of the project what pydantic found.
+
+    Parameters
+    ----------
+    fault : dict
+        One of ``ValidationError.errors()``.
+    section : str
+        Section of block.toml, said in the message.
+    names : type
+        The model: its fields are the known keys, their descriptions are said as what
+        was expected.
+    file : str, optional
+
+    Returns
+    -------
+    SettingsError
+    """
+    key = ".".join(str(part) for part in fault["loc"]) or section
+    where = f"[{section}] {key}"
+    if fault["type"] == "extra_forbidden":
+        near = get_close_matches(key.casefold(), names.model_fields, n=1)
+        return SettingsError(
+            f"{where}: unknown key",
+            expected=", ".join(names.model_fields),
+            remedy=f"Write {near[0]}" if near else "Take it out",
+            file=file,
+        )
+    if fault["type"] == "missing":
+        return SettingsError(
+            f"{where} is missing",
+            remedy=f"Add {key} = … to [{section}]",
+            file=file,
+        )
+    value = fault["input"]
+    said = str(value).lower() if isinstance(value, bool) else repr(value)
+    expected = _expected(fault, names.model_fields.get(key))
+    remedy = _remedy(fault, expected)
+    return SettingsError(
+        f"{where} = {said}", expected=expected, remedy=remedy, file=file
+    )
+
+
+def _expected(fault, known):
+    if known is not None and known.description:
+        return known.description
+    said = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    return f"{said[:1].lower()}{said[1:]}"
+
+
+def _remedy(fault, expected):
+    value = fault["input"]
+    if fault["type"] == "literal_error":
+        allowed = fault["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
+        near = get_close_matches(str(value).casefold(), allowed.split(", "), n=1)
+        return f"Write {near[0]!r}" if near else ""
+    if fault["type"] == "less_than_equal" and "metres" in expected.split():
+        return "Did you give millimetres?"
+    if fault["type"] == "float_type" and isinstance(value, str):
+        comma = say_number(value, "")[2]
+        return "Take the quotes away" if is_number(value) else comma
+    return ""
+
+
+__all__ = ["Field", "Settings", "checked", "setting_problem"]

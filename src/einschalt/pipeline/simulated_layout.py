@@ -1,0 +1,407 @@
+"""Where the points of a simulated block lie, and which model holds which of them.
+
+All positions are easting, northing from the centre of the area. The axes of a flight
+are *along* and *across*: along its strips, and to the left of that.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.errors import SettingsError
+
+TOLERANCE = 1e-6  # metres on the ground: lattice and footprint are sums of decimals
+N_WAVES = 8  # enough for a terrain without a visible direction
+LONGEST_WAVE, SHORTEST_WAVE = 6000.0, 2000.0  # metres
+FIRST_POINT = 1001
+CORNERS_AND_CENTRE = ((-1, 1), (1, 1), (0, 0), (-1, -1), (1, -1))
+THREE_BY_THREE = tuple((east, north) for north in (1, 0, -1) for east in (-1, 0, 1))
+CONTROL_PLACES = {5: CORNERS_AND_CENTRE, 9: THREE_BY_THREE}
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """A smooth terrain: plane waves of equal amplitude above a mean height.
+
+    Attributes
+    ----------
+    mean_height, amplitude : float
+        [m]
+    wave_vector : ndarray, shape (n_waves, 2)
+        [rad/m]
+    phase : ndarray, shape (n_waves,)
+        [rad]
+    """
+
+    mean_height: float
+    amplitude: float
+    wave_vector: np.ndarray
+    phase: np.ndarray
+
+    def height(self, position):
+        """Height of the terrain [m].
+
+        Parameters
+        ----------
+        position : ndarray, shape (..., 2)
+            Easting, northing from the centre of the area [m].
+        """
+        waves = np.sin(position @ self.wave_vector.T + self.phase)
+        return self.mean_height + self.amplitude * waves.sum(axis=-1)
+
+
+def shape_terrain(geometry, rng) -> Terrain:
+    """Draw the terrain of a block.
+
+    Parameters
+    ----------
+    geometry : BlockGeometry
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    Terrain
+    """
+    length = rng.uniform(SHORTEST_WAVE, LONGEST_WAVE, N_WAVES)
+    direction = rng.uniform(0.0, 2.0 * np.pi, N_WAVES)
+    towards = np.column_stack([np.cos(direction), np.sin(direction)])
+    return Terrain(
+        geometry.mean_height,
+        geometry.relief * np.sqrt(2.0 / N_WAVES),
+        2.0 * np.pi / length[:, None] * towards,
+        rng.uniform(0.0, 2.0 * np.pi, N_WAVES),
+    )
+
+
+def scatter_points(geometry, rng):
+    """Lay the points on a lattice and displace each a little.
+
+    The outermost points are moved inward only, so that the models that cover the
+    lattice hold them all.
+
+    Parameters
+    ----------
+    geometry : BlockGeometry
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (n_points, 2)
+        Easting, northing from the centre of the area [m], row by row from the
+        north-west.
+    """
+    east, north = geometry.half_extent
+    column = np.linspace(-east, east, geometry.n_columns)
+    row = np.linspace(north, -north, geometry.n_rows)
+    place = np.stack(np.meshgrid(column, row), axis=-1).reshape(-1, 2)
+    reach = geometry.jitter * geometry.point_spacing
+    moved = rng.uniform(-reach, reach, place.shape)
+    is_outermost = np.abs(place) > np.array([east, north]) - TOLERANCE
+    inward = -np.sign(place) * np.abs(moved)
+    return place + np.where(is_outermost, inward, moved)
+
+
+def name_points(n_points):
+    """Names of the points, text that counts from 1001.
+
+    Parameters
+    ----------
+    n_points : int
+
+    Returns
+    -------
+    ndarray of object, shape (n_points,)
+    """
+    return np.arange(FIRST_POINT, FIRST_POINT + n_points).astype(str).astype(object)
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """The model (or image) centres of one coverage.
+
+    Attributes
+    ----------
+    along, across : ndarray, shape (n_along,), (n_across,)
+        Centres in the axes of the flight, increasing [m].
+    base : float
+        Distance of consecutive centres [m].
+    direction : float
+        Of the strips, from east to the left [rad].
+    """
+
+    along: np.ndarray
+    across: np.ndarray
+    base: float
+    direction: float
+
+    @property
+    def shape(self):
+        """Number of centres along and across."""
+        return len(self.along), len(self.across)
+
+    def images(self):
+        """Raster of the images that make these models: one more along each strip."""
+        along = np.append(self.along, self.along[-1] + self.base) - self.base / 2.0
+        return Raster(along, self.across, self.base, self.direction)
+
+    def centres(self):
+        """Easting, northing of all centres, strip by strip, shape (n_centres, 2)."""
+        across, along = np.meshgrid(self.across[::-1], self.along, indexing="ij")
+        return turn(np.column_stack([along.ravel(), across.ravel()]), self.direction)
+
+    def names(self):
+        """Strip / place in the strip, strips counted from the left of the flight.
+
+        Returns
+        -------
+        ndarray of object, shape (n_centres,)
+        """
+        n_along, n_across = self.shape
+        strip = np.repeat(np.arange(1, n_across + 1), n_along).astype(str)
+        place = np.tile(np.arange(1, n_along + 1), n_across).astype(str)
+        return np.strings.add(np.strings.add(strip, "/"), place).astype(object)
+
+    def holding(self, position, half_size):
+        """Pair each point with every centre that lies near enough.
+
+        Parameters
+        ----------
+        position : ndarray, shape (n_points, 2)
+            Easting, northing [m].
+        half_size : tuple of two float
+            Reach of a centre along and across [m].
+
+        Returns
+        -------
+        centre, point : ndarray of int, shape (n_pairs,)
+            Sorted by centre.
+        """
+        in_flight = turn(position, -self.direction)
+        first_along, n_along = _window(self.along, in_flight[:, 0], half_size[0])
+        first_across, n_across = _window(self.across, in_flight[:, 1], half_size[1])
+        step_along = np.arange(n_along.max(initial=0))
+        step_across = np.arange(n_across.max(initial=0))
+        is_held = (step_along < n_along[:, None])[:, :, None] & (
+            step_across < n_across[:, None]
+        )[:, None, :]
+        point, along, across = np.nonzero(is_held)
+        strip = len(self.across) - 1 - (first_across[point] + across)
+        centre = strip * len(self.along) + first_along[point] + along
+        by_centre = np.argsort(centre, kind="stable")
+        return centre[by_centre], point[by_centre]
+
+
+def turn(position, angle):
+    """Turn positions to the left about the centre of the area.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n, 2)
+    angle : float or ndarray, shape (n,)
+        [rad]
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+    """
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = position[:, 0], position[:, 1]
+    return np.column_stack([cos * x - sin * y, sin * x + cos * y])
+
+
+def _window(centres, position, reach):
+    first = np.searchsorted(centres, position - reach - TOLERANCE, side="left")
+    last = np.searchsorted(centres, position + reach + TOLERANCE, side="right")
+    return first, last - first
+
+
+def _lay_axis(extent, reach, step, shift):
+    """Centres that cover -extent to extent, and their step.
+
+    The step is shortened where the centre of the outermost model would lie outside:
+    control in a sliver of a model determines nothing.
+    """
+    slack = 1e-9
+    first = min(np.floor((reach - extent) / step - shift + slack), 0.0)
+    last = max(np.ceil((extent - reach) / step - shift - slack), first)
+    place = np.arange(first, last + 1.0) + shift
+    farthest = np.abs(place).max()
+    if farthest > 0.0:
+        step = min(step, extent / farthest)
+    return place * step, step
+
+
+@dataclass(frozen=True, eq=False)
+class FlightLayout:
+    """The models of one flight, and the points that they hold.
+
+    Attributes
+    ----------
+    scale_number : float
+    rasters : tuple of Raster
+        One per coverage.
+    coverage : ndarray of int, shape (n_models,)
+        Position in ``rasters``.
+    place : ndarray of int, shape (n_models,)
+        Position among the centres of that raster.
+    centre : ndarray, shape (n_models, 2)
+        Easting, northing from the centre of the area [m].
+    model, point : ndarray of int, shape (n_rows,)
+        Which model holds which point, sorted by model.
+    """
+
+    scale_number: float
+    rasters: tuple[Raster, ...]
+    coverage: np.ndarray
+    place: np.ndarray
+    centre: np.ndarray
+    model: np.ndarray
+    point: np.ndarray
+
+    @property
+    def n_models(self):
+        """Number of models of all coverages."""
+        return len(self.coverage)
+
+    @property
+    def coverage_id(self):
+        """Name of each model's coverage, text from "1"."""
+        return (self.coverage + 1).astype(str).astype(object)
+
+    @property
+    def model_id(self):
+        """Name of each model within its coverage, as "3/12"."""
+        return self._from_rasters([raster.names() for raster in self.rasters])
+
+    @property
+    def direction(self):
+        """Direction of each model's strip, from east to the left [rad]."""
+        return np.array([raster.direction for raster in self.rasters])[self.coverage]
+
+    @property
+    def base(self):
+        """Base of each model on the ground [m]."""
+        return np.array([raster.base for raster in self.rasters])[self.coverage]
+
+    def _from_rasters(self, values):
+        start = np.cumsum([0, *(len(part) for part in values)])
+        return np.concatenate(values)[start[self.coverage] + self.place]
+
+
+def lay_flight(geometry, flight, position) -> FlightLayout:
+    """Lay the models of one flight over the block.
+
+    Parameters
+    ----------
+    geometry : BlockGeometry
+    flight : {"high_flight", "low_flight"}
+    position : ndarray, shape (n_points, 2)
+        Easting, northing from the centre of the area [m].
+
+    Returns
+    -------
+    FlightLayout
+        Without the models that hold too few points.
+    """
+    is_high = flight == "high_flight"
+    scale = geometry.high_scale_number if is_high else geometry.low_scale_number
+    is_cross = geometry.high_cross_flight if is_high else geometry.low_cross_flight
+    least = geometry.least_points_per_model
+    if is_high:
+        least = max(least, geometry.control_per_model)
+    rasters, parts = [], []
+    for coverage in range(geometry.n_coverages):
+        raster = _lay_raster(geometry, scale, coverage, is_cross and coverage % 2 == 1)
+        half_size = scale * np.array(geometry.usable_model) / 2.0
+        centre, point = raster.holding(position, half_size)
+        rasters.append(raster)
+        parts.append(_with_enough(centre, point, least))
+        if not len(parts[-1][0]):
+            raise SettingsError(
+                f"no model of the {flight.replace('_', ' ')} holds {least} points",
+                expected=f"models of at least {least} points",
+                remedy="Lower point_spacing or least_points_per_model",
+            )
+    places = [place for place, _, _ in parts]
+    first_model = np.cumsum([0, *(len(place) for place in places)])
+    return FlightLayout(
+        scale,
+        tuple(rasters),
+        coverage=np.repeat(np.arange(len(places)), [len(place) for place in places]),
+        place=np.concatenate(places),
+        centre=np.concatenate(
+            [r.centres()[place] for r, place in zip(rasters, places, strict=True)]
+        ),
+        model=np.concatenate(
+            [
+                part[1] + first
+                for part, first in zip(parts, first_model[:-1], strict=True)
+            ]
+        ),
+        point=np.concatenate([part[2] for part in parts]),
+    )
+
+
+def _lay_raster(geometry, scale_number, coverage, is_across):
+    extent = geometry.half_extent[::-1] if is_across else geometry.half_extent
+    shift = coverage / geometry.n_coverages
+    axes = [
+        _lay_axis(extent[axis], scale_number * size / 2.0, scale_number * step, shift)
+        for axis, (size, step) in enumerate(
+            zip(geometry.usable_model, geometry.neat_model, strict=True)
+        )
+    ]
+    (along, base), (across, _) = axes
+    return Raster(along, across, base, np.pi / 2.0 if is_across else 0.0)
+
+
+def _with_enough(centre, point, least):
+    """Keep the centres that hold enough points, numbered anew."""
+    count = np.bincount(centre)
+    kept = np.flatnonzero(count >= least)
+    number = np.full(len(count), -1)
+    number[kept] = np.arange(len(kept))
+    is_kept = number[centre] >= 0
+    return kept, number[centre[is_kept]], point[is_kept]
+
+
+def choose_control(geometry, layout, position):
+    """Choose the control points of each model of the high flight.
+
+    Wanted are the corners and the centre (or 3 x 3 places) of the neat model, moved to
+    the border of the block where they lie outside: so neighbouring models, and those of
+    the other coverage, share their control. The nearest point of the model that is
+    still free is taken.
+
+    Parameters
+    ----------
+    geometry : BlockGeometry
+    layout : FlightLayout
+        Of the high flight.
+    position : ndarray, shape (n_points, 2)
+        Easting, northing from the centre of the area [m].
+
+    Returns
+    -------
+    ndarray of int, shape (n_models, 5 or 9)
+        Positions of the control points.
+    """
+    half = _neat_half(geometry, layout)
+    extent = np.array(geometry.half_extent)
+    start = np.searchsorted(layout.model, np.arange(layout.n_models))
+    is_free = np.ones(len(layout.model), dtype=bool)
+    chosen = []
+    for place in CONTROL_PLACES[geometry.control_per_model]:
+        wanted = np.clip(layout.centre + half * np.array(place), -extent, extent)
+        away = position[layout.point] - wanted[layout.model]
+        distance = np.where(is_free, np.hypot(*away.T), np.inf)
+        nearest = np.lexsort((distance, layout.model))[start]
+        is_free[nearest] = False
+        chosen.append(layout.point[nearest])
+    return np.column_stack(chosen)
+
+
+def _neat_half(geometry, layout):
+    along, across = layout.scale_number * np.array(geometry.neat_model) / 2.0
+    is_turned = layout.direction > 0.0
+    return np.where(is_turned[:, None], [across, along], [along, across])

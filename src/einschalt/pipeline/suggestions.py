@@ -1,0 +1,373 @@
+"""Problems that a computed block shows, and what to do about each.
+
+Every function looks at one thing and returns at most one :class:`Suggestion`. Nothing
+is judged here that was not measured: a problem states the figures that show it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri, stdtrit
+
+from einschalt.foundations.typesetting import (
+    count,
+    factor,
+    length,
+    names,
+    printable,
+    shortened,
+)
+
+# differences must exceed what chance does in one block of a thousand
+SIGNIFICANCE = 0.001
+WORTH_A_WORD = 1.25
+DIFFERENCES = ["difference_easting", "difference_northing"]
+LARGE_M_0 = 3.0
+LARGE_SPREAD = 5.0
+MOST_DETAILS = 5
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """One problem and what to do about it.
+
+    Attributes
+    ----------
+    problem : str
+        One sentence without its full stop.
+    remedy : str
+        One sentence without its full stop; empty where there is nothing to do.
+    details : tuple of str
+        Parts of the problem, one a line.
+    """
+
+    problem: str
+    remedy: str = ""
+    details: tuple[str, ...] = ()
+
+    def __str__(self):
+        """Problem and remedy as sentences, without the details."""
+        return f"{self.problem}. {self.remedy}." if self.remedy else f"{self.problem}."
+
+
+def find_suggestions(result) -> tuple[Suggestion, ...]:
+    """Look for everything that the user of a result should know before using it.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    tuple of Suggestion
+        The gravest first; empty where nothing was found.
+    """
+    found = (
+        failed_models(result),
+        points_without_coordinates(result),
+        orientations_without_convergence(result),
+        check_differences(result),
+        control_differences(result),
+        shifted_block(result),
+        coverages_that_differ(result),
+        points_that_differ(result),
+        models_with_large_m_0(result),
+        mirrored_models(result),
+        points_in_one_coverage(result),
+        models_without_redundancy(result),
+        no_check_points(result),
+        *notes_of_reading(result),
+    )
+    return tuple(suggestion for suggestion in found if suggestion is not None)
+
+
+def failed_models(result):
+    """Models that gave no transformation, counted by their reason."""
+    failures = result.failures
+    if failures.empty:
+        return None
+    keys = ["flight", "coverage", "model_id"]
+    n_failed = len(failures[keys].drop_duplicates())
+    n_all = sum(n_models(flight) for flight in result.block.flights.values())
+    groups = failures.groupby(["flight", "reason", "remedy"], sort=False, dropna=False)
+    biggest = sorted(groups, key=lambda group: -len(group[1]))
+    details = [
+        _failure_line(flight, reason, remedy, rows["model_id"])
+        for (flight, reason, remedy), rows in biggest[:MOST_DETAILS]
+    ]
+    n_more = len(biggest) - MOST_DETAILS
+    if n_more > 0:
+        details.append(f"and {count(n_more, 'further reason')}, see failures.csv")
+    return Suggestion(
+        f"{n_failed} of {count(n_all, 'model')} failed", details=tuple(details)
+    )
+
+
+def _failure_line(flight, reason, remedy, models):
+    flight = str(flight).replace("_", " ")
+    which = f"{flight}, {count(len(models), 'model')} ({names(models, 3)})"
+    text = f"{which}: {_sentence(reason)}"
+    has_remedy = isinstance(remedy, str) and remedy.strip()
+    return f"{text}. {_sentence(remedy)}." if has_remedy else text
+
+
+def _sentence(text):
+    return printable(text).strip().rstrip(".")
+
+
+def n_models(flight):
+    """Count the models of a flight as they were measured."""
+    table = flight.models if flight.has_images else flight.model_points
+    return len(table[["coverage", "model_id"]].drop_duplicates())
+
+
+def points_without_coordinates(result):
+    """Points that the low flight measured and no usable model holds."""
+    measured = result.block.low_flight.model_table()["point_id"]
+    is_lost = ~measured.isin(result.points["point_id"])
+    lost = measured[is_lost].drop_duplicates()
+    if lost.empty:
+        return None
+    return Suggestion(
+        f"{count(len(lost), 'measured point')} without coordinates ({names(lost)})",
+        "Their models failed, or too few points of these have approximate coordinates",
+    )
+
+
+def orientations_without_convergence(result):
+    """Models whose relative orientation did not come to rest."""
+    rows = result.orientations
+    if rows.empty:
+        return None
+    open_ones = rows[~rows["is_converged"].astype(bool)]
+    if open_ones.empty:
+        return None
+    return Suggestion(
+        f"{count(len(open_ones), 'model')} with a relative orientation that did not "
+        f"converge: {_models(open_ones)}",
+        "Look for gross errors in their image coordinates or y-parallaxes",
+    )
+
+
+def check_differences(result):
+    """Differences at check points that the claimed figure does not explain."""
+    rows = result.points[result.points["role"] == "check"]
+    rms, claimed = _rms_of_differences(rows), _claimed(result, rows)
+    ratio = rms / claimed
+    limits = _ratio_limits(len(rows))
+    if not (ratio > limits[1] or ratio < limits[0]):
+        return None
+    problem = (
+        f"The differences at {count(len(rows), 'check point')} are {length(rms)} "
+        f"(total, RMS), {factor(ratio)} the {length(claimed)} claimed for them"
+    )
+    if ratio > 1.0:
+        return Suggestion(
+            problem, "Trust them more than the budget; part of it is their own error"
+        )
+    return Suggestion(
+        problem,
+        "The claim is too cautious: m_g_um or the standard errors given are large",
+    )
+
+
+def control_differences(result):
+    """Control points that the densified coordinates miss by more than is claimed."""
+    rows = result.points[result.points["role"] == "control"]
+    rms, claimed = _rms_of_differences(rows), _claimed(result, rows)
+    if not rms / claimed > _ratio_limits(len(rows))[1]:
+        return None
+    miss = np.hypot(rows["difference_easting"], rows["difference_northing"])
+    worst = rows["point_id"][miss.sort_values(ascending=False).index]
+    return Suggestion(
+        f"The differences at {count(len(rows), 'control point')} are {length(rms)} "
+        f"(total, RMS), {factor(rms / claimed)} the {length(claimed)} claimed for "
+        f"them; largest at {names(worst[:3])}",
+        "Look for wrong control points, or for strain in their network",
+    )
+
+
+def _rms_of_differences(rows):
+    squares = rows["difference_easting"] ** 2 + rows["difference_northing"] ** 2
+    return float(np.sqrt(squares.mean())) if len(rows) else np.nan
+
+
+def _claimed(result, rows):
+    """Total figure claimed for densified - given: both have an error."""
+    given = result.block.control_points
+    variance = rows["standard_error_paper"].to_numpy() ** 2
+    if given is not None and "standard_error_m" in given:
+        errors = given.set_index("point_id")["standard_error_m"].astype(float)
+        variance = variance + np.nan_to_num(errors.reindex(rows["point_id"])) ** 2
+    variance = variance[np.isfinite(variance)]
+    return float(np.sqrt(variance.mean())) if len(variance) else np.nan
+
+
+def _ratio_limits(n_points):
+    """Ratios of a root mean square to its expectation that chance hardly exceeds."""
+    if n_points == 0:
+        return np.nan, np.nan
+    degrees = 2 * n_points
+    # quantiles of χ² from scipy.special: scipy.stats takes a second to import
+    low = np.sqrt(chdtri(degrees, 1.0 - SIGNIFICANCE) / degrees)
+    high = np.sqrt(chdtri(degrees, SIGNIFICANCE) / degrees)
+    return min(low, 1.0 / WORTH_A_WORD), max(high, WORTH_A_WORD)
+
+
+def shifted_block(result):
+    """Differences at known points with a mean that chance does not explain: drift."""
+    for role in ("check", "control"):
+        rows = result.points[result.points["role"] == role]
+        shift = rows[["difference_easting", "difference_northing"]].to_numpy(
+            dtype=float
+        )
+        if len(shift) < 4:
+            continue
+        mean = shift.mean(axis=0)
+        error = shift.std(axis=0, ddof=1) / np.sqrt(len(shift))
+        limit = stdtrit(len(shift) - 1, 1.0 - SIGNIFICANCE / 4.0)
+        if (np.abs(mean) > limit * error).any():
+            return Suggestion(
+                f"The block is shifted: the mean difference at "
+                f"{count(len(shift), f'{role} point')} is easting {length(mean[0])}, "
+                f"northing {length(mean[1])}",
+                "Look at the reference system and the age of the given coordinates",
+            )
+    return None
+
+
+def coverages_that_differ(result):
+    """Coverages that differ by more than the budget allows."""
+    figures = result.figures
+    ratio = figures.mean_internal / figures.mean_paper
+    if not ratio > WORTH_A_WORD:
+        return None
+    return Suggestion(
+        "The coverages differ more than the budget explains: internal "
+        f"{length(figures.mean_internal)}, paper {length(figures.mean_paper)}",
+        "Raise m_g_um of the low flight, or look for gross errors",
+    )
+
+
+def points_that_differ(result):
+    """Points whose models or coverages lie far apart: gross errors."""
+    points = result.points
+    spread = points["spread_total"].to_numpy(dtype=float)
+    if not np.isfinite(spread).any():
+        return None
+    usual = float(np.nanmedian(spread))
+    is_large = spread > LARGE_SPREAD * usual
+    if usual == 0.0 or not is_large.any():
+        return None
+    far = points.loc[is_large].sort_values("spread_total", ascending=False)
+    return Suggestion(
+        f"{count(len(far), 'point')} with values more than {LARGE_SPREAD:.0f} times as "
+        f"far apart as the median of {length(usual)}: {names(far['point_id'])}; up to "
+        f"{length(far['spread_total'].iloc[0])}",
+        "Look for gross errors and for exchanged names",
+    )
+
+
+def models_with_large_m_0(result):
+    """Models that fit far worse than their flight."""
+    models = result.models[result.models["is_usable"].astype(bool)]
+    pooled = {
+        "high_flight": result.figures.m_0_high,
+        "low_flight": result.figures.m_0_low,
+    }
+    limit = LARGE_M_0 * models["flight"].map(pooled).astype(float)
+    worst = models[models["m_0"] > limit].sort_values("m_0", ascending=False)
+    if worst.empty:
+        return None
+    return Suggestion(
+        f"{count(len(worst), 'model')} with m_0 more than {LARGE_M_0:.0f} times that "
+        f"of the flight: {_models(worst)}; up to {length(worst['m_0'].iloc[0])}",
+        "Look at their residuals for gross errors and for wrong control",
+    )
+
+
+def _models(rows):
+    shown = [
+        f"{flight.removesuffix('_flight')} {shortened(model_id)}"
+        for flight, model_id in zip(rows["flight"], rows["model_id"], strict=True)
+    ]
+    return names(shown)
+
+
+def mirrored_models(result):
+    """Affine models with a negative determinant, which no camera makes by itself."""
+    needed = ["a1", "a2", "b1", "b2"]
+    models = result.models
+    if not set(needed) <= set(models.columns):
+        return None
+    models = models[(models["transformation"] == "affine") & models["is_usable"]]
+    a1, a2, b1, b2 = models[needed].to_numpy(dtype=float).T
+    mirrored = models[a1 * b2 - a2 * b1 < 0.0]
+    if mirrored.empty:
+        return None
+    if len(mirrored) == len(models):
+        return Suggestion(
+            f"All {count(len(models), 'affine model')} are mirrored",
+            "Right where the machine's axes are left-handed; otherwise exchange "
+            "easting and northing",
+        )
+    return Suggestion(
+        f"{len(mirrored)} of {count(len(models), 'affine model')} mirrored: "
+        f"{_models(mirrored)}",
+        "Look for exchanged names of points in them",
+    )
+
+
+def points_in_one_coverage(result):
+    """Points that no second coverage, or not even a second model, confirms."""
+    points = result.points
+    single = points[points["n_coverages"] == 1]
+    if single.empty:
+        return None
+    alone = single[single["n_models"] == 1]
+    n_coverages = coverages_of_low_flight(result)
+    if n_coverages == 1:
+        if alone.empty:
+            return None
+        some = names(alone["point_id"])
+        problem = f"{count(len(alone), 'point')} in one model only ({some})"
+    else:
+        problem = (
+            f"{count(len(single), 'point')} in one coverage only "
+            f"({names(single['point_id'])}), {len(alone)} of them in one model only"
+        )
+    return Suggestion(problem, "Nothing confirms a point in one model")
+
+
+def coverages_of_low_flight(result):
+    """Count the coverages of the low flight."""
+    low = result.block.low_flight
+    table = low.models if low.has_images else low.model_points
+    return int(table["coverage"].nunique())
+
+
+def models_without_redundancy(result):
+    """Models that any residual escapes."""
+    models = result.models
+    exact = models[models["is_usable"].astype(bool) & (models["redundancy"] == 0)]
+    if exact.empty:
+        return None
+    return Suggestion(
+        f"{count(len(exact), 'model')} without redundancy: {_models(exact)}",
+        "Their m_0 is unknown and gross errors in them cannot be seen",
+    )
+
+
+def no_check_points(result):
+    """Nothing from outside confirms the figures."""
+    if result.figures.n_check > 0:
+        return None
+    return Suggestion(
+        "No check points: nothing from outside confirms the figures below",
+        'Give some known points role = "check"',
+    )
+
+
+def notes_of_reading(result):
+    """Say what was ignored, filled in or reprojected while reading."""
+    return [Suggestion(_sentence(note)) for note in result.block.notes]

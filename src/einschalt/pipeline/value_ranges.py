@@ -1,0 +1,69 @@
+"""Ranges that the numbers of a settings dataclass must keep."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.errors import EinschaltError, SettingsError
+
+
+@dataclass(frozen=True)
+class Range:
+    """Smallest and largest value of one field, and its unit for the message.
+
+    ``likely_slip`` is what a value outside suggests: "Did you give millimetres?".
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+    is_whole: bool = False
+    likely_slip: str = ""
+
+    def __contains__(self, value):
+        """Whether a value is a number of the right kind within the range."""
+        # bool is an int to Python, and yet no measure
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            return False
+        return self.low <= value <= self.high and (
+            not self.is_whole or float(value).is_integer()
+        )
+
+    def __str__(self):
+        """Return the range as it stands in a message."""
+        number = "a whole number, " if self.is_whole else ""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{number}{self.low:g} to {self.high:g}{unit}"
+
+
+def problems_in(owner, ranges) -> list[EinschaltError]:
+    """Find the fields of a dataclass that lie outside their ranges.
+
+    Parameters
+    ----------
+    owner : dataclass instance
+    ranges : dict of str to Range
+        Field name to what it may be.
+
+    Returns
+    -------
+    list of SettingsError
+        In the order of ``ranges``; empty where all is well.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> relief = SimpleNamespace(relief=-1.0)
+    >>> print(problems_in(relief, {"relief": Range(0, 100, "metres")})[0])
+    SimpleNamespace: relief = -1.0; expected 0 to 100 metres.
+    """
+    section = type(owner).__name__
+    return [
+        SettingsError(
+            f"{section}: {name} = {getattr(owner, name)!r}",
+            expected=str(allowed),
+            remedy=allowed.likely_slip,
+        )
+        for name, allowed in ranges.items()
+        if getattr(owner, name) not in allowed
+    ]

@@ -1,0 +1,1 @@
+"""Floor 2: the five stages, tables in and one result out."""

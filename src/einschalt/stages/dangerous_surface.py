@@ -1,0 +1,354 @@
+"""Dangerous surfaces as tables: of measured models, and before the flight."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables, typesetting
+from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.stages.results import Result
+from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
+from einschalt.theory.relative_orientation.surface_verdicts import WEAK_INFLATION
+from einschalt.theory.relative_orientation.valley_flights import (
+    POINTS,
+    critical_depth,
+    relative_depths,
+    standard_points,
+)
+
+MOST_PRINTED = 20
+EDGE = 0.015
+"""Part of the image that standard points keep away from, at each side [m]."""
+HEIGHTS = [f"h{point}" for point in POINTS]
+TERRAIN_HEIGHTS = tables.Schema(
+    "terrain",
+    (tables.MODEL_ID, *(tables.Column(name, unit="metres") for name in HEIGHTS)),
+    key=("model_id",),
+)
+
+
+def surface_table(examination, model_ids):
+    """Verdicts on all models as a table.
+
+    Parameters
+    ----------
+    examination : SurfaceExamination
+    model_ids : Series or array of str, shape (n_models,)
+
+    Returns
+    -------
+    DataFrame
+        Index model_id, and the columns
+
+        verdict
+            safe; weak where omega is at least twice as uncertain as on flat terrain;
+            critical from ten times on, or where the points determine nothing.
+        inflation
+            Standard error of omega over that on flat terrain.
+        sigma_omega
+            Standard error of omega for a parallax error of 1 [rad / unit of length].
+        over_correction_k, over_correction_n, gap
+            Kasper's k and n = k + 1 (signed), and the gap from the circle, in the
+            base-normal plane that determines omega better; NaN where the points are
+            not under the projection centres.
+        n_0, n_b
+            Determinants N of the left and the right plane [length⁴].
+        singular_value_ratio
+            Smallest singular value of the unit-free equations over that on flat
+            terrain.
+        reason
+            Empty where safe.
+    """
+    planes, better = examination.planes, examination.better_plane
+    model = np.arange(len(better))
+    return pd.DataFrame(
+        {
+            "verdict": examination.verdict.names,
+            "inflation": examination.inflation,
+            "sigma_omega": examination.sigma_omega,
+            "over_correction_k": planes.over_correction_k[model, better],
+            "over_correction_n": planes.over_correction_n[model, better],
+            "gap": planes.gap[model, better],
+            "n_0": planes.determinant[:, 0],
+            "n_b": planes.determinant[:, 1],
+            "singular_value_ratio": examination.singular_value_ratio,
+            "reason": examination.verdict.reasons,
+        },
+        index=pd.Index(model_ids, name="model_id", dtype=object),
+    )
+
+
+def count_verdicts(surfaces):
+    """Say how many models are critical, weak or safe.
+
+    Parameters
+    ----------
+    surfaces : DataFrame
+        With the column verdict.
+
+    Returns
+    -------
+    str
+    """
+    amounts = [
+        (int((surfaces["verdict"] == verdict).sum()), verdict)
+        for verdict in ("critical", "weak", "safe")
+    ]
+    said = [f"{amount} {verdict}" for amount, verdict in amounts if amount]
+    return f"{typesetting.count(len(surfaces), 'model')}: {', '.join(said)}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightPlan:
+    """How the models will be flown; lengths in metres.
+
+    Exactly one of ``scale_number``, ``flying_height`` and ``altitude`` is given.
+
+    Attributes
+    ----------
+    principal_distance : float
+        0.152 for a wide-angle camera.
+    scale_number : float, optional
+        Of the terrain in points 1 and 2 of each model.
+    flying_height : float, optional
+        Above the terrain in points 1 and 2 of each model.
+    altitude : float, optional
+        Of the whole flight, in the system of the heights.
+    image_format : float
+        Side of the image.
+    forward_overlap : float
+        0 to 1.
+    wing : float, optional
+        Distance of points 3 to 6 from the base in the image; half of the image format
+        less 15 mm where it is left out.
+    parallax_error : float
+        Standard error of a y-parallax in the image.
+
+    Raises
+    ------
+    SettingsError
+        A value is missing, or not allowed.
+    """
+
+    principal_distance: float
+    scale_number: float | None = None
+    flying_height: float | None = None
+    altitude: float | None = None
+    image_format: float = 0.23
+    forward_overlap: float = 0.60
+    wing: float | None = None
+    parallax_error: float = 5e-6
+
+    def __post_init__(self):
+        """Check the values."""
+        _check_heights_given(self)
+        for name in ("principal_distance", "image_format", "parallax_error"):
+            _check_range(name, getattr(self, name), 0.0, 2.0, "metres")
+        _check_range("forward_overlap", self.forward_overlap, 0.0, 1.0, "a part")
+        if self.wing is not None:
+            half = self.image_format / 2.0
+            _check_range("wing", self.wing, 0.0, half, "metres within the image")
+
+    @property
+    def wing_in_image(self):
+        """Distance of the wings from the base in the image [m]."""
+        if self.wing is not None:
+            return self.wing
+        return max(self.image_format / 2.0 - EDGE, self.image_format / 4.0)
+
+    @property
+    def base_in_image(self):
+        """Base as it appears in the image [m]."""
+        return (1.0 - self.forward_overlap) * self.image_format
+
+    @property
+    def critical_depth(self):
+        """Depth of a dangerous valley, in flying heights above its middle."""
+        return critical_depth(self.wing_in_image, self.principal_distance)
+
+    def altitudes(self, middle):
+        """Altitude over each model.
+
+        Parameters
+        ----------
+        middle : ndarray, shape (n_models,)
+            Mean height of points 1 and 2 [m].
+
+        Returns
+        -------
+        ndarray, shape (n_models,)
+        """
+        if self.altitude is not None:
+            return np.full(len(middle), float(self.altitude))
+        if self.flying_height is not None:
+            return middle + self.flying_height
+        return middle + self.scale_number * self.principal_distance
+
+
+def _check_heights_given(plan):
+    names = ("scale_number", "flying_height", "altitude")
+    given = [name for name in names if getattr(plan, name) is not None]
+    if len(given) != 1:
+        raise SettingsError(
+            f"{' and '.join(given)} are given"
+            if given
+            else "no flying height is given",
+            expected="one of scale_number, flying_height and altitude",
+        )
+    if given != ["altitude"]:
+        _check_range(given[0], getattr(plan, given[0]), 0.0, np.inf, "a number")
+
+
+def _check_range(name, value, low, high, what):
+    if low < value < high:
+        return
+    limits = "above 0" if high == np.inf else f"between {low:g} and {high:g}"
+    raise SettingsError(f"{name} = {value!r}", expected=f"{what} {limits}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SurfaceForecast(Result):
+    """Which models of a planned flight come near a dangerous surface.
+
+    Attributes
+    ----------
+    plan : FlightPlan
+    models : DataFrame
+        Index model_id; verdict, inflation, standard_error_omega [rad],
+        over_correction_k, over_correction_n, gap, flying_height, valley_depth,
+        critical_depth, safe_flying_height [m], n_0, n_b, singular_value_ratio, reason.
+        ``valley_depth`` is the mean of both base-normal planes, negative on ridges;
+        ``safe_flying_height`` is that above the middle of a symmetrical valley from
+        which the model is safe, NaN where there is no valley.
+    """
+
+    plan: FlightPlan
+    models: pd.DataFrame
+
+    def summary(self):
+        """Say which models are in danger and what helps, then the numbers."""
+        plan = self.plan
+        wing = typesetting.number(plan.wing_in_image * 1e3, 3)
+        distance = typesetting.number(plan.principal_distance * 1e3, 3)
+        depth = typesetting.number(plan.critical_depth * 100.0)
+        lines = [
+            f"Dangerous surfaces before the flight, {count_verdicts(self.models)}",
+            f"principal distance {distance} mm, standard points {wing} mm from the base",
+            f"critical valley: {depth} % of the flying height above it",
+        ]
+        flagged = self.models[self.models["verdict"] != "safe"]
+        if len(flagged):
+            said = [_warning(row) for row in flagged.head(MOST_PRINTED).itertuples()]
+            lines += ["", "Problems and suggestions", *said]
+            lines += _rest(len(flagged))
+        return "\n".join([*lines, "", _table_of_models(self.models)])
+
+
+def forecast_dangerous_surfaces(heights, plan):
+    """Judge the models of a planned flight by the terrain in their standard points.
+
+    Points 1 and 2 lie below the left and the right projection centre, 3 and 5 beside
+    point 1, 4 and 6 beside point 2, at the distance ``plan.wing_in_image`` in the
+    image.
+
+    Parameters
+    ----------
+    heights : DataFrame
+        model_id, h1, h2, h3, h4, h5, h6: heights of the terrain in these points [m].
+    plan : FlightPlan
+
+    Returns
+    -------
+    SurfaceForecast
+
+    Raises
+    ------
+    TableError
+        A column is missing or a value is not what it should be.
+
+    Notes
+    -----
+    Source: P. Waldhäusl 1971 (docs/theory/relative_orientation/valley_flights.md).
+
+    Examples
+    --------
+    A valley 300 m deep, flown 1000 m above its floor with a wide-angle camera:
+
+    >>> valley = pd.DataFrame([["7/8", 600, 600, 900, 900, 900, 900]],
+    ...                       columns=["model_id", *HEIGHTS])
+    >>> plan = FlightPlan(principal_distance=0.152, flying_height=1000)
+    >>> forecast_dangerous_surfaces(valley, plan).models.loc["7/8", "verdict"]
+    'critical'
+    """
+    checked = tables.check_table(heights, TERRAIN_HEIGHTS)
+    raise_problems(checked.problems)
+    terrain = checked.frame[HEIGHTS].to_numpy(dtype=float)
+    middle = terrain[:, :2].mean(axis=1)
+    altitude = plan.altitudes(middle)
+    xyz, base = standard_points(
+        terrain,
+        altitude,
+        plan.principal_distance,
+        plan.wing_in_image,
+        plan.base_in_image,
+    )
+    start = len(POINTS) * np.arange(len(xyz) + 1)
+    examination = examine_surfaces(xyz.reshape(-1, 3), base, start)
+    models = surface_table(examination, checked.frame["model_id"])
+    flying_height = altitude - middle
+    parallax_error = plan.parallax_error * flying_height / plan.principal_distance
+    depths = relative_depths(terrain, altitude) * (altitude[:, None] - terrain[:, :2])
+    valley = depths.mean(axis=1)
+    least = WEAK_INFLATION / (WEAK_INFLATION - 1.0) * valley / plan.critical_depth
+    models["standard_error_omega"] = models["sigma_omega"] * parallax_error
+    models["flying_height"] = flying_height
+    models["valley_depth"] = valley
+    models["critical_depth"] = plan.critical_depth * flying_height
+    models["safe_flying_height"] = np.where(valley > 0.0, least, np.nan)
+    return SurfaceForecast(plan, models[FORECAST_COLUMNS])
+
+
+FORECAST_COLUMNS = [
+    *("verdict", "inflation", "standard_error_omega"),
+    *("over_correction_k", "over_correction_n", "gap"),
+    *("flying_height", "valley_depth", "critical_depth", "safe_flying_height"),
+    *("n_0", "n_b", "singular_value_ratio", "reason"),
+]
+
+
+def _warning(row):
+    text = f"model {row.Index}, {row.verdict}: {row.reason}."
+    if np.isfinite(row.inflation) and row.safe_flying_height > row.flying_height:
+        height = typesetting.number(row.safe_flying_height)
+        text += f" Fly {height} m above the valley, or with a wider angle."
+    elif row.over_correction_n < 0.0:
+        text += " Beyond the dangerous circle: over-corrections go the other way."
+    return typesetting.wrapped(text, first="  ", indent="    ")
+
+
+def _table_of_models(models):
+    milligon = RADIANS_PER_GON / 1e3
+    rows = [
+        [
+            typesetting.shortened(row.Index, 16),
+            row.verdict,
+            typesetting.fixed(row.inflation, 2),
+            typesetting.number(row.standard_error_omega / milligon),
+            typesetting.fixed(row.over_correction_k, 2),
+            typesetting.fixed(row.flying_height, 0),
+            typesetting.fixed(row.valley_depth, 0),
+            typesetting.fixed(row.critical_depth, 0),
+        ]
+        for row in models.head(MOST_PRINTED).itertuples()
+    ]
+    header = ["model", "verdict", "inflation", "omega [mgon]", "k"]
+    header += ["flying height [m]", "valley [m]", "critical [m]"]
+    text = typesetting.table(rows, header=header, align="llrrrrrr")
+    return "\n".join([text, *_rest(len(models))])
+
+
+def _rest(n_rows):
+    n_more = n_rows - MOST_PRINTED
+    return [f"  and {n_more} more"] if n_more > 0 else []

@@ -1,0 +1,443 @@
+"""What the orientation of models by y-parallaxes gives, and what it corrects."""
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables, typesetting
+from einschalt.foundations.batches import encode_pairs
+from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.stages.results import Result, failures_table, row_of_model
+from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.relative_orientation.hallert import ParallaxAdjustment
+from einschalt.theory.relative_orientation.model_correction import correct_model
+from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
+
+STAGE = "stage2_relative_orientation"
+MOST_PRINTED = 20
+TITLES = {
+    "independent": "independent pair",
+    "dependent_left": "dependent pair, left bundle moved",
+    "dependent_right": "dependent pair, right bundle moved",
+}
+METHOD_TITLES = {
+    "least_squares": "least squares",
+    "krames": "Krames' formulas",
+    "gruber": "Gruber's procedure, tilt over-corrected in point 5",
+}
+NAME_COVERAGE = "Give both tables the column coverage"
+ABOVE = "a point lies at or above the projection centres, z >= 0"
+APART = "rays of a point do not meet after the correction"
+CHECK_PARALLAXES = "Check its y-parallaxes for a blunder"
+SHIFTS = ("d_by", "d_bz")
+COUNT_Z_UP = "Count z upwards from the left projection centre: points have z < 0"
+MODEL_POINTS = replace(
+    tables.MODEL_POINTS,
+    columns=tuple(
+        replace(column, is_required=column.is_required or column.name == "z")
+        for column in tables.MODEL_POINTS.columns
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParallaxOrientation(Result):
+    """Relative orientations of all models, from their y-parallaxes.
+
+    Attributes
+    ----------
+    case : {"independent", "dependent_left", "dependent_right"}
+    method : {"least_squares", "krames", "gruber"}
+    models : DataFrame
+        coverage, model_id, case, n_points, redundancy, sigma_0, base, is_usable,
+        reason.
+    parameters : DataFrame
+        Index model_id; the corrections d_omega, d_phi_1, d_phi_2, d_kappa_1,
+        d_kappa_2 or d_omega, d_phi, d_kappa, d_by, d_bz [rad, unit of the model]; NaN
+        where a model could not be oriented.
+    residuals : DataFrame
+        [coverage,] model_id, point_id, residual (adjusted less measured parallax),
+        redundancy_number; without the models that could not be oriented.
+    linearisation_error : Series
+        By model_id: the largest parallax that the linear equations neglect. Where it
+        reaches sigma_0, the model should be corrected and measured again.
+    contradiction : DataFrame
+        Index model_id; what the planes x = 0 and x = base of a six-point model say by
+        themselves: w (contradiction, in the unit of the parallaxes; sigma_0 of least
+        squares is |w|/√12), d_omega_0, d_omega_b, delta_omega [rad], Krames'
+        fundamental points Y_0, Z_0, Y_b, Z_b (infinite or NaN where M = 0), and the
+        determinants M_0, M_b, N_0, N_b. NaN for other models.
+    failures : DataFrame
+        coverage, model_id, stage, reason, remedy.
+    adjustment : ParallaxAdjustment
+        Arrays by model, in the order of ``models``.
+    has_coverages : bool
+        Whether the parallaxes name coverages.
+    """
+
+    case: str
+    method: str
+    models: pd.DataFrame
+    parameters: pd.DataFrame
+    residuals: pd.DataFrame
+    linearisation_error: pd.Series
+    contradiction: pd.DataFrame
+    failures: pd.DataFrame
+    adjustment: ParallaxAdjustment
+    has_coverages: bool
+
+    @property
+    def sigma_0(self):
+        """Standard error of one parallax, in its unit: Series by model_id.
+
+        NaN where nothing is redundant; from six points it is itself uncertain by 71 %.
+        For ``gruber`` it is that of least squares too, since the procedure's own
+        residuals leave the whole contradiction in point 6.
+        """
+        return self.models.set_index("model_id")["sigma_0"]
+
+    @property
+    def n_points(self):
+        """Number of parallaxes, Series by model_id."""
+        return self.models.set_index("model_id")["n_points"]
+
+    @property
+    def redundancy(self):
+        """Parallaxes beyond five, Series by model_id."""
+        return self.models.set_index("model_id")["redundancy"]
+
+    @property
+    def is_usable(self):
+        """Whether any model could be oriented."""
+        return bool(self.models["is_usable"].any())
+
+    def cofactor(self, model_id, coverage=None):
+        """Cofactor matrix of a model's elements, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        DataFrame
+            Times sigma_0² it is the covariance matrix.
+
+        Raises
+        ------
+        TableError
+            There is no such model, or there is one in each of several coverages.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        names = list(ELEMENTS[self.case])
+        return pd.DataFrame(self.adjustment.cofactor[row], index=names, columns=names)
+
+    def covariance(self, model_id, coverage=None):
+        """Covariance matrix of a model's elements, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+
+        Returns
+        -------
+        DataFrame
+            NaN where the model has no redundancy.
+
+        Raises
+        ------
+        TableError
+            As :meth:`cofactor`.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        return self.cofactor(model_id, coverage) * self.adjustment.sigma_0[row] ** 2
+
+    def corrected(self, model_points):
+        """Model points after the bundles have been turned and shifted.
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            [coverage,] model_id, point_id, x, y, z in the system and unit of the
+            parallaxes, and any other columns.
+
+        Returns
+        -------
+        DataFrame
+            The same rows and columns with corrected x, y, z, without the models that
+            have no orientation.
+
+        Raises
+        ------
+        TableError
+            A column is missing or a value is not what it should be.
+
+        Warns
+        -----
+        EinschaltWarning
+            Names the models that stay out.
+        """
+        done = correct_model_points(self, model_points)
+        if len(done.failures):
+            first = done.failures.iloc[0]
+            warnings.warn(
+                f"{typesetting.count(len(done.failures), 'model')} left out, not "
+                f"corrected: {name_some(done.failures['model_id'])}. "
+                f"Model {first['model_id']}: {first['reason']}. {first['remedy']}.",
+                EinschaltWarning,
+                stacklevel=2,
+            )
+        return done.points
+
+    def summary(self):
+        """Say how many models were oriented, what is doubtful, then the numbers."""
+        n_usable = int(self.models["is_usable"].sum())
+        sum_of_squares = self.adjustment.sigma_0**2 * self.adjustment.redundancy
+        is_known = np.isfinite(sum_of_squares)
+        sigma_0 = pooled_standard_error(
+            sum_of_squares[is_known], self.adjustment.redundancy[is_known]
+        )
+        of_models = f"{n_usable} of {typesetting.count(len(self.models), 'model')}"
+        lines = [
+            f"Relative orientation from y-parallaxes: {of_models} oriented",
+            f"{TITLES[self.case]}; {METHOD_TITLES[self.method]}",
+            f"sigma_0 of one parallax, all together  {typesetting.number(sigma_0)}",
+        ]
+        problems = self._problems()
+        if problems:
+            lines += ["", "Problems and suggestions", *problems]
+        return "\n".join([*lines, "", _table_of_models(self)])
+
+    def _problems(self):
+        said = [
+            f"model {row.model_id}: {row.reason}. {row.remedy}."
+            for row in self.failures.itertuples()
+        ]
+        neglected = self.linearisation_error.to_numpy()
+        is_large = neglected > self.models["sigma_0"].to_numpy()
+        said += [
+            f"model {self.models['model_id'].iloc[place]}: its corrections are so "
+            f"large that the linear equations neglect parallaxes up to "
+            f"{typesetting.number(neglected[place])}. Correct it, and measure again."
+            for place in np.flatnonzero(is_large)
+        ]
+        lines = [
+            typesetting.wrapped(text, first="  ", indent="    ")
+            for text in said[:MOST_PRINTED]
+        ]
+        rest = len(said) - MOST_PRINTED
+        return [*lines, f"  and {rest} more"] if rest > 0 else lines
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedModelPoints:
+    """Corrected points, and the models that stay out.
+
+    Attributes
+    ----------
+    points : DataFrame
+        The rows and columns of the given points with corrected x, y, z, without the
+        models in ``failures``.
+    failures : DataFrame
+        coverage, model_id, stage, reason, remedy.
+    """
+
+    points: pd.DataFrame
+    failures: pd.DataFrame
+
+
+def correct_model_points(orientation, model_points):
+    """Correct model points, and say without a warning which models stay out.
+
+    Parameters
+    ----------
+    orientation : ParallaxOrientation
+    model_points : DataFrame
+        As in :meth:`ParallaxOrientation.corrected`.
+
+    Returns
+    -------
+    CorrectedModelPoints
+
+    Raises
+    ------
+    TableError
+        A column is missing or a value is not what it should be.
+    """
+    checked = tables.check_table(model_points, MODEL_POINTS)
+    raise_problems(checked.problems)
+    frame = checked.frame
+    asked = encode_pairs(frame["coverage"], frame["model_id"])
+    has_coverages = "coverage" in model_points.columns
+    faults = ModelFaults.none(len(asked))
+    place = _find_models(orientation, asked.names, has_coverages, faults)
+    xyz = frame[["x", "y", "z"]].to_numpy()
+    faults.say_of_rows(asked.codes[xyz[:, 2] >= 0.0], ABOVE, COUNT_Z_UP)
+    rows = np.flatnonzero(faults.is_sound[asked.codes])
+    model = place[asked.codes[rows]]
+    corrected = np.zeros_like(xyz)
+    corrected[rows] = correct_model(
+        xyz[rows],
+        orientation.models["base"].to_numpy()[model],
+        orientation.adjustment.elements[model],
+        orientation.case,
+    )
+    # rays that part meet above the centres, or nowhere
+    is_apart = ~(corrected[:, 2] < 0.0)
+    faults.say_of_rows(asked.codes[is_apart], APART, CHECK_PARALLAXES)
+    frame = frame.assign(**dict(zip("xyz", corrected.T, strict=True)))
+    shared = [name for name in frame.columns if name in model_points.columns]
+    points = model_points.assign(**{name: frame[name] for name in shared})
+    is_kept = faults.is_sound[asked.codes]
+    return CorrectedModelPoints(points[is_kept], faults.table(asked.names))
+
+
+def _find_models(orientation, names, has_coverages, faults):
+    """Find the orientation of each model; a fault where there is none."""
+    known, wanted = orientation.models, models_frame(names)
+    if not (has_coverages and orientation.has_coverages):
+        wanted = wanted.drop(columns="coverage")
+    place, is_ambiguous = places_of_models(wanted, known)
+    is_ambiguous = is_ambiguous | wanted.duplicated(keep=False).to_numpy()
+    faults.say(is_ambiguous, "several coverages have this model", NAME_COVERAGE)
+    faults.say(place < 0, "it has no y-parallaxes", "Measure y-parallaxes in it")
+    remedies = np.full(len(known), "", dtype=object)
+    is_usable = known["is_usable"].to_numpy()
+    remedies[~is_usable] = orientation.failures["remedy"]
+    reasons = known["reason"].to_numpy()
+    faults.say(~is_usable[place], reasons[place], remedies[place])
+    return place
+
+
+@dataclass(frozen=True, eq=False)
+class ModelFaults:
+    """Why models stay out; of several reasons the first one counts.
+
+    Attributes
+    ----------
+    reasons, remedies : ndarray of object, shape (n_models,)
+        Empty text where nothing is wrong.
+    """
+
+    reasons: np.ndarray
+    remedies: np.ndarray
+
+    @classmethod
+    def none(cls, n_models):
+        """Begin with models that have no faults."""
+        return cls(*(np.full(n_models, "", dtype=object) for _ in range(2)))
+
+    @property
+    def is_sound(self):
+        """Whether nothing is wrong, ndarray of bool, shape (n_models,)."""
+        return self.reasons == ""
+
+    def say(self, is_bad, reason, remedy):
+        """Say what is wrong with some models.
+
+        Parameters
+        ----------
+        is_bad : ndarray of bool, shape (n_models,)
+        reason, remedy : str or ndarray of object, shape (n_models,)
+        """
+        is_new = is_bad & self.is_sound
+        for texts, text in ((self.reasons, reason), (self.remedies, remedy)):
+            texts[is_new] = text if isinstance(text, str) else text[is_new]
+
+    def say_of_rows(self, codes, reason, remedy):
+        """Say what is wrong with the models of some rows.
+
+        Parameters
+        ----------
+        codes : ndarray of int
+            Model of each bad row.
+        reason, remedy : str
+        """
+        is_bad = np.zeros(len(self.reasons), dtype=bool)
+        is_bad[codes] = True
+        self.say(is_bad, reason, remedy)
+
+    def table(self, names):
+        """Return the failures as a table.
+
+        Parameters
+        ----------
+        names : ndarray of tuple, shape (n_models,)
+            coverage, model_id.
+
+        Returns
+        -------
+        DataFrame
+        """
+        failed = np.flatnonzero(~self.is_sound)
+        return failures_table(
+            (*names[k], STAGE, self.reasons[k], self.remedies[k]) for k in failed
+        )
+
+
+def models_frame(names):
+    """Pairs of coverage and model_id as a table.
+
+    Parameters
+    ----------
+    names : ndarray of tuple, shape (n_models,)
+
+    Returns
+    -------
+    DataFrame
+        coverage, model_id.
+    """
+    return pd.DataFrame(list(names), columns=["coverage", "model_id"], dtype=object)
+
+
+def places_of_models(wanted, known):
+    """Find models of one table in another, by all columns of the first.
+
+    Parameters
+    ----------
+    wanted : DataFrame
+        [coverage,] model_id.
+    known : DataFrame
+        With the same columns, and others.
+
+    Returns
+    -------
+    place : ndarray of int, shape (n_wanted,)
+        Row in ``known``, -1 where there is none.
+    is_ambiguous : ndarray of bool, shape (n_wanted,)
+        Whether there are several.
+    """
+    keys = list(wanted.columns)
+    have, want = pd.MultiIndex.from_frame(known[keys]), pd.MultiIndex.from_frame(wanted)
+    is_first = ~have.duplicated()
+    found = have[is_first].get_indexer(want)
+    rows = np.append(np.flatnonzero(is_first), -1)
+    return rows[found], want.isin(have[have.duplicated()])
+
+
+def _table_of_models(orientation):
+    """Table of the first models: redundancy, sigma_0, elements [gon, model unit]."""
+    names = ELEMENTS[orientation.case]
+    is_shift = np.array([name in SHIFTS for name in names])
+    values = orientation.adjustment.elements / np.where(is_shift, 1.0, RADIANS_PER_GON)
+    models = orientation.models.head(MOST_PRINTED)
+    rows = [
+        [
+            typesetting.shortened(row.model_id, 16),
+            str(row.n_points),
+            typesetting.number(row.sigma_0),
+            *(typesetting.fixed(value, 4) for value in elements),
+        ]
+        for row, elements in zip(models.itertuples(), values, strict=False)
+    ]
+    text = typesetting.table(rows, header=["model", "points", "sigma_0", *names])
+    rest = len(orientation.models) - MOST_PRINTED
+    units = "gon; d_by, d_bz in the unit of the model" if is_shift.any() else "gon"
+    lines = [f"Corrections still to be made [{units}]", text]
+    return "\n".join([*lines, f"  and {rest} more"] if rest > 0 else lines)

@@ -1,0 +1,122 @@
+"""Stage 1: approximate coordinates from the high flight."""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.stages.results import Result
+from einschalt.stages.stage3_model_transformation import (
+    ModelTransformation,
+    transform_models,
+)
+from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+
+STAGE = "stage1_approximate_coordinates"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ApproximateCoordinates(Result):
+    """Approximate coordinates of all points of the high flight.
+
+    Attributes
+    ----------
+    points : DataFrame
+        point_id, easting, northing [, height], n_models, n_coverages, spread_total
+        [m].
+    transformation : ModelTransformation
+        Of the models of the high flight onto the control points.
+    internal_single : float
+        TOTAL error of one coverage's value from the differences of the coverages [m];
+        NaN without a second coverage.
+    """
+
+    points: pd.DataFrame
+    transformation: ModelTransformation
+    internal_single: float
+
+    @property
+    def failures(self):
+        """Models that could not be transformed."""
+        return self.transformation.failures.assign(stage=STAGE)
+
+    def summary(self):
+        """Say how many points got coordinates, from which models."""
+        return (
+            f"approximate coordinates of {len(self.points)} points\n"
+            f"{self.transformation.summary()}\n"
+            "one coverage, from the differences of the coverages (internal, total)  "
+            f"{typesetting.length(self.internal_single)}"
+        )
+
+
+def approximate_coordinates(
+    model_points,
+    control_points,
+    kind="affine",
+    *,
+    coverage_mean="all",
+    weighting="plain",
+):
+    """Transform every high-flight model onto its control points and average.
+
+    Parameters
+    ----------
+    model_points : DataFrame
+        coverage, model_id, point_id, x, y [, z].
+    control_points : DataFrame
+        point_id, easting, northing [, height] [, role] [m]. Points with the role
+        ``check`` take no part.
+    kind : {"affine", "helmert", "rigid", "helmert_3d"}
+    coverage_mean : {"all", "most_central"}
+    weighting : {"plain", "weighted"}
+        Weights 1 / m_t² where weighted.
+
+    Returns
+    -------
+    ApproximateCoordinates
+
+    Raises
+    ------
+    GeometryError
+        Not one model could be transformed.
+    """
+    control = control_points
+    if "role" in control:
+        control = control[control["role"] != "check"]
+    transformation = transform_models(model_points, control, kind)
+    require_usable(transformation, "high flight", STAGE)
+    values = with_positions(transformation.values(model_points), model_points)
+    values = values.rename(columns={"m_t": "standard_error_paper"})
+    means = average_coverages(values, coverage_mean=coverage_mean, weighting=weighting)
+    points = means.points.drop(
+        columns=["standard_error_paper", "standard_error_internal"]
+    )
+    return ApproximateCoordinates(points, transformation, means.internal_single)
+
+
+def require_usable(transformation, flight, stage):
+    """Refuse to go on where not one model of a flight could be transformed.
+
+    Parameters
+    ----------
+    transformation : ModelTransformation
+    flight : str
+        Said in the message.
+    stage : str
+
+    Raises
+    ------
+    GeometryError
+    """
+    if transformation.is_usable:
+        return
+    failures = transformation.failures
+    raise GeometryError(
+        f"no model of the {flight} could be transformed: {failures['reason'].iloc[0]}",
+        expected="at least one usable model",
+        remedy=failures["remedy"].iloc[0],
+        model=name_some(failures["model_id"]),
+        stage=stage,
+    )

@@ -1,0 +1,158 @@
+"""Stage 2: relative orientation of a flight's models, where it is to be computed.
+
+From y-parallaxes the machine coordinates are corrected; from image coordinates the
+models are formed. A flight that comes as machine coordinates of oriented models passes
+through unchanged.
+"""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.parallax_orientation import correct_model_points
+from einschalt.stages.results import FAILURE_COLUMNS, Result
+
+STAGE = "stage2_relative_orientation"
+ORIENTATION_COLUMNS = [
+    "coverage",
+    "model_id",
+    "case",
+    "n_points",
+    "redundancy",
+    "sigma_0",
+    "is_converged",
+]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RelativeOrientation(Result):
+    """A flight after its relative orientation.
+
+    Attributes
+    ----------
+    model_points : DataFrame
+        coverage, model_id, point_id, x, y [, z] [mm].
+    orientations : DataFrame
+        coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
+        then the elements [rad, mm]; no rows where nothing was to be oriented.
+    failures : DataFrame
+        coverage, model_id, stage, reason, remedy.
+    """
+
+    model_points: pd.DataFrame
+    orientations: pd.DataFrame
+    failures: pd.DataFrame
+
+    def summary(self):
+        """Say how many models were oriented, and how well."""
+        n_models = len(self.orientations)
+        if n_models == 0:
+            return "no relative orientation to compute"
+        sigma = self.orientations["sigma_0"]
+        return (
+            f"{n_models} models oriented, {len(self.failures)} failed\n"
+            f"sigma_0  {sigma.min() * 1e3:.1f} to {sigma.max() * 1e3:.1f} µm, "
+            f"median {sigma.median() * 1e3:.1f} µm"
+        )
+
+
+def relative_orientation(flight):
+    """Orient the models of a flight and give their corrected points.
+
+    Parameters
+    ----------
+    flight : Flight
+        With ``model_points`` (and ``y_parallaxes``, ``base``), or ``image_points``,
+        ``models`` and ``principal_distance_mm``.
+
+    Returns
+    -------
+    RelativeOrientation
+        A model that cannot be oriented is a row of ``failures``, and its points are
+        left out.
+    """
+    if flight.image_points is not None:
+        return _from_images(flight)
+    if flight.y_parallaxes is not None:
+        return _from_parallaxes(flight)
+    return RelativeOrientation(
+        flight.model_points,
+        pd.DataFrame(columns=ORIENTATION_COLUMNS),
+        pd.DataFrame(columns=FAILURE_COLUMNS),
+    )
+
+
+def image_pairs(image_points, models):
+    """Put the image coordinates of each model's two photographs side by side.
+
+    Parameters
+    ----------
+    image_points : DataFrame
+        image_id, point_id, x, y [mm].
+    models : DataFrame
+        coverage, model_id, left_image, right_image.
+
+    Returns
+    -------
+    DataFrame
+        coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm]: the points
+        that were measured in both photographs.
+    """
+    named = image_points[["image_id", "point_id", "x", "y"]]
+    left = models.merge(
+        named.rename(columns={"image_id": "left_image", "x": "x_left", "y": "y_left"}),
+        on="left_image",
+    )
+    right = named.rename(
+        columns={"image_id": "right_image", "x": "x_right", "y": "y_right"}
+    )
+    both = left.merge(right, on=["right_image", "point_id"])
+    return both.drop(columns=["left_image", "right_image"])
+
+
+def _from_images(flight):
+    pairs = image_pairs(flight.image_points, flight.models)
+    oriented = orient_from_images(pairs, flight.principal_distance_mm)
+    points = _at_image_scale(oriented.model_points, flight.principal_distance_mm)
+    return RelativeOrientation(
+        points,
+        _orientations(oriented, oriented.converged),
+        oriented.failures.assign(stage=STAGE),
+    )
+
+
+def _at_image_scale(points, principal_distance):
+    # a base of 1 says nothing of the scale: bring each model to the mean image scale
+    depth = points.groupby(["coverage", "model_id"])["z"].transform("mean").abs()
+    factor = principal_distance / depth
+    scaled = {axis: points[axis] * factor for axis in "xyz"}
+    return points.assign(**scaled)
+
+
+def _from_parallaxes(flight):
+    oriented = orient_from_parallaxes(flight.y_parallaxes, flight.base)
+    corrected = correct_model_points(oriented, flight.model_points)
+    failures = pd.concat([oriented.failures, corrected.failures], ignore_index=True)
+    return RelativeOrientation(
+        corrected.points,
+        _orientations(oriented, oriented.models["is_usable"]),
+        failures.drop_duplicates(["coverage", "model_id"]).assign(stage=STAGE),
+    )
+
+
+def _orientations(oriented, is_converged):
+    models = oriented.models
+    facts = pd.DataFrame(
+        {
+            "coverage": models["coverage"].to_numpy(),
+            "model_id": models["model_id"].to_numpy(),
+            "case": oriented.case,
+            "n_points": oriented.n_points.to_numpy(),
+            "redundancy": oriented.redundancy.to_numpy(),
+            "sigma_0": oriented.sigma_0.to_numpy(),
+            "is_converged": is_converged.to_numpy(),
+        }
+    )
+    return pd.concat([facts, oriented.parameters.reset_index(drop=True)], axis=1)

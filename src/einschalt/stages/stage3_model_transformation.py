@@ -1,0 +1,461 @@
+"""Stage 3: every model onto all its points with ground coordinates."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables, typesetting
+from einschalt.foundations.batches import Coded, encode, encode_pairs, segments
+from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.stages.results import Result, failures_table, row_of_model
+from einschalt.stages.transformation_kinds import (
+    KINDS,
+    ground_schema,
+    model_schema,
+    placed_ground_schema,
+    reasons_for,
+    remedy_for,
+)
+from einschalt.theory.adjustment.least_squares import (
+    pooled_standard_error,
+    total_from_coordinate,
+)
+from einschalt.theory.adjustment.reliability import redundancy_numbers
+
+STAGE = "stage3_model_transformation"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelTransformation(Result):
+    """Transformations of all models of a flight.
+
+    Attributes
+    ----------
+    kind : str
+    fit : PlaneFit or SpatialFit
+        Arrays by model, in the order of ``models``.
+    models : DataFrame
+        coverage, model_id, transformation, n_points, redundancy, m_0 (total) [m],
+        s_0 (per coordinate) [m], is_usable, reason.
+    parameters : DataFrame
+        Index model_id; NaN where a model is not usable.
+    residuals : DataFrame
+        coverage, model_id, point_id, residual_easting, residual_northing
+        [, residual_height] [m] (transformed less given), leverage, redundancy_number
+        (means of easting and northing).
+    failures : DataFrame
+        coverage, model_id, stage, reason, remedy.
+    """
+
+    kind: str
+    fit: object
+    models: pd.DataFrame
+    parameters: pd.DataFrame
+    residuals: pd.DataFrame
+    failures: pd.DataFrame
+    has_coverages: bool
+
+    @property
+    def m_0(self):
+        """TOTAL standard error of unit weight of all models together [m]."""
+        return float(total_from_coordinate(self._pooled_s_0))
+
+    @property
+    def _pooled_s_0(self):
+        # a mirrored model has residuals as large as itself
+        row = self.models["is_usable"].to_numpy()
+        return pooled_standard_error(
+            self.fit.sum_of_squares[row], self.fit.redundancy[row]
+        )
+
+    @property
+    def is_usable(self):
+        """Whether any model could be transformed."""
+        return bool(self.models["is_usable"].any())
+
+    @cached_property
+    def _cofactors(self):
+        return KINDS[self.kind].cofactors(self.fit)
+
+    def cofactor(self, model_id, coverage=None):
+        """Cofactor matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        DataFrame
+            Times s_0² it is the covariance matrix.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        names = list(self.fit.parameter_names)
+        return pd.DataFrame(self._cofactors[row], index=names, columns=names)
+
+    def covariance(self, model_id, coverage=None):
+        """Covariance matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+
+        Returns
+        -------
+        DataFrame
+            NaN where the model has no redundancy.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        return self.cofactor(model_id, coverage) * self.fit.s_0[row] ** 2
+
+    def transform(self, model_points):
+        """Transform points, whether they were fitted or not.
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            [coverage,] model_id, point_id, x, y [, z].
+
+        Returns
+        -------
+        DataFrame
+            [coverage,] model_id, point_id, easting, northing [, height],
+            m_t (TOTAL, in plan) [m]; the rows and the index of ``model_points``. NaN
+            in the rows of a model that is not usable; m_t is NaN where the model has
+            no redundancy.
+
+        Raises
+        ------
+        TableError
+            A model was not among those that were fitted.
+        """
+        table = self._transformed(model_points, self.fit.s_0)
+        return table if self.has_coverages else table.drop(columns="coverage")
+
+    def values(self, model_points):
+        """Coordinates of every point from every model that holds it.
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            [coverage,] model_id, point_id, x, y [, z].
+
+        Returns
+        -------
+        DataFrame
+            As :meth:`transform`, always with ``coverage``; and a model without
+            redundancy has the m_0 of all models together, where :meth:`transform` has
+            NaN.
+        """
+        s_0 = np.where(self.fit.redundancy > 0, self.fit.s_0, self._pooled_s_0)
+        return self._transformed(model_points, s_0)
+
+    def _transformed(self, model_points, s_0):
+        kind = KINDS[self.kind]
+        checked = _checked(model_points, model_schema(kind), "model_points")
+        place = self._places(checked)
+        xyz = checked[list(kind.source)].to_numpy()
+        cofactors = self.fit.point_cofactors(place, xyz)
+        table = checked[["coverage", "model_id", "point_id"]].copy()
+        is_usable = self.models["is_usable"].to_numpy()[place]
+        ground = self.fit.apply(place, xyz)
+        table[list(kind.target)] = np.where(is_usable[:, None], ground, np.nan)
+        plan = cofactors[:, 0, 0] + cofactors[:, 1, 1]
+        table["m_t"] = np.where(is_usable, s_0[place] * np.sqrt(plan), np.nan)
+        return table
+
+    def inverse(self, ground_points):
+        """Model coordinates of ground points.
+
+        Parameters
+        ----------
+        ground_points : DataFrame
+            [coverage,] model_id, point_id, easting, northing [, height].
+
+        Returns
+        -------
+        DataFrame
+            [coverage,] model_id, point_id, x, y [, z]; NaN in the rows of a model that
+            is not usable.
+
+        Raises
+        ------
+        TableError
+            A model was not among those that were fitted.
+        """
+        kind = KINDS[self.kind]
+        checked = _checked(ground_points, placed_ground_schema(kind), "ground_points")
+        place = self._places(checked)
+        table = checked[["coverage", "model_id", "point_id"]].copy()
+        is_usable = self.models["is_usable"].to_numpy()[place]
+        xyz = self.fit.invert(place, checked[list(kind.target)].to_numpy())
+        table[list(kind.source)] = np.where(is_usable[:, None], xyz, np.nan)
+        return table if self.has_coverages else table.drop(columns="coverage")
+
+    def proj_pipeline(self, model_id, coverage=None):
+        """Return the transformation of a model as a PROJ string.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+
+        Returns
+        -------
+        str
+            A ``+proj=affine`` step, exact for every kind.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        matrix, shift = self.fit.homogeneous(row)
+        if not self.models["is_usable"].iloc[row]:
+            raise TableError(
+                "it has no transformation",
+                expected=KINDS[self.kind].needs,
+                remedy="Its row in failures says why",
+                model=model_id,
+            )
+        size = len(shift)
+        shifts = [
+            f"+{axis}off={float(value)!r}"
+            for axis, value in zip("xyz"[:size], shift, strict=True)
+        ]
+        factors = [
+            f"+s{i + 1}{j + 1}={float(matrix[i, j])!r}"
+            for i in range(size)
+            for j in range(size)
+        ]
+        return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
+
+    def _places(self, frame):
+        known = encode_pairs(self.models["coverage"], self.models["model_id"])
+        asked = encode_pairs(frame["coverage"], frame["model_id"])
+        place = known.locate(_tuples(asked.names))
+        if (place < 0).any():
+            _, model_id = asked.names[int(np.argmax(place < 0))]
+            raise TableError(
+                "the model was not fitted",
+                expected="a model of the points that were transformed",
+                remedy="Take its rows out",
+                model=model_id,
+            )
+        return place[asked.codes]
+
+    def summary(self):
+        """Say how many models were transformed, with which m_0, and what failed."""
+        usable = self.models[self.models["is_usable"]]
+        lines = [
+            (
+                f"{self.kind} transformation of {len(usable)} of {len(self.models)} "
+                f"models, {int(usable['n_points'].sum())} points, "
+                f"redundancy {int(usable['redundancy'].sum())}"
+            ),
+            f"m_0 (total, all models together)  {self.m_0:.4f} m",
+        ]
+        if len(usable) > 1:
+            low, mid, high = usable["m_0"].quantile([0.0, 0.5, 1.0])
+            lines.append(
+                f"m_0 of single models  {low:.4f} to {high:.4f} m, median {mid:.4f} m"
+            )
+        if len(self.failures):
+            shown = self.failures[["model_id", "reason", "remedy"]].head(5)
+            table = typesetting.table(shown.to_numpy().tolist())
+            lines += ["", f"{len(self.failures)} models failed:", table]
+        return "\n".join(lines)
+
+
+def transform_models(model_points, ground_points, kind="affine", weights=None):
+    """Fit every model onto all of its points that have ground coordinates.
+
+    Parameters
+    ----------
+    model_points : DataFrame
+        [coverage,] model_id, point_id, x, y [, z] [, weight].
+    ground_points : DataFrame
+        point_id, easting, northing [, height] [, weight] [m].
+    kind : {"affine", "helmert", "rigid", "helmert_3d"}
+    weights : Series or ndarray, optional
+        Series by point_id, or one weight for each row of ``model_points``. Multiplies
+        the columns ``weight``, where they are given.
+
+    Returns
+    -------
+    ModelTransformation
+        Models with too few points, or points in a line, are rows of ``failures``.
+
+    Raises
+    ------
+    TableError
+        A column is missing or a value is not what it should be; a weight is not
+        positive, or does not belong to one row or point.
+    SettingsError
+        ``kind`` is unknown.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> model = pd.DataFrame({"model_id": "1", "point_id": ["a", "b", "c"],
+    ...                       "x": [0.0, 1.0, 0.0], "y": [0.0, 0.0, 1.0]})
+    >>> ground = pd.DataFrame({"point_id": ["a", "b", "c"],
+    ...                        "easting": [5.0, 7.0, 5.0],
+    ...                        "northing": [5.0, 5.0, 7.0]})
+    >>> fit = transform_models(model, ground, kind="helmert")
+    >>> fit.parameters.loc["1"].round(9).tolist()
+    [2.0, 0.0, 5.0, 5.0]
+    """
+    if kind not in KINDS:
+        raise SettingsError(f"kind = {kind!r} is unknown", expected=" or ".join(KINDS))
+    checked = _checked(model_points, model_schema(KINDS[kind]), "model_points")
+    ground = _checked(ground_points, ground_schema(KINDS[kind]), "ground_points")
+    observed = _Observations.of(checked, ground, KINDS[kind], weights)
+    fit = KINDS[kind].fit(
+        observed.source, observed.target, observed.weights, observed.start
+    )
+    models = _models_table(fit, kind, observed.models)
+    return ModelTransformation(
+        kind=kind,
+        fit=fit,
+        models=models,
+        parameters=_parameters_table(fit, models),
+        residuals=_residuals_table(fit, observed, models),
+        failures=_failures(models, kind),
+        has_coverages="coverage" in model_points.columns,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Observations:
+    """Identical points of both frames, sorted by model."""
+
+    source: np.ndarray
+    target: np.ndarray
+    weights: np.ndarray
+    start: np.ndarray
+    rows: pd.DataFrame
+    models: Coded
+
+    @classmethod
+    def of(cls, model_points, ground, kind, weights):
+        models = encode_pairs(model_points["coverage"], model_points["model_id"])
+        points = encode(model_points["point_id"])
+        ground_row = encode(ground["point_id"]).locate(points.names)[points.codes]
+        common = np.flatnonzero(ground_row >= 0)
+        sort = segments(models.codes[common], len(models))
+        rows = common[sort.order]
+        combined = _weights(model_points, ground, weights)
+        target = ground[list(kind.target)].to_numpy()[ground_row[rows]]
+        return cls(
+            source=model_points[list(kind.source)].to_numpy()[rows],
+            target=target,
+            weights=combined(rows, ground_row[rows]),
+            start=sort.start,
+            rows=model_points.iloc[rows],
+            models=models,
+        )
+
+
+def _given_weights(model_points, weights):
+    n_rows = len(model_points)
+    if weights is None:
+        return np.ones(n_rows)
+    if isinstance(weights, pd.Series):
+        by_point = pd.to_numeric(weights, errors="coerce")
+        by_point = by_point.set_axis(weights.index.map(str))
+        if by_point.index.is_unique:
+            return model_points["point_id"].map(by_point).to_numpy(dtype=float)
+        raise TableError(
+            "weights has several rows for it",
+            expected="a Series with each point_id once, or one weight for each row",
+            point=by_point.index[by_point.index.duplicated()][0],
+        )
+    given = np.asarray(weights, dtype=float)
+    if given.shape not in {(), (n_rows,)}:
+        raise TableError(
+            f"weights has the shape {given.shape}",
+            expected=f"one weight for each of the {n_rows} rows of model_points",
+            remedy="Or give a Series by point_id",
+        )
+    return np.broadcast_to(given, n_rows)
+
+
+def _weights(model_points, ground, weights):
+    given = _given_weights(model_points, weights)
+    in_model = model_points.get("weight", pd.Series(1.0, model_points.index))
+    on_ground = ground.get("weight", pd.Series(1.0, ground.index)).to_numpy()
+    in_model = in_model.to_numpy() * given
+
+    def combined(rows, ground_rows):
+        product = in_model[rows] * on_ground[ground_rows]
+        is_bad = ~(np.isfinite(product) & (product > 0.0))
+        if is_bad.any():
+            row = rows[int(np.argmax(is_bad))]
+            raise TableError(
+                f"weight {product[int(np.argmax(is_bad))]} of an observation",
+                expected="a positive weight for every point",
+                remedy="Give it a weight, or take the point out",
+                point=model_points["point_id"].iloc[row],
+                model=model_points["model_id"].iloc[row],
+            )
+        return product
+
+    return combined
+
+
+def _checked(frame, schema, source):
+    checked = tables.check_table(frame, schema, source=source)
+    raise_problems(checked.problems)
+    return checked.frame
+
+
+def _tuples(names):
+    array = np.empty(len(names), dtype=object)
+    array[:] = list(names)
+    return array
+
+
+def _models_table(fit, kind, models):
+    is_usable = fit.status == 0
+    coverage, model_id = zip(*models.names, strict=True)
+    return pd.DataFrame(
+        {
+            "coverage": coverage,
+            "model_id": model_id,
+            "transformation": kind,
+            "n_points": fit.n_points,
+            "redundancy": fit.redundancy,
+            "m_0": fit.m_0,
+            "s_0": fit.s_0,
+            "is_usable": is_usable & ~fit.is_mirrored,
+            "reason": reasons_for(fit, KINDS[kind]),
+        }
+    )
+
+
+def _failures(models, kind):
+    failed = models[~models["is_usable"]]
+    return failures_table(
+        (row.coverage, row.model_id, STAGE, row.reason, remedy_for(row.reason, kind))
+        for row in failed.itertuples()
+    )
+
+
+def _parameters_table(fit, models):
+    values = np.where(models["is_usable"].to_numpy()[:, None], fit.parameters, np.nan)
+    index = pd.Index(models["model_id"], name="model_id")
+    return pd.DataFrame(values, index=index, columns=list(fit.parameter_names))
+
+
+def _residuals_table(fit, observed, models):
+    table = observed.rows[["coverage", "model_id", "point_id"]].reset_index(drop=True)
+    names = ["residual_easting", "residual_northing", "residual_height"]
+    size = fit.residuals.shape[1]
+    table[names[:size]] = fit.residuals
+    leverage = fit.leverage[:, :2].mean(axis=1)
+    table["leverage"] = leverage
+    table["redundancy_number"] = redundancy_numbers(leverage)
+    is_usable = np.repeat(models["is_usable"].to_numpy(), fit.n_points)
+    return table[is_usable].reset_index(drop=True)

@@ -1,0 +1,237 @@
+"""Stage 5: the values of all models and coverages become one value per point."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables, typesetting
+from einschalt.foundations.batches import encode, encode_pairs, segments
+from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.tables import Column, Schema, check_table, with_coverage
+from einschalt.stages.results import Result
+from einschalt.theory.double_coverage import (
+    internal_standard_error,
+    mean_of_values,
+    most_central_rows,
+    position_in_extent,
+)
+
+COVERAGE_MEANS = ("all", "most_central")
+WEIGHTINGS = ("plain", "weighted")
+
+
+def _may_be_missing(name, unit="metres", *, is_required=False):
+    return Column(name, "number", unit, is_required, may_be_missing=True)
+
+
+VALUES = Schema(
+    "values",
+    (
+        tables.COVERAGE,
+        Column("model_id", "id", is_required=False),
+        tables.POINT_ID,
+        _may_be_missing("easting", is_required=True),
+        _may_be_missing("northing", is_required=True),
+        _may_be_missing("height"),
+        _may_be_missing("standard_error_paper"),
+        _may_be_missing("position_u", "a fraction"),
+        _may_be_missing("position_v", "a fraction"),
+    ),
+    key=("coverage", "model_id", "point_id"),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoverageMean(Result):
+    """One value per point.
+
+    Attributes
+    ----------
+    points : DataFrame
+        point_id, easting, northing [, height], standard_error_paper,
+        standard_error_internal, n_models, n_coverages, spread_total [m].
+    used : DataFrame
+        The rows of the values that entered the means.
+    internal_single : float
+        TOTAL error of one coverage's value from the differences of the coverages [m];
+        NaN without a second coverage.
+    """
+
+    points: pd.DataFrame
+    used: pd.DataFrame
+    internal_single: float
+
+    def summary(self):
+        """Say how many points were averaged, and how far the coverages differ."""
+        twice = int((self.points["n_coverages"] > 1).sum())
+        return (
+            f"{len(self.points)} points from {len(self.used)} values, "
+            f"{twice} of them in several coverages\n"
+            "one coverage, from the differences of the coverages (internal, total)  "
+            f"{typesetting.length(self.internal_single)}"
+        )
+
+
+def average_coverages(values, *, coverage_mean="all", weighting="plain"):
+    """Average the values that models and coverages give for each point.
+
+    Parameters
+    ----------
+    values : DataFrame
+        point_id, easting, northing [, height] [, coverage, model_id]
+        [, standard_error_paper] [, position_u, position_v] [m]. Rows without
+        coordinates are passed over.
+    coverage_mean : {"all", "most_central"}
+        Every value, or per coverage the one with the smallest max(abs u, abs v).
+    weighting : {"plain", "weighted"}
+        Arithmetic mean, or weights 1 / standard_error_paper².
+
+    Returns
+    -------
+    CoverageMean
+        ``standard_error_paper`` is that of the mean if the values were independent.
+        ``standard_error_internal`` comes from the differences of the coverages, is
+        one figure for the block divided by the root of the coverages, and sees only
+        what the coverages do not share.
+
+    Raises
+    ------
+    SettingsError
+        An option is unknown.
+    TableError
+        A column is missing, a value is not what it should be, a model gives a point
+        twice, or no row has coordinates.
+    """
+    _check_options(values, coverage_mean, weighting)
+    given = _usable_values(values, weighting)
+    if coverage_mean == "most_central":
+        given = given.iloc[_central(given)]
+    points = encode(given["point_id"])
+    sort = segments(points.codes, len(points))
+    used = given.iloc[sort.order]
+    coordinates = used[_coordinate_names(used)].to_numpy(dtype=float)
+    error = used["standard_error_paper"].to_numpy(dtype=float)
+    weights = np.ones(len(used)) if weighting == "plain" else error**-2.0
+    means = mean_of_values(coordinates, error, weights, sort.start)
+    table = pd.DataFrame({"point_id": points.names})
+    table[_coordinate_names(used)] = means.mean
+    table["standard_error_paper"] = means.standard_error
+    by_coverage = _coverage_values(used, coordinates[:, :2], weights, points, sort)
+    n_coverages = np.diff(by_coverage.start)
+    single = internal_standard_error(by_coverage.coordinates, by_coverage.start)
+    table["standard_error_internal"] = single / np.sqrt(n_coverages)
+    table["n_models"] = means.n_values
+    table["n_coverages"] = n_coverages
+    table["spread_total"] = means.spread_total
+    return CoverageMean(table, used.reset_index(drop=True), single)
+
+
+def with_positions(values, model_points):
+    """Add to each value the position of its point in the extent of the model.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Row for row as ``model_points``.
+    model_points : DataFrame
+        [coverage,] model_id, point_id, x, y.
+
+    Returns
+    -------
+    DataFrame
+        ``values`` with position_u, position_v, −½ to ½ from edge to edge of the box
+        around the model's points.
+    """
+    keyed = with_coverage(model_points)
+    models = encode_pairs(keyed["coverage"], keyed["model_id"])
+    sort = segments(models.codes, len(models))
+    xy = keyed[["x", "y"]].to_numpy(dtype=float)
+    position = np.empty_like(xy)
+    position[sort.order] = position_in_extent(xy[sort.order], sort.start)
+    return values.assign(position_u=position[:, 0], position_v=position[:, 1])
+
+
+@dataclass(frozen=True, eq=False)
+class _CoverageValues:
+    coordinates: np.ndarray
+    start: np.ndarray
+
+
+def _coverage_values(used, coordinates, weights, points, sort):
+    """Mean of each point in each coverage, sorted by point."""
+    coverage = encode(used["coverage"])
+    point = np.repeat(np.arange(len(points)), np.diff(sort.start))
+    key = point * len(coverage) + coverage.codes
+    distinct, group = np.unique(key, return_inverse=True)
+    parts = segments(group, len(distinct))
+    ones = np.ones(len(used))
+    means = mean_of_values(
+        coordinates[parts.order], ones, weights[parts.order], parts.start
+    )
+    count = np.bincount(distinct // len(coverage), minlength=len(points))
+    return _CoverageValues(means.mean, np.concatenate([[0], np.cumsum(count)]))
+
+
+def _central(values):
+    point = encode(values["point_id"]).codes
+    coverage = encode(values["coverage"]).codes
+    position = values[["position_u", "position_v"]].to_numpy(dtype=float)
+    return most_central_rows(point, coverage, position)
+
+
+def _coordinate_names(values):
+    return ["easting", "northing", *(["height"] if "height" in values else [])]
+
+
+def _usable_values(values, weighting):
+    # without the models nobody can tell whether a value stands twice
+    schema = VALUES if "model_id" in values else replace(VALUES, key=())
+    checked = check_table(values, schema)
+    raise_problems(checked.problems)
+    names = _coordinate_names(values)
+    is_given = np.isfinite(checked.frame[names].to_numpy()).all(axis=1)
+    given = values.assign(**checked.frame)[is_given]
+    if given.empty:
+        raise TableError(
+            "no row has coordinates",
+            expected="easting and northing from at least one model",
+            file="values",
+        )
+    if "standard_error_paper" not in given:
+        given = given.assign(standard_error_paper=np.nan)
+    error = given["standard_error_paper"].to_numpy(dtype=float)
+    is_bad = ~(np.isfinite(error) & (error > 0.0))
+    if weighting == "weighted" and is_bad.any():
+        place = int(np.argmax(is_bad))
+        raise TableError(
+            f"standard_error_paper {error[place]}",
+            expected="a positive error for every value that is weighted",
+            remedy='Use weighting="plain", or leave the value out',
+            point=given["point_id"].iloc[place],
+        )
+    return given
+
+
+def _check_options(values, coverage_mean, weighting):
+    for name, value, allowed in (
+        ("coverage_mean", coverage_mean, COVERAGE_MEANS),
+        ("weighting", weighting, WEIGHTINGS),
+    ):
+        if value not in allowed:
+            raise SettingsError(
+                f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
+            )
+    needed = []
+    if coverage_mean == "most_central":
+        needed += ["position_u", "position_v"]
+    if weighting == "weighted":
+        needed += ["standard_error_paper"]
+    for name in needed:
+        if name not in values:
+            raise TableError(
+                f"column '{name}' is missing",
+                expected=", ".join(needed),
+                remedy=f"Add a column '{name}'",
+                file="values",
+            )

@@ -1,0 +1,70 @@
+"""Standard errors from a sum of squared residuals."""
+
+import numpy as np
+
+SQRT2 = np.sqrt(2.0)
+
+
+def standard_error_of_unit_weight(sum_of_squares, redundancy):
+    """Standard error of unit weight s_0 = √(vᵀPv / redundancy).
+
+    Parameters
+    ----------
+    sum_of_squares : ndarray, shape (n_models,)
+        Weighted sum of squared residuals vᵀPv.
+    redundancy : ndarray of int, shape (n_models,)
+        Observations less unknowns.
+
+    Returns
+    -------
+    ndarray, shape (n_models,)
+        Per coordinate; NaN where nothing is redundant, since nothing is known then.
+
+    Examples
+    --------
+    >>> standard_error_of_unit_weight(np.array([8.0, 0.0]), np.array([2, 0]))
+    array([ 2., nan])
+    """
+    redundancy = np.asarray(redundancy, dtype=float)
+    has_redundancy = redundancy > 0
+    variance = np.divide(
+        sum_of_squares,
+        redundancy,
+        out=np.full(redundancy.shape, np.nan),
+        where=has_redundancy,
+    )
+    return np.sqrt(variance)
+
+
+def pooled_standard_error(sum_of_squares, redundancy):
+    """Standard error of unit weight of several models taken together.
+
+    Parameters
+    ----------
+    sum_of_squares, redundancy : ndarray, shape (n_models,)
+
+    Returns
+    -------
+    float
+        √(Σ vᵀPv / Σ redundancy); NaN where nothing is redundant.
+    """
+    total = np.array([np.nansum(sum_of_squares)])
+    return float(
+        standard_error_of_unit_weight(total, np.array([np.sum(redundancy)]))[0]
+    )
+
+
+def total_from_coordinate(standard_error):
+    """Total point error of equal errors in easting and northing: √2 times one.
+
+    Parameters
+    ----------
+    standard_error : float or ndarray
+        Per coordinate [m].
+
+    Returns
+    -------
+    float or ndarray
+        √(σ_E² + σ_N²) [m].
+    """
+    return SQRT2 * standard_error

@@ -1,0 +1,145 @@
+"""Errors carried through linear steps, sparsely and block by block.
+
+Every stage is linear in its observations up to second order. Its error operator is a
+matrix of small blocks (n_axes × n_axes, one for each point and each point that it
+depends on), and the covariance of the end is L Σ Lᵀ.
+
+Source: DESIGN's settled science, docs/theory/propagation.md.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.batches import segment_sum
+
+
+def hat_operator(design, cofactors, weight_sum, weights, layout):
+    """Hat matrix of all models: what each row takes from the fitted points.
+
+    Parameters
+    ----------
+    design : ndarray, shape (n_rows, n_axes, n_rest)
+        Sensitivity of each row's point, rows sorted by model.
+    cofactors : ndarray, shape (n_models, n_rest, n_rest)
+    weight_sum : ndarray, shape (n_models,)
+    weights : ndarray, shape (n_fitted,)
+        Of the fitted points, sorted by model.
+    layout : PairLayout
+        Which rows depend on which fitted points.
+
+    Returns
+    -------
+    bsr_array, shape (n_rows · n_axes, n_fitted · n_axes)
+        Blocks H_ij = w_j (I / Σw + D_i Q D_jᵀ).
+    """
+    n_axes = design.shape[1]
+    left = np.einsum("nau,nuv->nav", design, cofactors[layout.model_of_row])
+    blocks = np.einsum(
+        "pau,pbu->pab",
+        left[layout.row],
+        design[layout.row_of_fitted[layout.fitted]],
+        optimize=True,
+    )
+    blocks += (
+        np.eye(n_axes) / weight_sum[layout.model_of_row[layout.row]][:, None, None]
+    )
+    blocks *= weights[layout.fitted][:, None, None]
+    return sparse.bsr_array(
+        (blocks, layout.fitted, layout.pointer),
+        shape=(len(design) * n_axes, len(weights) * n_axes),
+    )
+
+
+class PairLayout:
+    """All pairs of a row and a fitted point of the same model.
+
+    Parameters
+    ----------
+    start_rows : ndarray of int, shape (n_models + 1,)
+        Segments of all rows, sorted by model.
+    row_of_fitted : ndarray of int, shape (n_fitted,)
+        Which rows were fitted, ascending.
+
+    Attributes
+    ----------
+    model_of_row : ndarray of int, shape (n_rows,)
+    row, fitted : ndarray of int, shape (n_pairs,)
+        The row, and the position of the fitted point among the fitted ones.
+    pointer : ndarray of int, shape (n_rows + 1,)
+        First pair of each row.
+    """
+
+    def __init__(self, start_rows, row_of_fitted):
+        n_rows = int(start_rows[-1])
+        count = np.diff(start_rows)
+        self.row_of_fitted = row_of_fitted
+        self.model_of_row = np.repeat(np.arange(len(count)), count)
+        start_fitted = np.searchsorted(row_of_fitted, start_rows)
+        per_row = np.diff(start_fitted)[self.model_of_row]
+        self.pointer = np.concatenate([[0], np.cumsum(per_row)])
+        self.row = np.repeat(np.arange(n_rows), per_row)
+        within = np.arange(len(self.row)) - self.pointer[self.row]
+        self.fitted = start_fitted[self.model_of_row[self.row]] + within
+
+
+def selection(columns, n_columns, n_axes):
+    """Pick a column for each row: row i of the result is the point ``columns[i]``.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (n_rows,)
+    n_columns, n_axes : int
+
+    Returns
+    -------
+    bsr_array, shape (n_rows · n_axes, n_columns · n_axes)
+    """
+    blocks = np.broadcast_to(np.eye(n_axes), (len(columns), n_axes, n_axes))
+    pointer = np.arange(len(columns) + 1)
+    shape = (len(columns) * n_axes, n_columns * n_axes)
+    return sparse.bsr_array((blocks.copy(), columns, pointer), shape=shape)
+
+
+def weighted_mean(rows, weights, start, shape):
+    """Weighted mean of the values of each point, as an operator.
+
+    Parameters
+    ----------
+    rows : ndarray of int, shape (n_values,)
+        Which values, sorted by point.
+    weights : ndarray, shape (n_values,)
+    start : ndarray of int, shape (n_points + 1,)
+    shape : tuple of int
+        Number of all values, and number of axes.
+
+    Returns
+    -------
+    bsr_array, shape (n_points · n_axes, n_all · n_axes)
+    """
+    n_all, n_axes = shape
+    count = np.diff(start)
+    share = weights / np.repeat(segment_sum(weights, start), count)
+    blocks = share[:, None, None] * np.eye(n_axes)
+    return sparse.bsr_array(
+        (blocks, rows, start), shape=(len(count) * n_axes, n_all * n_axes)
+    )
+
+
+def point_covariances(operator, standard_errors, n_axes):
+    """Covariance of each point from independent sources.
+
+    Parameters
+    ----------
+    operator : sparse array, shape (n_points · n_axes, n_sources · n_axes)
+    standard_errors : ndarray, shape (n_sources,)
+        Of each source, per coordinate [m].
+    n_axes : int
+
+    Returns
+    -------
+    ndarray, shape (n_points, n_axes, n_axes)
+        [m²].
+    """
+    blocks = sparse.bsr_array(operator, blocksize=(n_axes, n_axes))
+    scaled = blocks.data * standard_errors[blocks.indices][:, None, None]
+    return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)

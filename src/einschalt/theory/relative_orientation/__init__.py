@@ -1,0 +1,1 @@
+"""Relative orientation, one author or effect per file."""

@@ -1,0 +1,334 @@
+"""Numerical relative orientation of all pairs of a flight at once.
+
+No start value is needed: the direction of the base and kappa may be anything, tilts and
+convergence moderate to strong. Each pair is oriented by itself in a fused kernel, in
+two steps: ``coplanarity_solution.choose`` finds the right minimum, and a descent from
+there gives the estimate:
+
+rigorous
+    Gauss-Helmert model with equal weights of the four image coordinates, linearised at
+    the corrected observations until these are consistent: the result is that of the
+    bundle adjustment with free model points.
+determinants
+    Least sum of squares of the unweighted determinants F = B . (u x v), as in lecture
+    notes; bx is fixed where the base lies within 45 degrees of x, otherwise the length
+    of the base. Cofactors are those of this estimator for equal weights of the image
+    coordinates, and sigma_0 is computed from the smallest corrections of the image
+    coordinates that satisfy the conditions, so both mean the same as for "rigorous".
+
+A pair has converged when the remaining undamped Gauss-Newton step is smaller than 1e-7
+of its own standard error.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.theory.relative_orientation.coplanarity_condition import (
+    COMPILED,
+    DETERMINANTS,
+    FAST,
+    GAUSS_HELMERT,
+    NO_SUMS,
+    SQUARES,
+    add_condition,
+    coplanarity,
+    factorise,
+    form_normals,
+    frame_of,
+    parameter_row,
+    solve,
+)
+from einschalt.theory.relative_orientation.coplanarity_solution import (
+    FINE,
+    MOST_FINE_STEPS,
+    N_PARAMETERS,
+    choose,
+    descend,
+)
+from einschalt.theory.relative_orientation.starting_orientations import facing
+
+MODES = {"rigorous": GAUSS_HELMERT, "determinants": DETERMINANTS}
+ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED, BEHIND = range(5)
+# largest standard error of a direction for an image error of 1e-4 principal distances
+WEAKEST = 0.2
+IMAGE_ERROR = 1e-4
+# part of the points that may lie behind a camera, as gross errors do
+MOST_BEHIND = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class PairOrientation:
+    """Relative orientation of many pairs, the left photograph being the reference.
+
+    A point X of the left image system (origin in the left projection centre) has the
+    right image ray ``rotation @ (X - base)``.
+
+    Attributes
+    ----------
+    estimator : str
+    base : ndarray, shape (n_pairs, 3)
+        Unit vector from the left to the right projection centre; NaN where the pair
+        could not be oriented.
+    rotation : ndarray, shape (n_pairs, 3, 3)
+        Right image system from left image system.
+    cofactor : ndarray, shape (n_pairs, 6, 6)
+        Of the base vector (3) and a small turn of the right camera about the axes of
+        the left system (3) [1/mm²]; of rank 5, since the base stays a unit vector.
+    sum_of_squares : ndarray, shape (n_pairs,)
+        Of the corrections of all image coordinates [mm²].
+    residuals : ndarray, shape (n_points, 4)
+        Corrections of x', y', x", y" [mm]: adjusted less measured.
+    redundancy_numbers : ndarray, shape (n_points,)
+        Of the conditions; each pair's sum is its redundancy.
+    n_points, n_in_front : ndarray of int, shape (n_pairs,)
+        Points, and those of them in front of both cameras.
+    status : ndarray of int, shape (n_pairs,)
+        ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND.
+    is_ambiguous : ndarray of bool, shape (n_pairs,)
+        Another orientation with all points in front fits about as well.
+    """
+
+    estimator: str
+    base: np.ndarray
+    rotation: np.ndarray
+    cofactor: np.ndarray
+    sum_of_squares: np.ndarray
+    residuals: np.ndarray
+    redundancy_numbers: np.ndarray
+    n_points: np.ndarray
+    n_in_front: np.ndarray
+    status: np.ndarray
+    is_ambiguous: np.ndarray
+
+    @property
+    def redundancy(self):
+        """Points less five, at least 0."""
+        return np.maximum(self.n_points - N_PARAMETERS, 0)
+
+    @property
+    def sigma_0(self):
+        """Standard error of an image coordinate [mm], NaN without redundancy."""
+        redundancy = np.where(self.redundancy > 0, self.redundancy, np.nan)
+        return np.sqrt(self.sum_of_squares / redundancy)
+
+    @property
+    def is_converged(self):
+        """Whether the orientation is the minimum that it claims to be."""
+        return (self.status == ORIENTED) | (self.status == BEHIND)
+
+
+def orient_pairs(image, model_start, principal_distance, estimator="rigorous"):
+    """Orient all pairs from their image coordinates.
+
+    Parameters
+    ----------
+    image : ndarray, shape (n_points, 4)
+        x', y', x", y" [mm], origin in the principal point, sorted by pair.
+    model_start : ndarray of int, shape (n_pairs + 1,)
+        First row of each pair; pair k owns rows model_start[k]:model_start[k + 1].
+    principal_distance : float or ndarray, shape (2,) or (n_pairs, 2)
+        Of both photographs, or of the left and the right one [mm].
+    estimator : {"rigorous", "determinants"}
+
+    Returns
+    -------
+    PairOrientation
+        A pair that cannot be oriented has NaN and a status, and stops nothing.
+
+    Raises
+    ------
+    SettingsError
+        The estimator is unknown.
+
+    Notes
+    -----
+    Source: Gauss-Helmert model as in any text-book of adjustment; the starts are in
+    ``starting_orientations``. The arithmetic of a pair is sequential, so that results
+    do not depend on the number of threads.
+    """
+    if estimator not in MODES:
+        raise SettingsError(
+            f"estimator = {estimator!r} is unknown", expected=" or ".join(MODES)
+        )
+    model_start = np.ascontiguousarray(model_start, dtype=np.int64)
+    n_points = np.diff(model_start)
+    distance = np.empty((len(n_points), 2))
+    distance[:] = principal_distance
+    left = np.repeat(distance[:, 0], n_points)
+    scaled = np.ascontiguousarray(np.asarray(image, dtype=float).T / left)
+    out = _Arrays(
+        pose=np.full((len(n_points), 12), np.nan),
+        cofactor=np.full((len(n_points), 6, 6), np.nan),
+        squares=np.full(len(n_points), np.nan),
+        n_in_front=np.zeros(len(n_points), dtype=np.int64),
+        status=np.full(len(n_points), TOO_FEW),
+        is_ambiguous=np.zeros(len(n_points), dtype=np.bool_),
+        corrections=np.full(scaled.shape, np.nan),
+        redundancy_numbers=np.full(scaled.shape[1], np.nan),
+    )
+    right_z = -distance[:, 1] / distance[:, 0]
+    _orient_all(scaled, model_start, right_z, MODES[estimator], out)
+    return PairOrientation(
+        estimator=estimator,
+        base=out.pose[:, :3],
+        rotation=out.pose[:, 3:].reshape(-1, 3, 3).transpose(0, 2, 1),
+        cofactor=out.cofactor / distance[:, :1, None] ** 2,
+        sum_of_squares=out.squares * distance[:, 0] ** 2,
+        residuals=(out.corrections * left).T,
+        redundancy_numbers=out.redundancy_numbers,
+        n_points=n_points,
+        n_in_front=out.n_in_front,
+        status=out.status,
+        is_ambiguous=out.is_ambiguous,
+    )
+
+
+class _Arrays(NamedTuple):
+    """What the kernel fills, lengths in left principal distances."""
+
+    pose: np.ndarray
+    cofactor: np.ndarray
+    squares: np.ndarray
+    n_in_front: np.ndarray
+    status: np.ndarray
+    is_ambiguous: np.ndarray
+    corrections: np.ndarray
+    redundancy_numbers: np.ndarray
+
+
+@numba.njit(parallel=True, **COMPILED)
+def _orient_all(scaled, model_start, right_z, mode, out):
+    for k in numba.prange(len(model_start) - 1):
+        begin, end = model_start[k], model_start[k + 1]
+        if end - begin < N_PARAMETERS:
+            continue
+        image = np.ascontiguousarray(scaled[:, begin:end])
+        corrections = np.zeros_like(image)
+        numbers = np.empty(end - begin)
+        _orient(image, corrections, right_z[k], mode, k, numbers, out)
+        if out.status[k] != UNDETERMINED:
+            out.corrections[:, begin:end] = corrections
+            out.redundancy_numbers[begin:end] = numbers
+
+
+@numba.njit(**COMPILED)
+def _orient(image, corrections, zr, mode, k, numbers, out):
+    """Orient pair k: fill its places of ``out``, its corrections and its numbers."""
+    pose, out.is_ambiguous[k] = choose(image, zr)
+    limits = (MOST_FINE_STEPS, FINE)
+    pose, _, is_converged = descend(image, corrections, zr, pose, mode, limits)
+    pose, n_in_front = facing(image + corrections, zr, pose)
+    out.squares[k] = close_conditions(image, corrections, zr, pose)
+    cofactor = estimate_precision(image, corrections, zr, pose, mode, numbers)
+    out.n_in_front[k] = n_in_front
+    out.status[k] = ORIENTED
+    if n_in_front < (1.0 - MOST_BEHIND) * image.shape[1]:
+        out.status[k] = BEHIND
+    if not is_converged:
+        out.status[k] = NOT_CONVERGED
+    weakest = np.max(np.diag(cofactor)) * IMAGE_ERROR**2
+    if not weakest <= WEAKEST**2:
+        out.status[k] = UNDETERMINED
+        out.squares[k] = np.nan
+        return
+    base, rotation = pose
+    for i in range(3):
+        out.pose[k, i] = base[i]
+    for i in range(9):
+        out.pose[k, 3 + i] = rotation[i]
+    out.cofactor[k] = cofactor
+
+
+@numba.njit(**COMPILED)
+def close_conditions(image, corrections, zr, pose):
+    """Smallest corrections that satisfy the conditions at a pose.
+
+    Parameters
+    ----------
+    image, corrections : ndarray, shape (4, n)
+        ``corrections`` are improved in place; each pass squares what is missing.
+    zr : float
+    pose : pose
+
+    Returns
+    -------
+    float
+        Sum of squares of the corrections.
+    """
+    frame = frame_of(pose, False)
+    sums = form_normals(image, corrections, zr, frame, GAUSS_HELMERT)
+    for _ in range(2):
+        sums = form_normals(image, corrections, zr, frame, GAUSS_HELMERT)
+    return sums[SQUARES]
+
+
+@numba.njit(fastmath=FAST, **COMPILED)
+def estimate_precision(image, corrections, zr, pose, mode, numbers):
+    """Cofactors of the orientation and redundancy numbers of its conditions.
+
+    With the rows j, variances q of the conditions and weights w the cofactors are
+    ``N^-1 (sum w^2 q j j.T) N^-1``, ``N = sum w j j.T``: with w = 1/q just ``N^-1``.
+
+    Parameters
+    ----------
+    image, corrections : ndarray, shape (4, n)
+    zr : float
+    pose : pose
+    mode : Mode
+    numbers : ndarray, shape (n,)
+        Filled with ``1 - w j.T N^-1 j``.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        Of the base vector and the turn of the right camera; NaN where the points do
+        not determine them.
+    """
+    frame = frame_of(pose, mode.fixes_x)
+    at = image + mode.keep * corrections
+    idle = np.zeros_like(image)
+    factor = factorise(form_normals(at, idle, zr, frame, mode), 0.0)
+    base, tangents, rotation = frame
+    spread = NO_SUMS
+    for i in range(image.shape[1]):
+        point = at[0, i], at[1, i], at[2, i], at[3, i]
+        _, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+        j0, j1, j2, j3, j4 = row = parameter_row(by_base, by_turn, tangents)
+        d0, d1, d2, d3 = by_image
+        variance = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
+        weight = 1.0 / variance if mode.is_weighted else 1.0
+        x = solve(factor, row)
+        leverage = j0 * x[0] + j1 * x[1] + j2 * x[2] + j3 * x[3] + j4 * x[4]
+        numbers[i] = 1.0 - weight * leverage
+        spread = add_condition(spread, row, 0.0, weight * weight * variance)
+    return spread_cofactor(factor, spread, frame_of(pose, False)[1])
+
+
+@numba.njit(**COMPILED)
+def spread_cofactor(factor, spread, tangents):
+    """Cofactors of base vector and turn from those of the five parameters."""
+    middle = np.empty((N_PARAMETERS, N_PARAMETERS))
+    entry = 0
+    for i in range(N_PARAMETERS):
+        for j in range(i + 1):
+            middle[i, j] = middle[j, i] = spread[entry]
+            entry += 1
+    identity, inverse = np.eye(N_PARAMETERS), np.empty_like(middle)
+    for i in range(N_PARAMETERS):
+        one = identity[i]
+        column = solve(factor, (one[0], one[1], one[2], one[3], one[4]))
+        for j in range(N_PARAMETERS):
+            inverse[i, j] = column[j]
+    change = np.zeros((6, N_PARAMETERS))
+    for i in range(3):
+        change[i, 0], change[i, 1], change[3 + i, 2 + i] = (
+            tangents[i],
+            tangents[3 + i],
+            1.0,
+        )
+    gain = np.dot(change, inverse)
+    return np.dot(np.dot(gain, middle), gain.T)

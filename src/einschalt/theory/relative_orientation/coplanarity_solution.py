@@ -1,0 +1,338 @@
+"""The right one of the relative orientations that fit the image coordinates.
+
+The coplanarity condition has several minima, some of them with all points in front of
+both cameras. The cheap start (normal case) is refined first, and accepted only where
+that is safe: it converged, every point is in front of both cameras, the photographs
+are nearly vertical, the residuals are small, there are at least eight points, and the
+second solution of a plane scene is excluded or fits worse. Otherwise the lattice of all
+rotations is searched.
+
+Of all solutions with every point in front the one with the smallest sum of squares is
+taken. Where two fit so equally that observations cannot tell them apart (five points;
+points in a plane), the one nearer to the normal case is: -2 log likelihood, of errors
+not below 1e-5 of the principal distance, plus the squares of the tilts in units of
+their usual spread.
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from einschalt.theory.relative_orientation.coplanarity_condition import (
+    COMPILED,
+    DIAGONAL,
+    FIRST_ORDER,
+    GRADIENT,
+    SQUARES,
+    descent_step,
+    factorise,
+    form_normals,
+    frame_of,
+    moved,
+    solve,
+)
+from einschalt.theory.relative_orientation.starting_orientations import (
+    facing,
+    next_start,
+    normal_case_start,
+    planar_twin,
+    survey_lattice,
+    with_best_base,
+)
+
+N_PARAMETERS = 5
+# squares of steps in units of their standard error: enough to compare, and final
+ROUGH, FINE = 1e-4, 1e-14
+# sum of squares per point that is nothing but rounding of numbers of the order of 1
+ROUNDING = 1e-29
+MOST_ROUGH_STEPS, MOST_FINE_STEPS = 30, 60
+# sums of squares may grow by this part, since corrections change the linearisation
+GROWTH = 1.001
+LONGEST_STEP = 0.7
+FIRST_DAMPING, LARGEST_DAMPING = 1e-4, 1e8
+# descents of a search that finds something convincing, and of one that does not
+FEW_STARTS, MOST_STARTS = 20, 120
+# points for which several orientations may be convincing
+MOST_AMBIGUOUS = 6
+N_FOUND = 14
+MISFIT, COST = 12, 13
+
+# what makes the cheap start safe
+SAFE_POINTS = 8
+SAFE_SIGMA = 2e-4
+SAFE_SPREAD = 3e-3
+SAFE_BASE_TILT = math.sin(math.radians(30.0))
+SAFE_AXES = math.cos(math.radians(45.0))
+# image errors below this part of the principal distance do not tell solutions apart
+LEAST_SIGMA = 1e-5
+# a priori spread of the tilts of the base against either image, and of the axes [rad]
+BASE_TILT_SPREAD, AXES_SPREAD = 0.35, 0.52
+IN_FRONT_REWARD = 1e4
+# difference of -2 log likelihood that tells two solutions apart
+TELLING = 12.0
+# trace of the rotation between two solutions that count as one
+SAME_TRACE = 1.0 + 2.0 * math.cos(0.02)
+
+
+@numba.njit(**COMPILED)
+def descend(image, corrections, zr, pose, mode, limits):
+    """Minimise the sum of squares from a pose.
+
+    Parameters
+    ----------
+    image, corrections : ndarray, shape (4, n)
+    zr : float
+    pose : pose
+    mode : Mode
+    limits : tuple
+        Most steps, and the square of a step in units of its standard error that ends
+        the descent.
+
+    Returns
+    -------
+    pose, sums, bool
+        Whether it converged.
+    """
+    most_steps, tolerance = limits
+    is_rough = mode.is_weighted and mode.keep == 0.0
+    n = image.shape[1]
+    sums = form_normals(image, corrections, zr, frame_of(pose, mode.fixes_x), mode)
+    damping = 0.0
+    for _ in range(most_steps):
+        step, gain = descent_step(sums, damping)
+        enough = tolerance * sums[SQUARES] / n + ROUNDING * n
+        if gain <= enough and (
+            damping == 0.0 or descent_step(sums, 0.0)[1] <= enough
+        ):
+            return pose, sums, True
+        trial = moved(pose, step)
+        if is_rough:
+            trial = with_best_base(image, zr, trial)
+        frame = frame_of(trial, mode.fixes_x)
+        trial_sums = form_normals(image, corrections, zr, frame, mode)
+        if is_short(step) and trial_sums[SQUARES] <= GROWTH * sums[SQUARES]:
+            damping = less_damping(damping, step, sums, trial_sums)
+            pose, sums = trial, trial_sums
+            continue
+        damping = more_damping(damping, step, gain, sums, trial_sums)
+        if damping > LARGEST_DAMPING:
+            break
+        if mode.keep > 0.0:
+            corrections[:] = 0.0
+            frame = frame_of(pose, mode.fixes_x)
+            sums = form_normals(image, corrections, zr, frame, mode)
+    return pose, sums, False
+
+
+@numba.njit(**COMPILED)
+def less_damping(damping, step, sums, next_sums):
+    """Damping after a step that was accepted.
+
+    That with which the step would have led to where the slope along it is zero: a
+    secant in one number, which adds the curvature that Gauss-Newton neglects and takes
+    away damping that is no longer needed.
+    """
+    slope = 0.0
+    for i in range(N_PARAMETERS):
+        slope += step[i] * next_sums[GRADIENT + i]
+    size = step_size(step, sums)
+    return max(0.0, damping + slope / size) if size > 0.0 else 0.0
+
+
+@numba.njit(**COMPILED)
+def more_damping(damping, step, gain, sums, next_sums):
+    """Damping after a step that was not accepted.
+
+    Along a step in a bent valley the sum of squares is
+    ``s (1 - 2 t) + gain t^2 + bend t^4``; the damping shortens the step to the smallest
+    value of that.
+    """
+    bend = next_sums[SQUARES] - sums[SQUARES] + gain
+    size = step_size(step, sums)
+    if not (bend < np.inf and size > 0.0 and gain > 0.0):
+        return max(10.0 * damping, FIRST_DAMPING)
+    part = min(0.5, (0.5 * gain / bend) ** (1.0 / 3.0))
+    return damping + gain / size * (1.0 / part - 1.0)
+
+
+@numba.njit(**COMPILED)
+def step_size(step, sums):
+    """Square of a step in the metric of the damping."""
+    size = 0.0
+    for i in range(N_PARAMETERS):
+        size += step[i] * step[i] * sums[DIAGONAL[i]]
+    return size
+
+
+@numba.njit(**COMPILED)
+def is_short(step):
+    """Whether a step is short enough for the linearisation to be of use."""
+    square = 0.0
+    for part in step:
+        square += part * part
+    return square < LONGEST_STEP * LONGEST_STEP
+
+
+@numba.njit(**COMPILED)
+def misfit(squares, n):
+    """-2 log likelihood of a solution with errors of unknown size.
+
+    Redundancy times log variance; sizes below 1e-5 are not told apart, and sizes above
+    2e-4 are hardly believed. (With five points only the latter tells a solution from a
+    mere minimum.)
+    """
+    size = math.log(squares / n + LEAST_SIGMA * LEAST_SIGMA)
+    return (n - N_PARAMETERS) * size + squares / (SAFE_SIGMA * SAFE_SIGMA)
+
+
+@numba.njit(**COMPILED)
+def tilts(pose):
+    """Sines of the base against the left and right image, cosine between the axes."""
+    (x, y, z), r = pose
+    return z, r[2] * x + r[5] * y + r[8] * z, r[8]
+
+
+@numba.njit(**COMPILED)
+def cost(pose, squares, n, n_front):
+    """What the choice between solutions makes smallest."""
+    left, right, axes = tilts(pose)
+    obliquity = (left * left + right * right) / BASE_TILT_SPREAD**2
+    obliquity += 2.0 * (1.0 - axes) / AXES_SPREAD**2
+    return misfit(squares, n) + obliquity + IN_FRONT_REWARD * (n - n_front)
+
+
+@numba.njit(**COMPILED)
+def is_safe(pose, sums, n, n_front):
+    """Whether a solution from the cheap start needs no search for others."""
+    left, right, axes = tilts(pose)
+    if n < SAFE_POINTS or n_front < n:
+        return False
+    if max(abs(left), abs(right)) > SAFE_BASE_TILT or axes < SAFE_AXES:
+        return False
+    variance = sums[SQUARES] / (n - N_PARAMETERS)
+    spread = variance * trace_of_inverse(factorise(sums, 0.0))
+    return variance < SAFE_SIGMA * SAFE_SIGMA and spread < SAFE_SPREAD * SAFE_SPREAD
+
+
+@numba.njit(**COMPILED)
+def trace_of_inverse(factor):
+    """Sum of the cofactors of the five parameters."""
+    return (
+        solve(factor, (1.0, 0.0, 0.0, 0.0, 0.0))[0]
+        + solve(factor, (0.0, 1.0, 0.0, 0.0, 0.0))[1]
+        + solve(factor, (0.0, 0.0, 1.0, 0.0, 0.0))[2]
+        + solve(factor, (0.0, 0.0, 0.0, 1.0, 0.0))[3]
+        + solve(factor, (0.0, 0.0, 0.0, 0.0, 1.0))[4]
+    )
+
+
+@numba.njit(**COMPILED)
+def find(image, idle, zr, start, found):
+    """Descend from one start and note where it leads.
+
+    Parameters
+    ----------
+    image, idle : ndarray, shape (4, n)
+        ``idle`` holds zeros.
+    zr : float
+    start : pose
+    found : ndarray, shape (14,)
+        Filled: pose (12), misfit, cost.
+
+    Returns
+    -------
+    pose
+    bool
+        Whether the solution is safe without any search.
+    """
+    n = image.shape[1]
+    limits = (MOST_ROUGH_STEPS, ROUGH)
+    pose, sums, is_converged = descend(image, idle, zr, start, FIRST_ORDER, limits)
+    pose, n_front = facing(image, zr, pose)
+    base, rotation = pose
+    for i in range(3):
+        found[i] = base[i]
+    for i in range(9):
+        found[3 + i] = rotation[i]
+    found[MISFIT] = misfit(sums[SQUARES], n)
+    found[COST] = cost(pose, sums[SQUARES], n, n_front)
+    if not found[COST] < np.inf:
+        found[COST] = np.inf
+    return pose, is_converged and is_safe(pose, sums, n, n_front)
+
+
+@numba.njit(**COMPILED)
+def pose_at(row):
+    """Pose that stands in a row of an array."""
+    rotation = row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10], row[11]
+    return (row[0], row[1], row[2]), rotation
+
+
+@numba.njit(**COMPILED)
+def choose(image, zr):
+    """Best approximate orientation of a pair.
+
+    Parameters
+    ----------
+    image : ndarray, shape (4, n)
+    zr : float
+
+    Returns
+    -------
+    pose
+    bool
+        Whether another orientation fits equally well.
+    """
+    idle = np.zeros_like(image)
+    found = np.full((MOST_STARTS + 2, N_FOUND), np.inf)
+    pose, is_enough = find(image, idle, zr, normal_case_start(image, zr), found[0])
+    if is_enough:
+        has_twin, twin = planar_twin(image, zr, pose)
+        if not has_twin:
+            return pose, False
+        find(image, idle, zr, twin, found[1])
+    else:
+        search(image, idle, zr, found)
+    best = np.argmin(found[:, COST])
+    return pose_at(found[best]), has_rival(found, best)
+
+
+@numba.njit(**COMPILED)
+def search(image, idle, zr, found):
+    """Descend from the best places of the lattice of rotations.
+
+    As long as nothing convincing is found, or if there are so few points that several
+    solutions convince, from all of them.
+
+    Parameters
+    ----------
+    image, idle : ndarray, shape (4, n)
+    zr : float
+    found : ndarray, shape (MOST_STARTS + 2, 14)
+        Filled from row 1 on.
+    """
+    n = image.shape[1]
+    convincing = misfit(n * SAFE_SIGMA * SAFE_SIGMA, n) + 0.5 * IN_FRONT_REWARD
+    squares, bases = survey_lattice(image, zr)
+    for place in range(1, MOST_STARTS + 1):
+        is_found = n > MOST_AMBIGUOUS and np.min(found[:place, COST]) < convincing
+        if is_found and place > FEW_STARTS:
+            break
+        start = next_start(squares, bases)
+        if not np.isfinite(start[0][0]):
+            break
+        find(image, idle, zr, start, found[place])
+    best = pose_at(found[np.argmin(found[:, COST])])
+    find(image, idle, zr, planar_twin(image, zr, best)[1], found[-1])
+
+
+@numba.njit(**COMPILED)
+def has_rival(found, best):
+    """Whether a solution that differs from the best fits about as well."""
+    for row in found:
+        is_other = np.sum(row[3:12] * found[best, 3:12]) < SAME_TRACE
+        is_possible = row[COST] < found[best, COST] + 0.5 * IN_FRONT_REWARD
+        if is_other and is_possible and row[MISFIT] < found[best, MISFIT] + TELLING:
+            return True
+    return False

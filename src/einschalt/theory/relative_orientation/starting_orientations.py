@@ -1,0 +1,381 @@
+"""Approximate relative orientations from nothing but the image coordinates.
+
+Three ways, from cheap to thorough:
+
+normal case
+    Near-vertical photographs of near-level ground are similar figures: a plane
+    similarity of the left to the right image coordinates gives kappa by its rotation
+    and the base by its shift, whatever their directions.
+twin of a plane
+    Points in a plane have two orientations that fit them equally well, since the roles
+    of base and plane normal can be exchanged. The twin of an orientation follows in
+    closed form, and can be excluded where it puts points behind the cameras.
+search
+    For a given rotation the best base is the smallest eigenvector of a 3 x 3 matrix,
+    so three dimensions are left, which a coarse lattice covers.
+
+Poses and image coordinates are those of ``coplanarity_condition``.
+
+Source: the twin is derived from the factorisation of ``I - e p.T`` into a rotation and
+such a matrix (Longuet-Higgins 1986, The Reconstruction of a Plane Surface from Two
+Perspective Projections, Proc. R. Soc. B 227); eliminating the base, Kneip and Lynen
+2013 (Direct Optimization of Frame-to-Frame Rotation, ICCV).
+"""
+
+import math
+
+import numba
+import numpy as np
+
+from einschalt.foundations.rotations import rotation_by_vector
+from einschalt.theory.relative_orientation.coplanarity_condition import (
+    COMPILED,
+    FAST,
+    FIRST_ORDER,
+    SQUARES,
+    cayley,
+    coplanarity,
+    form_normals,
+    frame_of,
+    product,
+    right_ray,
+)
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+# part of the length of a ray by which a point must lie off the plane between the twins
+TWIN_MARGIN = 0.02
+# rotations that the search tries: relative tilts on rings, with all kappas on each
+LATTICE_STEP = math.radians(20.0)
+N_TILT_RINGS = 3
+N_SEARCHED_POINTS = 48
+# trace of the rotation between two places that count as neighbours
+NEIGHBOUR_TRACE = 1.0 + 2.0 * math.cos(1.3 * LATTICE_STEP)
+
+
+def rotation_lattice(step, n_rings):
+    """Rotations about as far from each other as the step.
+
+    Parameters
+    ----------
+    step : float
+        [rad]
+    n_rings : int
+        Rings of relative tilts with 6, 12, 18, ... places around no tilt.
+
+    Returns
+    -------
+    ndarray, shape (n_rotations, 9)
+        R row by row.
+    """
+    tilts = [np.zeros(3)]
+    for ring in range(1, n_rings + 1):
+        azimuth = 2.0 * np.pi * np.arange(6 * ring) / (6 * ring)
+        tilts += list(
+            ring * step * np.stack([np.cos(azimuth), np.sin(azimuth), 0 * azimuth], 1)
+        )
+    kappas = np.arange(0.0, 2.0 * np.pi - 1e-9, step)
+    spin = rotation_by_vector(np.multiply.outer(kappas, [0.0, 0.0, 1.0]))
+    tip = rotation_by_vector(np.array(tilts))
+    return (tip[:, None] @ spin).reshape(-1, 9)
+
+
+LATTICE = rotation_lattice(LATTICE_STEP, N_TILT_RINGS)
+
+
+@numba.njit(**COMPILED)
+def normal_case_start(image, zr):
+    """Pose by a plane similarity of the two images.
+
+    Parameters
+    ----------
+    image : ndarray, shape (4, n)
+    zr : float
+
+    Returns
+    -------
+    pose
+        With the base in the direction in which the shift says it, and no tilts.
+    """
+    n = image.shape[1]
+    mean_xl, mean_yl = image[0].sum() / n, image[1].sum() / n
+    mean_xr, mean_yr = image[2].sum() / n, image[3].sum() / n
+    same = turned = spread = 0.0
+    for i in range(n):
+        xl, yl = image[0, i] - mean_xl, image[1, i] - mean_yl
+        xr, yr = image[2, i] - mean_xr, image[3, i] - mean_yr
+        same += xl * xr + yl * yr
+        turned += yl * xr - xl * yr
+        spread += xr * xr + yr * yr
+    length = math.hypot(same, turned)
+    if not length > 0.0:
+        return (1.0, 0.0, 0.0), IDENTITY
+    cos_k, sin_k, scale = same / length, turned / length, length / spread
+    base = (
+        mean_xl - scale * (cos_k * mean_xr - sin_k * mean_yr),
+        mean_yl - scale * (sin_k * mean_xr + cos_k * mean_yr),
+        -1.0 - scale * zr,
+    )
+    return unit(base), (cos_k, -sin_k, 0.0, sin_k, cos_k, 0.0, 0.0, 0.0, 1.0)
+
+
+@numba.njit(**COMPILED)
+def unit(vector):
+    """Unit vector; (1, 0, 0) where the vector is zero."""
+    x, y, z = vector
+    length = math.sqrt(x * x + y * y + z * z)
+    if not length > 0.0:
+        return 1.0, 0.0, 0.0
+    return x / length, y / length, z / length
+
+
+@numba.njit(fastmath=FAST, **COMPILED)
+def depths(point, zr, pose):
+    """Distances of a point along its two rays, in bases, times the square of u x v.
+
+    Returns
+    -------
+    tuple of 3 floats
+        Of the left ray, of the right ray, and the square of u x v.
+    """
+    base, rotation = pose
+    _, (a0, a1, a2), _, _ = coplanarity(point, zr, base, rotation)
+    b0, b1, b2 = base
+    xl, yl, xr, yr = point
+    m0, m1, m2 = -b1 - b2 * yl, b2 * xl + b0, b0 * yl - b1 * xl
+    v0, v1, v2 = right_ray(xr, yr, zr, rotation)
+    left = (
+        (b1 * v2 - b2 * v1) * a0 + (b2 * v0 - b0 * v2) * a1 + (b0 * v1 - b1 * v0) * a2
+    )
+    right = m0 * a0 + m1 * a1 + m2 * a2
+    return left, right, a0 * a0 + a1 * a1 + a2 * a2
+
+
+@numba.njit(**COMPILED)
+def facing(image, zr, pose):
+    """Pose with the base in the direction that has more points in front.
+
+    A base and its opposite fit the condition equally well.
+
+    Returns
+    -------
+    pose
+    int
+        Number of points in front of both cameras.
+    """
+    n_front = n_behind = 0
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        left, right, _ = depths(point, zr, pose)
+        if left > 0.0 and right > 0.0:
+            n_front += 1
+        elif left < 0.0 and right < 0.0:
+            n_behind += 1
+    if n_behind <= n_front:
+        return pose, n_front
+    (x, y, z), rotation = pose
+    return ((-x, -y, -z), rotation), n_behind
+
+
+@numba.njit(**COMPILED)
+def inverse_depth_plane(image, zr, pose):
+    """Plane p . X = 1 through the model points, with the base as unit of length.
+
+    Least squares of the inverse depths, which are linear in p and stay finite.
+    """
+    a = b = c = d = e = 0.0
+    f, g, h = 0.0, 0.0, 0.0
+    for i in range(image.shape[1]):
+        x, y = image[0, i], image[1, i]
+        left, _, square = depths((x, y, image[2, i], image[3, i]), zr, pose)
+        inverse = square / left
+        a, b, c = a + x * x, b + x * y, c + y * y
+        d, e = d - x, e - y
+        f, g, h = f + x * inverse, g + y * inverse, h - inverse
+    n = float(image.shape[1])
+    # a little of the identity: points in a line leave the plane undetermined
+    a, c, n = a * (1.0 + 1e-9), c * (1.0 + 1e-9), n * (1.0 + 1e-9)
+    co_0, co_1, co_2 = c * n - e * e, d * e - b * n, b * e - c * d
+    det = a * co_0 + b * co_1 + d * co_2
+    co_3, co_4, co_5 = a * n - d * d, b * d - a * e, a * c - b * b
+    return (
+        (co_0 * f + co_1 * g + co_2 * h) / det,
+        (co_1 * f + co_3 * g + co_4 * h) / det,
+        (co_2 * f + co_4 * g + co_5 * h) / det,
+    )
+
+
+@numba.njit(**COMPILED)
+def planar_twin(image, zr, pose):
+    """Second orientation of points in a plane.
+
+    With the plane p . X = 1 the rays are v ~ (I - e p.T) u. With s = p/2 - e the same
+    matrix is a rotation times I + t s.T, t = p - (p.p)/(2 s.s) s: a camera whose base
+    is along t and a plane with the normal s.
+
+    Returns
+    -------
+    bool
+        Whether the twin may have all points on one side: points of both signs of s . u
+        exclude it.
+    pose
+        The twin.
+    """
+    (x, y, z), rotation = pose
+    p0, p1, p2 = inverse_depth_plane(image, zr, pose)
+    s0, s1, s2 = 0.5 * p0 - x, 0.5 * p1 - y, 0.5 * p2 - z
+    square_s = s0 * s0 + s1 * s1 + s2 * s2
+    limit = TWIN_MARGIN * math.sqrt(square_s)
+    n_above = n_below = 0
+    for i in range(image.shape[1]):
+        side = s0 * image[0, i] + s1 * image[1, i] - s2
+        n_above += side > limit
+        n_below += side < -limit
+    half = 0.5 * (p0 * p0 + p1 * p1 + p2 * p2) / square_s
+    t0, t1, t2 = p0 - half * s0, p1 - half * s1, p2 - half * s2
+    f = -1.0 / (1.0 + t0 * s0 + t1 * s1 + t2 * s2)
+    flat = rank_one_more(-1.0, (x, y, z), (p0, p1, p2))
+    turn = product(flat, rank_one_more(f, (t0, t1, t2), (s0, s1, s2)))
+    twin = unit((t0, t1, t2)), product(transposed(turn), rotation)
+    return n_above == 0 or n_below == 0, twin
+
+
+@numba.njit(**COMPILED)
+def rank_one_more(factor, a, b):
+    """Matrix I + factor a b.T, row by row."""
+    x, y, z = a
+    p, q, r = b
+    return (
+        1.0 + factor * x * p,
+        factor * x * q,
+        factor * x * r,
+        factor * y * p,
+        1.0 + factor * y * q,
+        factor * y * r,
+        factor * z * p,
+        factor * z * q,
+        1.0 + factor * z * r,
+    )
+
+
+@numba.njit(**COMPILED)
+def transposed(m):
+    """Transpose of a matrix, row by row."""
+    return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
+
+
+@numba.njit(fastmath=FAST, **COMPILED)
+def with_best_base(image, zr, pose):
+    """Pose with the base that fits best to its rotation.
+
+    The base should be at right angles to every u x v: it is the eigenvector with the
+    smallest eigenvalue of their weighted sum of squares and products. The weights are
+    those of the conditions at the pose.
+    """
+    base, rotation = pose
+    a = b = c = d = e = f = 0.0
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        _, (x, y, z), _, by_image = coplanarity(point, zr, base, rotation)
+        d0, d1, d2, d3 = by_image
+        weight = 1.0 / (d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3)
+        a, b, c = a + weight * x * x, b + weight * y * x, c + weight * y * y
+        d, e, f = d + weight * z * x, e + weight * z * y, f + weight * z * z
+    return smallest_eigenvector(a, b, c, d, e, f), rotation
+
+
+@numba.njit(fastmath=FAST, **COMPILED)
+def base_of_rotation(image, zr, rotation):
+    """Base that fits best to a rotation, every u x v being scaled to length 1."""
+    a = b = c = d = e = f = 0.0
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        _, (x, y, z), _, _ = coplanarity(point, zr, (1.0, 0.0, 0.0), rotation)
+        weight = 1.0 / (x * x + y * y + z * z + 1e-12)
+        a, b, c = a + weight * x * x, b + weight * y * x, c + weight * y * y
+        d, e, f = d + weight * z * x, e + weight * z * y, f + weight * z * z
+    return smallest_eigenvector(a, b, c, d, e, f)
+
+
+@numba.njit(**COMPILED)
+def smallest_eigenvector(a, b, c, d, e, f):
+    """Eigenvector of ((a, b, d), (b, c, e), (d, e, f)) of its smallest eigenvalue."""
+    mean = (a + c + f) / 3.0
+    p, q, r = a - mean, c - mean, f - mean
+    size = math.sqrt((p * p + q * q + r * r + 2.0 * (b * b + d * d + e * e)) / 6.0)
+    if not size > 0.0:
+        return 1.0, 0.0, 0.0
+    det = p * (q * r - e * e) - b * (b * r - e * d) + d * (b * e - q * d)
+    half = max(-1.0, min(1.0, 0.5 * det / size**3))
+    shift = 2.0 * size * math.cos((math.acos(half) + 2.0 * math.pi) / 3.0)
+    p, q, r = p - shift, q - shift, r - shift
+    # columns of the adjoint: the longest keeps most digits
+    x0, x1, x2 = q * r - e * e, d * e - b * r, b * e - d * q
+    y1, y2, z2 = p * r - d * d, b * d - p * e, p * q - b * b
+    if x0 >= y1 and x0 >= z2:
+        return unit((x0, x1, x2))
+    if y1 >= z2:
+        return unit((x1, y1, y2))
+    return unit((x2, y2, z2))
+
+
+@numba.njit(**COMPILED)
+def survey_lattice(image, zr):
+    """Sum of squares of every rotation of the lattice with its best base.
+
+    Parameters
+    ----------
+    image : ndarray, shape (4, n)
+    zr : float
+
+    Returns
+    -------
+    squares : ndarray, shape (n_rotations,)
+    bases : ndarray, shape (n_rotations, 3)
+    """
+    # only the shape of the sum of squares is wanted, which some of the points give
+    sample = np.ascontiguousarray(image[:, :: 1 + image.shape[1] // N_SEARCHED_POINTS])
+    idle = np.zeros_like(sample)
+    squares = np.empty(len(LATTICE))
+    bases = np.empty((len(LATTICE), 3))
+    for place in range(len(LATTICE)):
+        rotation = lattice_rotation(place)
+        base = base_of_rotation(sample, zr, rotation)
+        frame = frame_of((base, rotation), False)
+        squares[place] = form_normals(sample, idle, zr, frame, FIRST_ORDER)[SQUARES]
+        bases[place, 0], bases[place, 1], bases[place, 2] = base
+    return squares, bases
+
+
+@numba.njit(**COMPILED)
+def next_start(squares, bases):
+    """Pose with the smallest sum of squares of the lattice.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (n_rotations,)
+        Infinite afterwards at the place that was taken and its neighbours.
+    bases : ndarray, shape (n_rotations, 3)
+
+    Returns
+    -------
+    pose
+        NaN where no place is left.
+    """
+    best = np.argmin(squares)
+    rotation = lattice_rotation(best)
+    if not squares[best] < np.inf:
+        return (np.nan, np.nan, np.nan), rotation
+    for place in range(len(LATTICE)):
+        trace = 0.0
+        for i in range(9):
+            trace += LATTICE[place, i] * LATTICE[best, i]
+        if trace > NEIGHBOUR_TRACE:
+            squares[place] = np.inf
+    return (bases[best, 0], bases[best, 1], bases[best, 2]), rotation
+
+
+@numba.njit(**COMPILED)
+def lattice_rotation(place):
+    """Rotation of a place of the lattice as a tuple of 9 floats."""
+    r = LATTICE[place]
+    return r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]

@@ -1,0 +1,164 @@
+"""Dangerous surfaces before the flight, from terrain heights in the standard points.
+
+The six standard points of a model lie below the two projection centres (1 and 2) and
+in the wings beside them: 3 and 5 on either side of 1, 4 and 6 on either side of 2. The
+wings are seen under tan(beta) = wing / principal distance, so that they lie at the
+ground distance tan(beta) times their own depth. Where they stand higher than the
+middle, as the sides of a valley do, the centre and its three points come near a circle.
+
+With ``delta`` = (height of the wings - height of the middle) / flying height above the
+middle, the relative depth of the valley, and ``critical`` = sin²(beta):
+
+==================== ==============================================
+inflation            1 / |1 - delta / critical|
+over-correction n    (1 - delta) / (2 (critical - delta))
+gap                  (critical - delta) / (1 - delta) = 1 / (2 n)
+==================== ==============================================
+
+Ridges (delta < 0) make the orientation better. Beyond the critical depth it gets better
+again, but n and k = n - 1 are negative: the bundle must be turned the other way.
+
+Source: P. Waldhäusl 1971; the formulas are our own derivation.
+"""
+
+import numpy as np
+
+POINTS = ("1", "2", "3", "4", "5", "6")
+AT_RIGHT_CENTRE = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0])
+SIDE = np.array([0.0, 0.0, 1.0, 1.0, -1.0, -1.0])
+MIDDLE = slice(0, 2)
+
+
+def critical_depth(wing, principal_distance):
+    """Relative depth at which a symmetrical valley is dangerous: sin²(beta).
+
+    Parameters
+    ----------
+    wing, principal_distance : float or ndarray
+        Distance of the wings from the base in the image, and principal distance, in
+        one unit.
+
+    Returns
+    -------
+    float or ndarray
+        In parts of the flying height above the middle of the valley.
+
+    Examples
+    --------
+    Wide-angle, narrow-angle and super-wide cameras:
+
+    >>> critical_depth(100.0, np.array([152.0, 300.0, 88.0])).round(2).tolist()
+    [0.3, 0.1, 0.56]
+    """
+    return wing**2 / (wing**2 + principal_distance**2)
+
+
+def valley_inflation(relative_depth, critical):
+    """Standard error of omega in a valley over that in flat terrain.
+
+    Parameters
+    ----------
+    relative_depth, critical : float or ndarray
+        Depth of the valley, and :func:`critical_depth`, both in flying heights.
+
+    Returns
+    -------
+    float or ndarray
+        For equal errors of all model parallaxes; infinite at the critical depth.
+    """
+    with np.errstate(divide="ignore"):
+        return 1.0 / np.abs(1.0 - np.divide(relative_depth, critical))
+
+
+def valley_over_correction(relative_depth, critical):
+    """Factor n on the turn that would just clear a point in the wing; k = n - 1.
+
+    Parameters
+    ----------
+    relative_depth, critical : float or ndarray
+        As in :func:`valley_inflation`.
+
+    Returns
+    -------
+    float or ndarray
+        Negative beyond the critical depth, infinite at it.
+    """
+    with np.errstate(divide="ignore"):
+        return np.divide(
+            1.0 - relative_depth, 2.0 * np.subtract(critical, relative_depth)
+        )
+
+
+def critical_wing_heights(ground_distance, flying_height):
+    """Heights of the wings above the middle at which they lie on the circle.
+
+    Parameters
+    ----------
+    ground_distance : float or ndarray
+        Of the wings from the base line.
+    flying_height : float or ndarray
+        Above the middle, in the same unit.
+
+    Returns
+    -------
+    tuple of two ndarrays
+        The lower and the higher place; NaN where the wings are farther from the base
+        than half of the flying height, so that no circle reaches them.
+
+    Examples
+    --------
+    >>> [float(h) for h in critical_wing_heights(400.0, 1000.0)]
+    [200.0, 800.0]
+    """
+    half = np.divide(flying_height, 2.0)
+    with np.errstate(invalid="ignore"):
+        reach = np.sqrt(half**2 - np.square(ground_distance))
+    return half - reach, half + reach
+
+
+def standard_points(heights, altitude, principal_distance, wing, image_base):
+    """Model coordinates of the six standard points of models that are yet to be flown.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (n_models, 6)
+        Of the terrain in the points 1 to 6 [m].
+    altitude : ndarray, shape (n_models,)
+        Of the flight, in the same system of heights [m].
+    principal_distance, wing, image_base : float
+        Principal distance, and wings and base as they appear in the image [m].
+
+    Returns
+    -------
+    xyz : ndarray, shape (n_models, 6, 3)
+        Origin in the left projection centre [m]; z >= 0 where the terrain reaches the
+        altitude.
+    base : ndarray, shape (n_models,)
+        [m], so that the mean of points 1 and 2 has the forward overlap.
+    """
+    z = heights - altitude[:, np.newaxis]
+    base = image_base / principal_distance * -z[:, MIDDLE].mean(axis=1)
+    x = base[:, np.newaxis] * AT_RIGHT_CENTRE
+    y = -z * SIDE * (wing / principal_distance)
+    return np.stack([x, y, z], axis=-1), base
+
+
+def relative_depths(heights, altitude):
+    """Depth of the valley in both base-normal planes, in flying heights.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (n_models, 6)
+    altitude : ndarray, shape (n_models,)
+
+    Returns
+    -------
+    ndarray, shape (n_models, 2)
+        Mean height of the wings less that of the middle, in the planes of the left
+        and of the right centre, over the flying height above the middle; negative on
+        ridges.
+    """
+    middle = heights[:, MIDDLE]
+    wings = (heights[:, 2:4] + heights[:, 4:6]) / 2.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (wings - middle) / (altitude[:, np.newaxis] - middle)

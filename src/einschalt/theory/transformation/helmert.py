@@ -1,0 +1,154 @@
+"""Plane Helmert transformation: E = a x − b y + te, N = b x + a y + tn.
+
+Four parameters (rotation, one scale, shift), at least two points. In complex numbers
+it is z ↦ (a + ib) z + t, which is why easting and northing are uncorrelated.
+"""
+
+import numpy as np
+
+from einschalt.theory.transformation.plane_fit import (
+    PlaneFit,
+    PlaneSolution,
+    mirror_gain,
+    plane_moments,
+    plane_residuals,
+    status_of,
+    without_unusable,
+)
+
+PARAMETER_NAMES = ("a", "b", "te", "tn")
+LEAST_POINTS = 2
+
+
+def fit_helmert(xy, en, weights, start):
+    """Fit one plane Helmert transformation per model to all of its points.
+
+    Parameters
+    ----------
+    xy, en, weights, start
+        As in :func:`einschalt.theory.transformation.affine.fit_affine`.
+
+    Returns
+    -------
+    PlaneFit
+        A model with fewer than two points, or with all points in one place, has NaN
+        and a ``status`` that is not USABLE.
+
+    Notes
+    -----
+    Leverage n·h is 1 in the centre and 4 in the corner of an evenly filled rectangle.
+
+    Examples
+    --------
+    >>> xy = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    >>> en = xy @ np.array([[0.0, 2.0], [-2.0, 0.0]])
+    >>> fit = fit_helmert(xy, en, np.ones(3), np.array([0, 3]))
+    >>> (fit.parameters[0].round(12) + 0.0).tolist()
+    [0.0, 2.0, 0.0, 0.0]
+    """
+    moments = plane_moments(xy, en, weights, start)
+    polar = moments.polar
+    status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread)
+    a, b = rotation_and_scale(moments)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = np.eye(2) / polar[:, None, None]
+    spread = without_unusable(spread, status)
+    solution = PlaneSolution(
+        linear=without_unusable(conformal(a, b), status),
+        spread_east=spread,
+        spread_north=spread,
+        spread_cross=np.zeros_like(spread),
+        status=status,
+    )
+    residuals, leverage, sum_of_squares = plane_residuals(
+        xy, en, weights, start, moments, solution
+    )
+    direct, turned = correlations(moments)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = (turned**2 - direct**2) / polar
+    return PlaneFit(
+        kind="helmert",
+        moments=moments,
+        solution=solution,
+        residuals=residuals,
+        leverage=leverage,
+        sum_of_squares=sum_of_squares,
+        redundancy=np.where(status == 0, 2 * moments.n_points - 4, 0),
+        parameter_names=PARAMETER_NAMES,
+        parameters=_parameters(moments, solution.linear),
+        mirror_gain=mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
+    )
+
+
+def rotation_and_scale(moments):
+    """Parameters a, b of the best conformal map about the centroids.
+
+    Parameters
+    ----------
+    moments : PlaneMoments
+
+    Returns
+    -------
+    a, b : ndarray, shape (n_models,)
+    """
+    s = moments.model_ground
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a = (s[:, 0, 0] + s[:, 1, 1]) / moments.polar
+        b = (s[:, 0, 1] - s[:, 1, 0]) / moments.polar
+    return a, b
+
+
+def correlations(moments):
+    """How well the centred figures correlate as they are, and turned over.
+
+    Parameters
+    ----------
+    moments : PlaneMoments
+
+    Returns
+    -------
+    direct, turned : ndarray, shape (n_models,)
+        Largest Σ w D·(R d) over all rotations R, and over all reflections R.
+    """
+    s = moments.model_ground
+    direct = np.hypot(s[:, 0, 0] + s[:, 1, 1], s[:, 0, 1] - s[:, 1, 0])
+    turned = np.hypot(s[:, 0, 0] - s[:, 1, 1], s[:, 0, 1] + s[:, 1, 0])
+    return direct, turned
+
+
+def conformal(a, b):
+    """Matrix [[a, −b], [b, a]] of each model, shape (n_models, 2, 2)."""
+    return np.stack([np.stack([a, -b], -1), np.stack([b, a], -1)], -2)
+
+
+def helmert_cofactors(fit):
+    """Cofactors of a, b, te, tn at the origin of the model coordinates.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+        From :func:`fit_helmert`.
+
+    Returns
+    -------
+    ndarray, shape (n_models, 4, 4)
+    """
+    x, y = fit.moments.centroid_model.T
+    per_scale = fit.solution.spread_east[:, 0, 0]
+    cofactors = np.zeros((len(x), 4, 4))
+    cofactors[:, 0, 0] = cofactors[:, 1, 1] = per_scale
+    # shift at the origin = shift at the centroid − A · centroid
+    cofactors[:, 0, 2] = cofactors[:, 2, 0] = -per_scale * x
+    cofactors[:, 1, 3] = cofactors[:, 3, 1] = -per_scale * x
+    cofactors[:, 1, 2] = cofactors[:, 2, 1] = per_scale * y
+    cofactors[:, 0, 3] = cofactors[:, 3, 0] = -per_scale * y
+    shift = 1.0 / fit.moments.weight_sum + per_scale * (x**2 + y**2)
+    cofactors[:, 2, 2] = cofactors[:, 3, 3] = shift
+    return cofactors
+
+
+def _parameters(moments, linear):
+    shift = moments.centroid_ground - np.einsum(
+        "mij,mj->mi", linear, moments.centroid_model
+    )
+    return np.column_stack([linear[:, 0, 0], linear[:, 1, 0], shift])

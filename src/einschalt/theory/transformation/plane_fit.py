@@ -1,0 +1,473 @@
+"""What affine, helmert and rigid transformations of a plane share.
+
+Each is E, N = c_ground + A (xy − c_model) about the weighted centroids, with a 2 × 2
+matrix A per model. They differ only in how A follows from the moments of the points,
+and in the quadratic forms K by which its uncertainty grows away from the centroid:
+
+    q_E(d) = 1/Σw + dᵀ K_E d,    leverage h = w q,    m_t² = m_0² q.
+
+Source: Kovarik 1971 (m_t = m_0 √h); see docs/theory/transformation.md.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numba
+import numpy as np
+
+from einschalt.foundations.batches import over_segments
+from einschalt.theory.adjustment.least_squares import (
+    standard_error_of_unit_weight,
+    total_from_coordinate,
+)
+
+USABLE, TOO_FEW, UNDETERMINED = 0, 1, 2
+FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
+MIRROR_RATIO = 100.0
+CLEARLY_LONGER = 1.001  # points on a line fit as well when they are turned over
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneMoments:
+    """Centroids and second moments of the points of each model.
+
+    Attributes
+    ----------
+    n_points : ndarray of int, shape (n_models,)
+    weight_sum : ndarray, shape (n_models,)
+        NaN for a model without points.
+    centroid_model, centroid_ground : ndarray, shape (n_models, 2)
+        Weighted centroids.
+    model_model : ndarray, shape (n_models, 2, 2)
+        Σ w d dᵀ of the centred model coordinates d.
+    model_ground : ndarray, shape (n_models, 2, 2)
+        Σ w d Dᵀ with the centred ground coordinates D.
+    """
+
+    n_points: np.ndarray
+    weight_sum: np.ndarray
+    centroid_model: np.ndarray
+    centroid_ground: np.ndarray
+    model_model: np.ndarray
+    model_ground: np.ndarray
+
+    @property
+    def polar(self):
+        """Polar second moment Σ w |d|², shape (n_models,)."""
+        return self.model_model[:, 0, 0] + self.model_model[:, 1, 1]
+
+    @property
+    def determinant(self):
+        """Determinant of Σ w d dᵀ, shape (n_models,)."""
+        m = self.model_model
+        return m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
+
+    @property
+    def is_spread(self):
+        """Whether the points lie apart, by more than the rounding of coordinates."""
+        return is_spread(self.polar, self.weight_sum, self.centroid_model)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneSolution:
+    """What one kind of transformation makes of the moments.
+
+    Attributes
+    ----------
+    linear : ndarray, shape (n_models, 2, 2)
+        The matrix A, NaN where the model is not determined.
+    spread_east, spread_north, spread_cross : ndarray, shape (n_models, 2, 2)
+        Quadratic forms K of the cofactors q_EE, q_NN, q_EN.
+    status : ndarray of int, shape (n_models,)
+        USABLE, TOO_FEW or UNDETERMINED.
+    """
+
+    linear: np.ndarray
+    spread_east: np.ndarray
+    spread_north: np.ndarray
+    spread_cross: np.ndarray
+    status: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneFit:
+    """Plane transformations of all models of a flight.
+
+    Attributes
+    ----------
+    kind : str
+    moments : PlaneMoments
+    solution : PlaneSolution
+    residuals : ndarray, shape (n_points, 2)
+        Transformed less given [m].
+    leverage : ndarray, shape (n_points, 2)
+        Diagonal of the hat matrix, easting and northing; redundancy number = 1 − h.
+    sum_of_squares : ndarray, shape (n_models,)
+        Σ w |v|² [m²].
+    redundancy : ndarray of int, shape (n_models,)
+        2 n less the number of parameters; 0 where the model is not determined.
+    parameter_names : tuple of str
+    parameters : ndarray, shape (n_models, n_parameters)
+    mirror_gain : ndarray, shape (n_models,)
+        By how much the sum of squares would be smaller if the model were turned over
+        [m²]; NaN where that cannot be told, and for affine, which takes a mirror
+        image as it comes.
+    """
+
+    kind: str
+    moments: PlaneMoments
+    solution: PlaneSolution
+    residuals: np.ndarray
+    leverage: np.ndarray
+    sum_of_squares: np.ndarray
+    redundancy: np.ndarray
+    parameter_names: tuple[str, ...]
+    parameters: np.ndarray
+    mirror_gain: np.ndarray
+
+    @property
+    def n_points(self):
+        """Number of points of each model, shape (n_models,)."""
+        return self.moments.n_points
+
+    @property
+    def status(self):
+        """USABLE, TOO_FEW or UNDETERMINED, shape (n_models,)."""
+        return self.solution.status
+
+    @property
+    def is_mirrored(self):
+        """Whether the model fits a hundred times better when it is turned over."""
+        return is_mirrored(self.sum_of_squares, self.mirror_gain)
+
+    @cached_property
+    def s_0(self):
+        """Standard error of unit weight per coordinate [m], shape (n_models,)."""
+        return standard_error_of_unit_weight(self.sum_of_squares, self.redundancy)
+
+    @property
+    def m_0(self):
+        """TOTAL standard error of unit weight, √2 s_0 [m], shape (n_models,)."""
+        return total_from_coordinate(self.s_0)
+
+    def apply(self, model, xy):
+        """Transform points.
+
+        Parameters
+        ----------
+        model : ndarray of int, shape (n,)
+            Model of each point.
+        xy : ndarray, shape (n, 2)
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            Easting, northing [m].
+        """
+        offset = xy - self.moments.centroid_model[model]
+        turned = np.einsum("nij,nj->ni", self.solution.linear[model], offset)
+        return self.moments.centroid_ground[model] + turned
+
+    def invert(self, model, en):
+        """Model coordinates of ground points.
+
+        Parameters
+        ----------
+        model : ndarray of int, shape (n,)
+        en : ndarray, shape (n, 2)
+            Easting, northing [m].
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+        """
+        offset = en - self.moments.centroid_ground[model]
+        back = _inverse_2x2(self.solution.linear)
+        turned = np.einsum("nij,nj->ni", back[model], offset)
+        return self.moments.centroid_model[model] + turned
+
+    def point_cofactors(self, model, xy):
+        """Cofactors of transformed points, from the transformation alone.
+
+        Parameters
+        ----------
+        model : ndarray of int, shape (n,)
+        xy : ndarray, shape (n, 2)
+            Any points, fitted or not, without error of their own.
+
+        Returns
+        -------
+        ndarray, shape (n, 2, 2)
+            Times s_0² it is the covariance of easting and northing [m²].
+        """
+        d = xy - self.moments.centroid_model[model]
+        base = 1.0 / self.moments.weight_sum[model]
+        q = np.empty((len(xy), 2, 2))
+        part = self.solution
+        q[:, 0, 0] = base + _quadratic(d, part.spread_east[model])
+        q[:, 1, 1] = base + _quadratic(d, part.spread_north[model])
+        q[:, 0, 1] = q[:, 1, 0] = _quadratic(d, part.spread_cross[model])
+        return q
+
+    def homogeneous(self, model):
+        """Matrix and shift of one model: ground = matrix · xy + shift.
+
+        Parameters
+        ----------
+        model : int
+
+        Returns
+        -------
+        matrix : ndarray, shape (2, 2)
+        shift : ndarray, shape (2,)
+        """
+        matrix = self.solution.linear[model]
+        centre = self.moments.centroid_model[model]
+        return matrix, self.moments.centroid_ground[model] - matrix @ centre
+
+
+def plane_moments(xy, en, weights, start):
+    """Centroids and second moments of all models, in one pass over the points.
+
+    Sums run over differences to the first point of each model, then to the centroid:
+    without that, coordinates of 5·10⁶ m lose seven digits.
+
+    Parameters
+    ----------
+    xy : ndarray, shape (n_points, 2)
+        Model coordinates, sorted by model.
+    en : ndarray, shape (n_points, 2)
+        Easting, northing [m].
+    weights : ndarray, shape (n_points,)
+        Positive weights.
+    start : ndarray of int, shape (n_models + 1,)
+        Model k owns rows ``start[k]:start[k + 1]``.
+
+    Returns
+    -------
+    PlaneMoments
+    """
+    n_models = len(start) - 1
+    moments = PlaneMoments(
+        np.diff(start),
+        np.full(n_models, np.nan),
+        np.zeros((n_models, 2)),
+        np.zeros((n_models, 2)),
+        np.zeros((n_models, 2, 2)),
+        np.zeros((n_models, 2, 2)),
+    )
+    over_segments(
+        _sum_moments,
+        start,
+        np.ascontiguousarray(xy, dtype=float),
+        np.ascontiguousarray(en, dtype=float),
+        np.ascontiguousarray(weights, dtype=float),
+        moments.weight_sum,
+        moments.centroid_model,
+        moments.centroid_ground,
+        moments.model_model,
+        moments.model_ground,
+    )
+    return moments
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s_mg):
+    for k in range(first, last):
+        low, high = start[k], start[k + 1]
+        if high == low:
+            continue
+        x0, y0, e0, n0 = xy[low, 0], xy[low, 1], en[low, 0], en[low, 1]
+        w = x = y = e = n = 0.0
+        for i in range(low, high):
+            p = weights[i]
+            w += p
+            x += p * (xy[i, 0] - x0)
+            y += p * (xy[i, 1] - y0)
+            e += p * (en[i, 0] - e0)
+            n += p * (en[i, 1] - n0)
+        x0, y0, e0, n0 = x0 + x / w, y0 + y / w, e0 + e / w, n0 + n / w
+        xx = xy_ = yy = xe = xn = ye = yn = 0.0
+        for i in range(low, high):
+            p = weights[i]
+            dx, dy = xy[i, 0] - x0, xy[i, 1] - y0
+            de, dn = en[i, 0] - e0, en[i, 1] - n0
+            xx += p * dx * dx
+            xy_ += p * dx * dy
+            yy += p * dy * dy
+            xe += p * dx * de
+            xn += p * dx * dn
+            ye += p * dy * de
+            yn += p * dy * dn
+        w_sum[k] = w
+        c_xy[k, 0], c_xy[k, 1], c_en[k, 0], c_en[k, 1] = x0, y0, e0, n0
+        s_mm[k, 0, 0], s_mm[k, 1, 1] = xx, yy
+        s_mm[k, 0, 1] = s_mm[k, 1, 0] = xy_
+        s_mg[k, 0, 0], s_mg[k, 0, 1], s_mg[k, 1, 0], s_mg[k, 1, 1] = xe, xn, ye, yn
+
+
+def plane_residuals(xy, en, weights, start, moments, solution):
+    """Residuals, leverages and sums of squares, in one pass over the points.
+
+    Parameters
+    ----------
+    xy, en, weights, start
+        As in :func:`plane_moments`.
+    moments : PlaneMoments
+    solution : PlaneSolution
+
+    Returns
+    -------
+    residuals : ndarray, shape (n_points, 2)
+        Transformed less given [m].
+    leverage : ndarray, shape (n_points, 2)
+    sum_of_squares : ndarray, shape (n_models,)
+    """
+    residuals = np.empty((len(xy), 2))
+    # where both axes have one leverage it is computed and kept once
+    n_leverages = 1 if solution.spread_north is solution.spread_east else 2
+    leverage = np.empty((len(xy), n_leverages))
+    sum_of_squares = np.zeros(len(start) - 1)
+    over_segments(
+        _point_by_point,
+        start,
+        np.ascontiguousarray(xy, dtype=float),
+        np.ascontiguousarray(en, dtype=float),
+        np.ascontiguousarray(weights, dtype=float),
+        moments.weight_sum,
+        moments.centroid_model,
+        moments.centroid_ground,
+        solution.linear,
+        solution.spread_east,
+        solution.spread_north,
+        residuals,
+        leverage,
+        sum_of_squares,
+    )
+    return residuals, np.broadcast_to(leverage, residuals.shape), sum_of_squares
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _point_by_point(
+    first, last, start, xy, en, weights, w_sum, c_xy, c_en, a, k_e, k_n, v, h, vv
+):
+    for k in range(first, last):
+        base, total = 1.0 / w_sum[k], 0.0
+        x0, y0, e0, n0 = c_xy[k, 0], c_xy[k, 1], c_en[k, 0], c_en[k, 1]
+        a_ex, a_ey, a_nx, a_ny = a[k, 0, 0], a[k, 0, 1], a[k, 1, 0], a[k, 1, 1]
+        e_xx, e_xy, e_yy = k_e[k, 0, 0], 2.0 * k_e[k, 0, 1], k_e[k, 1, 1]
+        n_xx, n_xy, n_yy = k_n[k, 0, 0], 2.0 * k_n[k, 0, 1], k_n[k, 1, 1]
+        for i in range(start[k], start[k + 1]):
+            p, dx, dy = weights[i], xy[i, 0] - x0, xy[i, 1] - y0
+            v_e = a_ex * dx + a_ey * dy - (en[i, 0] - e0)
+            v_n = a_nx * dx + a_ny * dy - (en[i, 1] - n0)
+            xx, x_y, yy = dx * dx, dx * dy, dy * dy
+            v[i, 0], v[i, 1] = v_e, v_n
+            h[i, 0] = p * (base + e_xx * xx + e_xy * x_y + e_yy * yy)
+            if h.shape[1] == 2:
+                h[i, 1] = p * (base + n_xx * xx + n_xy * x_y + n_yy * yy)
+            total += p * (v_e * v_e + v_n * v_n)
+        vv[k] = total
+
+
+def is_spread(polar, weight_sum, centroid):
+    """Whether points lie apart, by more than the rounding of their coordinates.
+
+    Parameters
+    ----------
+    polar : ndarray, shape (n_models,)
+        Σ w |d|² of the centred coordinates d.
+    weight_sum : ndarray, shape (n_models,)
+    centroid : ndarray, shape (n_models, n_coordinates)
+
+    Returns
+    -------
+    ndarray of bool, shape (n_models,)
+        False for a model without points.
+    """
+    rounding = FINEST * np.abs(centroid).max(axis=1)
+    return polar > weight_sum * rounding**2
+
+
+def is_mirrored(sum_of_squares, mirror_gain):
+    """Whether a similarity would fit a hundred times better turned over.
+
+    Parameters
+    ----------
+    sum_of_squares : ndarray, shape (n_models,)
+        Σ w |v|² [m²].
+    mirror_gain : ndarray, shape (n_models,)
+        By how much it would be smaller for the mirror image [m²].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_models,)
+    """
+    return sum_of_squares > MIRROR_RATIO * (sum_of_squares - mirror_gain)
+
+
+def mirror_gain(gain, direct, turned, is_overdetermined):
+    """Keep the gain of turning a model over where it can be told.
+
+    Parameters
+    ----------
+    gain : ndarray, shape (n_models,)
+        By how much the sum of squares would be smaller [m²].
+    direct, turned : ndarray, shape (n_models,)
+        How well the two figures correlate as they are, and turned over.
+    is_overdetermined : ndarray of bool, shape (n_models,)
+        A mirror image of the fewest points fits as well as the points themselves.
+
+    Returns
+    -------
+    ndarray, shape (n_models,)
+        NaN for too few points, and for points on a line.
+    """
+    is_clear = is_overdetermined & (turned > CLEARLY_LONGER * direct)
+    return np.where(is_clear, gain, np.nan)
+
+
+def status_of(n_points, least, is_determined):
+    """USABLE, TOO_FEW or UNDETERMINED for each model.
+
+    Parameters
+    ----------
+    n_points : ndarray of int, shape (n_models,)
+    least : int
+        Fewest points that determine the transformation.
+    is_determined : ndarray of bool, shape (n_models,)
+
+    Returns
+    -------
+    ndarray of int, shape (n_models,)
+    """
+    status = np.where(is_determined, USABLE, UNDETERMINED)
+    return np.where(n_points < least, TOO_FEW, status)
+
+
+def without_unusable(values, status):
+    """Put NaN where a model is not usable.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_models, ...)
+    status : ndarray of int, shape (n_models,)
+
+    Returns
+    -------
+    ndarray, shape (n_models, ...)
+    """
+    values = np.array(values, dtype=float)
+    values[status != USABLE] = np.nan
+    return values
+
+
+def _quadratic(d, form):
+    return np.einsum("ni,nij,nj->n", d, form, d)
+
+
+def _inverse_2x2(matrix):
+    a, b, c, d = matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 0], matrix[:, 1, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flipped = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2)
+        return flipped / (a * d - b * c)[:, None, None]

@@ -1,0 +1,130 @@
+"""Rigid transformation: rotation θ and shift, the scale held at 1.
+
+Three parameters, at least two points: E = x cos θ − y sin θ + te,
+N = x sin θ + y cos θ + tn. Coordinates must already have the scale of the ground.
+"""
+
+import numpy as np
+
+from einschalt.theory.transformation.helmert import (
+    conformal,
+    correlations,
+    rotation_and_scale,
+)
+from einschalt.theory.transformation.plane_fit import (
+    PlaneFit,
+    PlaneSolution,
+    mirror_gain,
+    plane_moments,
+    plane_residuals,
+    status_of,
+    without_unusable,
+)
+
+PARAMETER_NAMES = ("theta", "te", "tn")
+LEAST_POINTS = 2
+
+
+def fit_rigid(xy, en, weights, start):
+    """Fit one rotation and shift per model to all of its points.
+
+    The rotation is that of the Helmert transformation, in closed form; the cofactors
+    are linearised about it.
+
+    Parameters
+    ----------
+    xy, en, weights, start
+        As in :func:`einschalt.theory.transformation.affine.fit_affine`.
+
+    Returns
+    -------
+    PlaneFit
+        A model with fewer than two points, or with all points in one place, has NaN
+        and a ``status`` that is not USABLE.
+
+    Notes
+    -----
+    Easting and northing have different leverages; their mean n·h is 1 in the centre
+    and 2.5 in the corner of an evenly filled rectangle.
+    """
+    moments = plane_moments(xy, en, weights, start)
+    direct, turned = correlations(moments)
+    is_determined = moments.is_spread & (np.maximum(direct, turned) > 0.0)
+    status = status_of(moments.n_points, LEAST_POINTS, is_determined)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rotation = without_unusable(_rotation(moments), status)
+        per_angle = 1.0 / moments.polar[:, None, None]
+        # ∂E/∂θ = g_E · d and ∂N/∂θ = g_N · d for a point at d from the centroid
+        g_east, g_north = -rotation[:, 1, :], rotation[:, 0, :]
+        solution = PlaneSolution(
+            linear=rotation,
+            spread_east=_outer(g_east, g_east) * per_angle,
+            spread_north=_outer(g_north, g_north) * per_angle,
+            spread_cross=_symmetric(_outer(g_east, g_north)) * per_angle,
+            status=status,
+        )
+    residuals, leverage, sum_of_squares = plane_residuals(
+        xy, en, weights, start, moments, solution
+    )
+    return PlaneFit(
+        kind="rigid",
+        moments=moments,
+        solution=solution,
+        residuals=residuals,
+        leverage=leverage,
+        sum_of_squares=sum_of_squares,
+        redundancy=np.where(status == 0, 2 * moments.n_points - 3, 0),
+        parameter_names=PARAMETER_NAMES,
+        parameters=_parameters(moments, rotation),
+        mirror_gain=mirror_gain(
+            2.0 * (turned - direct), direct, turned, moments.n_points > LEAST_POINTS
+        ),
+    )
+
+
+def rigid_cofactors(fit):
+    """Cofactors of θ, te, tn at the origin of the model coordinates.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+        From :func:`fit_rigid`.
+
+    Returns
+    -------
+    ndarray, shape (n_models, 3, 3)
+    """
+    rotation, centre = fit.solution.linear, fit.moments.centroid_model
+    # how te and tn at the origin change with θ, the centroid being held
+    arm_east = np.einsum("mi,mi->m", rotation[:, 1, :], centre)
+    arm_north = -np.einsum("mi,mi->m", rotation[:, 0, :], centre)
+    arm = np.column_stack([np.ones(len(centre)), arm_east, arm_north])
+    with np.errstate(divide="ignore"):
+        per_angle = 1.0 / fit.moments.polar
+    cofactors = per_angle[:, None, None] * _outer(arm, arm)
+    cofactors[:, 1, 1] += 1.0 / fit.moments.weight_sum
+    cofactors[:, 2, 2] += 1.0 / fit.moments.weight_sum
+    return without_unusable(cofactors, fit.status)
+
+
+def _rotation(moments):
+    a, b = rotation_and_scale(moments)
+    # a mirror image of a square correlates with no rotation: any does, to show it
+    length = np.hypot(a, b)
+    a[length == 0.0] = length[length == 0.0] = 1.0
+    return conformal(a / length, b / length)
+
+
+def _parameters(moments, rotation):
+    shift = moments.centroid_ground - np.einsum(
+        "mij,mj->mi", rotation, moments.centroid_model
+    )
+    return np.column_stack([np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]), shift])
+
+
+def _outer(first, second):
+    return first[:, :, None] * second[:, None, :]
+
+
+def _symmetric(form):
+    return 0.5 * (form + np.swapaxes(form, 1, 2))
