@@ -1,0 +1,62 @@
+"""``einschalt densify``: a block's coordinates, with tables, map and report."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.progress import stage_progress
+
+# the values that Settings allows: it is not imported here, so that help comes at once
+Method = Literal["pipeline"]
+CoverageMean = Literal["all", "most_central"]
+Weighting = Literal["plain", "weighted"]
+
+
+def _option(kind, text):
+    return Annotated[
+        kind | None, typer.Option(show_default="that of block.toml", help=text)
+    ]
+
+
+@with_exit_status
+def densify(
+    block: Annotated[
+        Path,
+        typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the results.")
+    ],
+    method: _option(Method, "How the block is computed.") = None,
+    coverage_mean: _option(
+        CoverageMean,
+        "Values that make a point's mean: of every model, or per coverage of the most "
+        "central one (1971).",
+    ) = None,
+    weighting: _option(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
+    ] = False,
+):
+    """Compute a block's points, and how good they are.
+
+    Writes points, models, residuals, orientations (each .csv and .parquet),
+    failures.csv, block.gpkg, report.html, summary.txt and provenance.json. Models that
+    fail do not stop the others; they are said, and the exit status is 0.
+    """
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces import python_api  # noqa: PLC0415
+
+    read = python_api.read_block(block)
+    chosen = {"method": method, "coverage_mean": coverage_mean, "weighting": weighting}
+    given = {name: value for name, value in chosen.items() if value is not None}
+    settings = type(read.settings)(**{**read.settings.model_dump(), **given})
+    with stage_progress(is_quiet=quiet) as progress:
+        result = python_api.densify(read, settings, progress=progress)
+        progress("writing", 1.0)
+        result.write(output)
+    if not quiet:
+        tell(result.summary())
+        tell(f"Results in {output}, report in {output / 'report.html'}")

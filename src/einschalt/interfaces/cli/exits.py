@@ -1,0 +1,79 @@
+"""How commands end: errors without traceback, exit statuses, readers that go away."""
+
+import functools
+import os
+import sys
+
+import typer
+
+from einschalt.foundations.errors import EinschaltError
+
+WRONG = 2
+INTERRUPTED = 130
+
+
+def with_exit_status(command):
+    """End a command with a message and a status instead of a traceback.
+
+    Parameters
+    ----------
+    command : callable
+
+    Returns
+    -------
+    callable
+        With the signature of the command. An :class:`EinschaltError`, or an error of
+        the operating system, ends with status 2, an interruption with 130; a fault of
+        the program keeps its traceback.
+    """
+
+    @functools.wraps(command)
+    def run(*args, **kwargs):
+        try:
+            command(*args, **kwargs)
+        except EinschaltError as error:
+            complain(f"einschalt: {error}")
+            raise typer.Exit(WRONG) from None
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename else ""
+            complain(f"einschalt: {where}{error.strerror or error}")
+            raise typer.Exit(WRONG) from None
+        except KeyboardInterrupt:
+            complain("einschalt: interrupted; files that are there are whole")
+            raise typer.Exit(INTERRUPTED) from None
+
+    return run
+
+
+def tell(text=""):
+    """Print to standard output; a reader that has gone away is no fault.
+
+    Parameters
+    ----------
+    text : str, optional
+    """
+    try:
+        typer.echo(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _forget(sys.stdout)
+
+
+def complain(text):
+    """Print to standard error.
+
+    Parameters
+    ----------
+    text : str
+    """
+    try:
+        typer.echo(text, err=True)
+    except BrokenPipeError:
+        _forget(sys.stderr)
+
+
+def _forget(stream):
+    """Send the rest of a stream nowhere, so that its last flush does not fail."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)

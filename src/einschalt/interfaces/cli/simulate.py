@@ -1,0 +1,121 @@
+"""``einschalt simulate``: a block whose truth is known, as a folder."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from einschalt.interfaces.cli.exits import tell, with_exit_status
+
+# the values that the simulation knows: it is not imported here, so that help comes at
+# once
+PresetName = Literal["neukirchen", "demo"]
+Measurement = Literal["machine", "parallaxes", "images"]
+Transformation = Literal["affine", "helmert", "rigid", "helmert_3d"]
+
+
+def _option(kind, text, *names, panel):
+    return Annotated[
+        kind | None,
+        typer.Option(*names, show_default=False, help=f"{panel}: {text}"),
+    ]
+
+
+def _geometry(kind, text, *names):
+    return _option(kind, text, *names, panel="Geometry")
+
+
+def _noise(kind, text, *names):
+    return _option(kind, text, *names, panel="Noise")
+
+
+@with_exit_status
+def simulate(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the block.")
+    ],
+    preset: Annotated[
+        PresetName,
+        typer.Option(help="Kovarik's test block of 1190 points, or a small one."),
+    ] = "neukirchen",
+    seed: Annotated[int, typer.Option(help="The same seed gives the same block.")] = 0,
+    width: _geometry(float, "extent from west to east [m].") = None,
+    height: _geometry(float, "extent from south to north [m].") = None,
+    point_spacing: _geometry(float, "mean distance of points [m].") = None,
+    high_scale_number: _geometry(
+        float,
+        "denominator of the high flight's image scale.",
+        "--high-scale-number",
+        "--high-scale",
+    ) = None,
+    low_scale_number: _geometry(
+        float,
+        "denominator of the low flight's image scale.",
+        "--low-scale-number",
+        "--low-scale",
+    ) = None,
+    forward_overlap: _geometry(float, "of consecutive images, 0 to 1.") = None,
+    side_overlap: _geometry(float, "of neighbouring strips, 0 to 1.") = None,
+    n_coverages: _geometry(int, "how often each flight covers the block.") = None,
+    n_check: _geometry(int, "new points with given coordinates, to check.") = None,
+    measurement: _geometry(
+        Measurement,
+        "what the tables hold: coordinates of oriented models, these with "
+        "y-parallaxes, or image coordinates.",
+    ) = None,
+    transformation: _geometry(Transformation, "how models are fitted.") = None,
+    control_standard_error: _noise(float, "of given coordinates, total [m].") = None,
+    high_m_g_um: _noise(float, "of a measured point, total, in the image [µm].") = None,
+    low_m_g_um: _noise(float, "the same for the low flight [µm].") = None,
+    film_affinity: _noise(float, "scale along the strip less that across.") = None,
+    gross_errors: _noise(float, "share of measured points, both flights.") = None,
+    gross_error_um: _noise(float, "size of a gross error in the image [µm].") = None,
+    network_strain: _noise(float, "largest strain of given coordinates [m].") = None,
+):
+    """Simulate a block whose true coordinates are known.
+
+    Writes a block folder that check and densify read, and truth.csv beside it. What
+    is left out of geometry and noise is that of the preset.
+    """
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.pipeline.simulation import PRESETS  # noqa: PLC0415
+
+    geometry = {
+        "width": width,
+        "height": height,
+        "point_spacing": point_spacing,
+        "high_scale_number": high_scale_number,
+        "low_scale_number": low_scale_number,
+        "forward_overlap": forward_overlap,
+        "side_overlap": side_overlap,
+        "n_coverages": n_coverages,
+        "n_check": n_check,
+        "measurement": measurement,
+        "transformation": transformation,
+    }
+    noise = {
+        "control_standard_error": control_standard_error,
+        "high_m_g_um": high_m_g_um,
+        "low_m_g_um": low_m_g_um,
+        "film_affinity": film_affinity,
+        "high_gross_error_share": gross_errors,
+        "low_gross_error_share": gross_errors,
+        "high_gross_error_um": gross_error_um,
+        "low_gross_error_um": gross_error_um,
+        "network_strain": network_strain,
+    }
+    block = python_api.simulate_block(
+        preset,
+        seed=seed,
+        geometry=replace(PRESETS[preset].geometry, **_given(geometry)),
+        noise=replace(PRESETS[preset].noise, **_given(noise)),
+    )
+    block.write(output)
+    tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
+    tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
+
+
+def _given(options):
+    return {name: value for name, value in options.items() if value is not None}

@@ -1,0 +1,138 @@
+"""``einschalt transform``: one transformation per model, for any two sets of points."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+
+ONE_MODEL = "1"
+TABLES = ("parameters", "models", "residuals", "failures", "points")
+# a tenth of a millimetre, and a hundredth of it for what is small
+DECIMALS = {
+    **dict.fromkeys(("easting", "northing", "height"), 4),
+    **dict.fromkeys(("residual_easting", "residual_northing", "residual_height"), 5),
+    **dict.fromkeys(("m_0", "s_0", "m_t"), 5),
+    **dict.fromkeys(("leverage", "redundancy_number"), 4),
+}
+
+
+@with_exit_status
+def transform(
+    model_points: Annotated[
+        Path,
+        typer.Argument(
+            metavar="MODEL_POINTS",
+            help="Table (CSV or Parquet): model_id, point_id, x, y, and z for "
+            "helmert_3d; also weight. Without model_id it is one model.",
+        ),
+    ],
+    ground_points: Annotated[
+        Path,
+        typer.Argument(
+            metavar="GROUND_POINTS",
+            help="Table: point_id, easting, northing [m], and height for helmert_3d; "
+            "also weight.",
+        ),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the results.")
+    ],
+    kind: Annotated[
+        Literal["affine", "helmert", "rigid", "helmert_3d"],
+        typer.Option(help="Transformation of every model."),
+    ] = "affine",
+    apply: Annotated[
+        Path | None,
+        typer.Option(
+            help="Table of the points to transform.",
+            show_default="the points of MODEL_POINTS",
+        ),
+    ] = None,
+):
+    """Fit one transformation per model, and transform points.
+
+    Writes parameters, models, residuals, failures and points, each .csv and .parquet.
+    Residuals are transformed less given. Models that fail do not stop the others.
+    """
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces.files.atomic import said_as_file_error  # noqa: PLC0415
+    from einschalt.interfaces.files.csv_tables import write_csv  # noqa: PLC0415
+    from einschalt.interfaces.files.parquet_tables import write_parquet  # noqa: PLC0415
+    from einschalt.stages.stage3_model_transformation import (  # noqa: PLC0415
+        transform_models,
+    )
+
+    source, target, applied = _read(model_points, ground_points, apply, kind)
+    fit = transform_models(source, target, kind=kind)
+    tables = {
+        "parameters": _with_given_keys(_parameters(fit), source),
+        "models": _with_given_keys(fit.models, source),
+        "residuals": _with_given_keys(fit.residuals, source),
+        "failures": _with_given_keys(fit.failures, source),
+        "points": fit.transform(applied),
+    }
+    with said_as_file_error(output):
+        output.mkdir(parents=True, exist_ok=True)
+    for name in TABLES:
+        write_csv(tables[name], output / f"{name}.csv", decimals=DECIMALS)
+        write_parquet(tables[name], output / f"{name}.parquet")
+    tell(fit.summary())
+    if len(fit.models) == 1 and fit.is_usable:
+        tell(f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}")
+    tell(f"\nResults in {output}")
+    if not fit.is_usable:
+        complain("einschalt: no model could be transformed; failures.csv says why")
+        raise typer.Exit(2)
+
+
+def _read(model_file, ground_file, apply_file, kind):
+    """Read and check all files, and raise all their problems together."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import raise_problems  # noqa: PLC0415
+    from einschalt.stages.transformation_kinds import (  # noqa: PLC0415
+        KINDS,
+        ground_schema,
+        model_schema,
+    )
+
+    of_models = model_schema(KINDS[kind])
+    models = _checked(model_file, of_models)
+    ground = _checked(ground_file, ground_schema(KINDS[kind]))
+    applied = models if apply_file is None else _checked(apply_file, of_models)
+    raise_problems([*models.problems, *ground.problems, *applied.problems])
+    return models.frame, ground.frame, applied.frame
+
+
+def _checked(file, schema):
+    """Check one table, with no more columns than were given, save model_id."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.tables import check_table  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
+
+    raw = read_table(file, schema)
+    is_one_model = "model_id" in schema.names and "model_id" not in raw
+    if is_one_model:
+        complain(f"note: {file.name} has no column model_id: it is one model")
+        schema = schema.without("model_id")
+    checked = check_table(raw, schema, source=file.name)
+    for note in checked.notes:
+        complain(f"note: {note}")
+    # coverages that were not given shall not stand in the results
+    frame = checked.frame[[name for name in checked.frame if name in raw]]
+    if is_one_model:
+        frame = frame.assign(model_id=ONE_MODEL)
+    return replace(checked, frame=frame)
+
+
+def _with_given_keys(table, points):
+    """Leave out the coverages of models whose table has none."""
+    return table if "coverage" in points else table.drop(columns="coverage")
+
+
+def _parameters(fit):
+    """Parameters beside the names of their models; both have the same order."""
+    parameters = fit.parameters.reset_index(drop=True)
+    return fit.models[["coverage", "model_id"]].join(parameters)

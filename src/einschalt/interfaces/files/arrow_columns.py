@@ -1,0 +1,27 @@
+"""Columns of pandas as columns of Arrow, on their way into a file."""
+
+import pyarrow as pa
+
+
+def column_as_arrow(series):
+    """Turn a column into one Arrow array of numbers, truth values or text.
+
+    Parameters
+    ----------
+    series : Series
+
+    Returns
+    -------
+    pyarrow.Array
+        Missing values are null; categories become text; a column of mixed kinds
+        becomes text.
+    """
+    try:
+        values = pa.array(series, from_pandas=True)
+    except (pa.ArrowInvalid, pa.ArrowTypeError):
+        values = pa.array(series.map(str, na_action="ignore"), pa.string())
+    if isinstance(values, pa.ChunkedArray):
+        values = values.combine_chunks()
+    if pa.types.is_dictionary(values.type):
+        values = values.dictionary_decode()
+    return values.cast(pa.string()) if pa.types.is_null(values.type) else values

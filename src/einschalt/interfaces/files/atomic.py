@@ -1,0 +1,213 @@
+"""Files that are written whole or not at all.
+
+A file is written under a hidden name in its own folder, forced to the disk, and only
+then given its name, which no reader ever sees half-written. What a killed run leaves
+behind is removed by the next run that writes into the same folder.
+"""
+
+import errno
+import hashlib
+import os
+import platform
+import re
+import secrets
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+from einschalt.foundations.errors import FileError
+
+# place: a digest of the computer's name, since process numbers mean nothing elsewhere
+LEFTOVER = re.compile(r"^\.einschalt-(?P<place>[0-9a-f]{6})-(?P<pid>\d+)-[0-9a-f]{8}-")
+OLD_SECONDS = 24 * 3600
+REMEDIES = {
+    errno.ENOSPC: "Free some space, or choose another folder",
+    errno.EDQUOT: "Free some space, or choose another folder",
+    errno.EFBIG: "Raise the limit on the size of files, or choose another folder",
+    errno.EACCES: "Choose a folder that you may write into",
+    errno.EPERM: "Choose a folder that you may write into",
+    errno.EROFS: "Choose a folder that you may write into",
+    errno.ENOENT: "Make the folder first",
+    errno.ENOTDIR: "Choose another folder: a part of the path is a file",
+    errno.EEXIST: "Choose another folder: a file has this name",
+    errno.EISDIR: "Choose another name: a folder has this one",
+    errno.ENAMETOOLONG: "Choose a shorter name",
+}
+
+
+@contextmanager
+def replacing(path):
+    """Write a file under a hidden name, and give it its own name at the end.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file as it shall be called; an older one is replaced.
+
+    Yields
+    ------
+    Path
+        Where to write: a new name in the same folder, with the same suffix.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written, or the disk is full. Nothing has changed then.
+    """
+    path = Path(os.path.realpath(path))  # a link stays a link, its target is replaced
+    hidden = path.with_name(f"{_own_prefix()}-{secrets.token_hex(4)}-{path.name}")
+    with said_as_file_error(path):
+        try:
+            remove_leftovers(path.parent)
+            yield hidden
+            _force_to_disk(hidden)
+            hidden.replace(path)
+        finally:
+            _remove_with_sidecars(hidden)
+
+
+@contextmanager
+def said_as_file_error(path):
+    """Turn what the operating system refuses into a FileError.
+
+    Parameters
+    ----------
+    path : str or Path
+        What is being written, said in the message.
+
+    Raises
+    ------
+    FileError
+        With the reason of the operating system and a remedy.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = (error.strerror or str(error)).rstrip(".").lower()
+        raise FileError(
+            f"cannot be written: {reason}",
+            remedy=REMEDIES.get(error.errno, "Choose another folder"),
+            file=path,
+        ) from error
+
+
+def write_bytes(path, data):
+    """Write bytes whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    data : bytes
+
+    Raises
+    ------
+    FileError
+        As for :func:`replacing`.
+    """
+    with replacing(path) as hidden:
+        hidden.write_bytes(data)
+
+
+def write_text(path, text):
+    r"""Write text as UTF-8, lines ending with ``\n``, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    text : str
+
+    Raises
+    ------
+    FileError
+        As for :func:`replacing`.
+    """
+    write_bytes(path, text.encode("utf-8"))
+
+
+def make_folder(folder) -> Path:
+    """Make a folder with its parents, where it does not exist.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    FileError
+        It cannot be made, or a file has its name.
+    """
+    folder = Path(folder)
+    with said_as_file_error(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def remove_leftovers(folder):
+    """Remove hidden files of runs that were killed.
+
+    A file goes only if it bears our pattern and its process is gone; where that cannot
+    be known (another computer, Windows), only after a day.
+
+    Parameters
+    ----------
+    folder : Path
+    """
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries if LEFTOVER.match(entry.name)]
+    for name in names:
+        if _is_abandoned(folder / name):
+            _remove(folder / name)
+
+
+def _own_prefix():
+    return f".einschalt-{_place()}-{os.getpid()}"
+
+
+def _place():
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:6]
+
+
+def _is_abandoned(leftover):
+    match = LEFTOVER.match(leftover.name)
+    if os.name == "posix" and match["place"] == _place():
+        return not _is_running(int(match["pid"])) or _is_old(leftover)
+    return _is_old(leftover)
+
+
+def _is_old(leftover):
+    try:
+        return time.time() - leftover.stat().st_mtime > OLD_SECONDS
+    except FileNotFoundError:  # its own process has just finished with it
+        return False
+
+
+def _is_running(pid):
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def _force_to_disk(path):
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def _remove_with_sidecars(hidden):
+    """Remove the hidden file, and SQLite's journals beside it."""
+    for suffix in ("", "-journal", "-wal", "-shm"):
+        _remove(hidden.with_name(hidden.name + suffix))
+
+
+def _remove(path):
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:  # read-only by now, or another run was quicker: it does no harm
+        return

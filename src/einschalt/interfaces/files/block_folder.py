@@ -1,0 +1,375 @@
+"""A block as a folder: block.toml and the tables that it names.
+
+Reading looks at everything before it complains: each file, each table, and how the
+tables that are right fit each other (:func:`find_problems`).
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import (
+    BlockError,
+    EinschaltError,
+    FileError,
+    SettingsError,
+    raise_problems,
+)
+from einschalt.foundations.projections import read_crs, reproject
+from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.block_toml import (
+    BLOCK_FILE,
+    BlockToml,
+    read_block_toml,
+    with_row,
+    write_block_toml,
+)
+from einschalt.interfaces.files.input_files import checksum, require_file
+from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
+from einschalt.pipeline.block import FLIGHTS, Block, Flight
+from einschalt.pipeline.block_check import axis_problems, check_block
+
+FLIGHT_TABLES = {
+    "model_points": tables.MODEL_POINTS,
+    "y_parallaxes": tables.Y_PARALLAXES,
+    "base": tables.MODEL_BASES,
+    "image_points": tables.IMAGE_POINTS,
+    "models": tables.IMAGE_MODELS,
+}
+FLIGHT_FACTS = (
+    "scale_number",
+    "m_g_um",
+    "transformation",
+    "model_unit",
+    "principal_distance_mm",
+)
+POINT_TABLES = {
+    "control_points": tables.CONTROL_POINTS,
+    "approximate_points": tables.APPROXIMATE_POINTS,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class BlockFindings:
+    """Everything that is wrong with a block folder.
+
+    Attributes
+    ----------
+    problems : tuple of EinschaltError
+        What stops the computation.
+    model_problems : tuple of EinschaltError
+        Models that will be rows of ``failures``.
+    notes : tuple of str
+        What was ignored, filled in or reprojected.
+    block : Block or None
+        None where there are problems.
+    """
+
+    problems: tuple[EinschaltError, ...]
+    model_problems: tuple[EinschaltError, ...]
+    notes: tuple[str, ...]
+    block: Block | None
+
+
+def read_block(path, *, kind=Block):
+    """Read a block.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder, or its block.toml.
+    kind : type, optional
+        The class to be built, Block or one that is derived from it.
+
+    Returns
+    -------
+    Block
+        Its tables keep the line of their file as index.
+
+    Raises
+    ------
+    EinschaltError
+        What is wrong; several faults come together in a BlockError.
+    """
+    found = find_problems(path, kind=kind)
+    raise_problems(found.problems)
+    return found.block
+
+
+def find_problems(path, *, kind=Block) -> BlockFindings:
+    """Look for everything that is wrong with a block, without raising.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder, or its block.toml.
+    kind : type, optional
+        The class of the block.
+
+    Returns
+    -------
+    BlockFindings
+    """
+    try:
+        file = _block_file(path)
+        toml = read_block_toml(file)
+    except EinschaltError as error:
+        return BlockFindings((error,), (), (), None)
+    reading = _Reading(file, toml)
+    fields = reading.fields()
+    problems = reading.toml.problems
+    if not problems:
+        try:
+            block = kind(**fields)
+        except EinschaltError:
+            pass  # all that is wrong is collected below, with what was noted
+        else:
+            return BlockFindings((), tuple(block.model_problems), block.notes, block)
+    found = check_block(_Draft(**fields), frozenset(toml.said))
+    text = file.read_text(encoding="utf-8-sig")
+    problems = [with_row(p, text, toml.source) for p in (*problems, *found.problems)]
+    notes = (*fields["notes"], *found.notes)
+    return BlockFindings(tuple(problems), found.model_problems, notes, None)
+
+
+def _block_file(path):
+    path = Path(path)
+    if path.is_dir():
+        if not (path / BLOCK_FILE).exists():
+            raise FileError(
+                f"the folder holds no {BLOCK_FILE}",
+                expected=f"a folder with {BLOCK_FILE} and its tables",
+                remedy=f"Name the folder of a block, or write {BLOCK_FILE}",
+                file=path,
+            )
+        return require_file(path / BLOCK_FILE, BLOCK_FILE)
+    try:
+        return require_file(path, str(path))
+    except FileError as error:
+        if path.exists():
+            raise
+        raise error.with_facts(found="there is no such folder or file") from None
+
+
+@dataclass
+class _Draft:
+    """What :func:`check_block` looks at, where a Block cannot be had yet."""
+
+    low_flight: Flight | None = None
+    control_points: pd.DataFrame | None = None
+    high_flight: Flight | None = None
+    approximate_points: pd.DataFrame | None = None
+    approximate_m_0_m: float | None = None
+    crs: str | None = None
+    name: str = "block"
+    settings: object = None
+    sources: dict = field(default_factory=dict)
+    checksums: dict = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    may_be_unmeasured: bool = False
+
+
+class _Reading:
+    """Reads the tables that block.toml names, and keeps what is wrong with them."""
+
+    def __init__(self, file, toml: BlockToml):
+        self.folder = file.parent
+        self.toml = toml
+        self.sources = {"block": toml.source}
+        self.checksums = {toml.source: checksum(file)}
+        self.notes = []
+
+    def fields(self):
+        """Return the fields of the block, as far as they could be read."""
+        sections = self.toml.sections
+        block = sections.get("block")
+        approximate = sections.get("approximate_points")
+        self.crs = block.crs if block else None
+        return {
+            **{name: self._points(name) for name in POINT_TABLES},
+            **{name: self._flight(name) for name in FLIGHTS},
+            "approximate_m_0_m": approximate.m_0_m if approximate else None,
+            "crs": self.crs,
+            "name": (block and block.name) or self.folder.resolve().name,
+            "settings": self.toml.settings,
+            "sources": self.sources,
+            "checksums": self.checksums,
+            "may_be_unmeasured": any(
+                sections[name].may_be_unmeasured
+                for name in POINT_TABLES
+                if name in sections
+            ),
+            "notes": tuple(self.notes),
+        }
+
+    def _flight(self, name):
+        section = self.toml.sections.get(name)
+        if section is None:
+            return None
+        given = {
+            key: self._table(name, key, schema)
+            for key, schema in FLIGHT_TABLES.items()
+            if isinstance(getattr(section, key), str)
+        }
+        if isinstance(section.base, (int, float)):
+            given["base"] = section.base
+        facts = {key: getattr(section, key) for key in FLIGHT_FACTS}
+        return Flight(**facts, **given)
+
+    def _table(self, section, key, schema):
+        """Read the table that a key names; None, and said, where that fails."""
+        source = getattr(self.toml.sections[section], key)
+        table = section if key == "file" else f"{section}.{key}"
+        self.sources[table] = source
+        try:
+            path = self._path(source, section, key)
+            frame = read_table(path, schema, source=source)
+            self.checksums[source] = checksum(path)
+        except BlockError as error:
+            self.toml.said.add((section, key))
+            self.toml.problems += error.problems
+        except EinschaltError as error:
+            self.toml.say(error, section, key)
+        else:
+            return frame
+        return None
+
+    def _path(self, source, section, key):
+        if not source.strip():
+            raise FileError(
+                f"[{section}] {key} is empty",
+                expected="the name of a table",
+                remedy=f"Name the table, or take {key} out",
+                file=self.toml.source,
+            )
+        sections = self.toml.sections.values()
+        taken = {v for s in sections for v in vars(s).values() if isinstance(v, str)}
+        try:
+            return require_file(self.folder / source, source, taken=taken)
+        except FileError as error:
+            if (self.folder / source).exists():
+                raise
+            raise error.with_facts(expected=f"the table of [{section}] {key}") from None
+
+    def _points(self, name):
+        section = self.toml.sections.get(name)
+        if section is None or section.file is None:
+            return None
+        frame = self._table(name, "file", POINT_TABLES[name])
+        if frame is None:
+            return None
+        source = self.sources[name]
+        checked = tables.check_table(frame, POINT_TABLES[name], source=source)
+        is_other = section.crs is not None and self._is_other_system(section.crs, name)
+        if checked.problems:
+            return frame  # check_block says what is wrong, in the words of the file
+        error = getattr(section, "standard_error_m", None)
+        if error is not None and "standard_error_m" not in frame:
+            frame = frame.assign(standard_error_m=error)
+        if is_other:
+            return self._in_crs_of_block(frame, checked.frame, section.crs, name)
+        return frame
+
+    def _in_crs_of_block(self, frame, checked, crs, name):
+        problems, _ = axis_problems(checked, crs, self.sources[name])
+        if problems:
+            self.toml.said.add((name, "file"))
+            self.toml.problems += problems
+            return None
+        return self._reprojected(frame, checked, crs, name)
+
+    def _is_other_system(self, crs, name):
+        """Whether both systems are known and differ; says what is wrong with theirs."""
+        try:
+            own = read_crs(crs)
+        except EinschaltError as error:
+            found = f"[{name}] {error.found}"
+            problem = error.with_facts(found=found, file=self.toml.source)
+            self.toml.say(problem, name, "crs")
+            return False
+        if self.crs is None and ("block", "crs") not in self.toml.said:
+            problem = SettingsError(
+                "[block] crs is missing",
+                expected=f"a system into which {self.sources[name]} is brought",
+                remedy=f"Add crs = … to [block], or take it out of [{name}]",
+                file=self.toml.source,
+            )
+            self.toml.say(problem, "block", "crs")
+        try:
+            return self.crs is not None and own != read_crs(self.crs)
+        except EinschaltError:  # said by check_facts
+            return False
+
+    def _reprojected(self, frame, checked, crs, name):
+        source = self.sources[name]
+        plane = (checked[axis].to_numpy() for axis in ("easting", "northing"))
+        try:
+            easting, northing, accuracy = reproject(*plane, crs, self.crs)
+        except EinschaltError as error:
+            self.toml.say(error.with_facts(file=source), name, "file")
+            return None
+        states = "states no accuracy"
+        if np.isfinite(accuracy):
+            states = f"states an accuracy of {accuracy:g} m"
+        heights = "; heights are left as they are" if "height" in frame else ""
+        self.notes.append(
+            f"{source}: {len(frame)} points brought from {crs} to {self.crs}; "
+            f"PROJ {states}{heights}"
+        )
+        return frame.assign(easting=easting, northing=northing)
+
+
+def write_block(block, folder, *, suffix=".csv"):
+    """Write a block so that :func:`read_block` gives it back.
+
+    Parameters
+    ----------
+    block : Block
+        Where it has ``truth`` (a simulated block), that is written beside.
+    folder : str or Path
+        Made where it does not exist; block.toml comes last.
+    suffix : str, optional
+        ``.csv`` or ``.parquet``.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    folder = make_folder(folder)
+    sections = {"block": {"name": block.name, "crs": block.crs}}
+    for name in POINT_TABLES:
+        frame = getattr(block, name)
+        if frame is not None:
+            sections[name] = {
+                "file": _write_part(frame, folder, f"{name}{suffix}"),
+                "may_be_unmeasured": block.may_be_unmeasured or None,
+            }
+    if "approximate_points" in sections:
+        sections["approximate_points"]["m_0_m"] = block.approximate_m_0_m
+    for name, flight in block.flights.items():
+        sections[name] = _write_flight(flight, folder, name, suffix)
+    sections["settings"] = block.settings.model_dump(exclude_defaults=True)
+    truth = getattr(block, "truth", None)
+    if truth is not None:
+        _write_part(truth, folder, f"truth{suffix}")
+    write_block_toml(folder / BLOCK_FILE, sections)
+
+
+def _write_flight(flight, folder, name, suffix):
+    section = {key: getattr(flight, key) for key in FLIGHT_FACTS}
+    for key in FLIGHT_TABLES:
+        part = getattr(flight, key)
+        if isinstance(part, pd.DataFrame):
+            stem = name if key == "model_points" else f"{name}_{key}"
+            part = _write_part(part, folder, f"{stem}{suffix}")
+        section[key] = part
+    return section
+
+
+def _write_part(frame, folder, file_name):
+    write_table(frame, folder / file_name)
+    return file_name

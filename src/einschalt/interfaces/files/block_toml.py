@@ -1,0 +1,335 @@
+"""block.toml: which tables a block has, and the facts beside them.
+
+Reading keeps what is right where something else is wrong, so that the tables can be
+looked at in the same run: :class:`BlockToml` holds the sections as far as they could
+be understood, the problems, and which keys they concern.
+"""
+
+import json
+import re
+import tomllib
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from einschalt.foundations.errors import (
+    BlockError,
+    EinschaltError,
+    SettingsError,
+)
+from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.pipeline.settings import Settings, setting_problem
+
+BLOCK_FILE = "block.toml"
+WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+KEY = re.compile(r"""^\s*["']?([\w-]+)["']?\s*=""")
+SECTION = re.compile(r"""^\s*\[\s*["']?([\w-]+)["']?\s*\]""")
+
+
+def _text(what):
+    return Field(default=None, description=f"a text: {what}")
+
+
+def _measure(unit, **limits):
+    return Field(default=None, description=f"a number ({unit})", **limits)
+
+
+class _Section(BaseModel):
+    # strict: 7.5 in quotes is no number, true is no 1; TOML knows nan and inf
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False
+    )
+
+
+class BlockSection(_Section):
+    """[block]: name and coordinate reference system."""
+
+    name: str | None = _text("the name of the block")
+    crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
+
+
+class ControlPointsSection(_Section):
+    """[control_points]: the table, and what holds for all its points."""
+
+    file: str = Field(description="a text: the name of a table")
+    crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
+    standard_error_m: float | None = Field(
+        default=None,
+        gt=0,
+        le=10,
+        description="a number above 0, at most 10 metres",
+    )
+    may_be_unmeasured: bool = Field(default=False, description="true or false")
+
+
+class ApproximatePointsSection(_Section):
+    """[approximate_points]: the table, and the error of all its points."""
+
+    file: str = Field(description="a text: the name of a table")
+    crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
+    m_0_m: float | None = _measure("metres")
+    may_be_unmeasured: bool = Field(default=False, description="true or false")
+
+
+class FlightSection(_Section):
+    """[high_flight] and [low_flight]: tables, and facts of the flight."""
+
+    scale_number: float = Field(description="a number (the denominator)")
+    m_g_um: float = Field(description="a number (micrometres in the image)")
+    transformation: str = Field(
+        default="affine", description="a text: affine, helmert, rigid or helmert_3d"
+    )
+    model_points: str | None = _text("the name of a table")
+    model_unit: str = Field(default="mm", description="a text: mm, cm, m or um")
+    y_parallaxes: str | None = _text("the name of a table")
+    base: Any = Field(
+        default=None,
+        description="a number in model_unit, or a text: the name of a table",
+    )
+    image_points: str | None = _text("the name of a table")
+    models: str | None = _text("the name of a table")
+    principal_distance_mm: float | None = _measure("millimetres")
+
+    @field_validator("base")
+    @classmethod
+    def _number_or_name(cls, value):
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise ValueError
+        return value
+
+
+SECTIONS = {
+    "block": BlockSection,
+    "control_points": ControlPointsSection,
+    "high_flight": FlightSection,
+    "approximate_points": ApproximatePointsSection,
+    "low_flight": FlightSection,
+}
+
+
+@dataclass(eq=False)
+class BlockToml:
+    """What block.toml says.
+
+    Attributes
+    ----------
+    source : str
+        What the file is called in messages.
+    sections : dict
+        Each section that the file has; keys that are wrong are None in it.
+    settings : Settings
+    problems : list of EinschaltError
+    said : set of (str, str)
+        Section and key of what ``problems`` tells, the key being empty where it is
+        the whole section.
+    """
+
+    source: str
+    sections: dict = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    problems: list[EinschaltError] = field(default_factory=list)
+    said: set[tuple[str, str]] = field(default_factory=set)
+
+    def say(self, problem, section, key=""):
+        """Keep a problem, and what it is about."""
+        self.problems.append(problem)
+        self.said.add((section, key))
+
+
+def read_block_toml(path) -> BlockToml:
+    """Read block.toml.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    BlockToml
+        Its ``problems`` tell of unknown keys, missing keys and values of a wrong kind.
+
+    Raises
+    ------
+    FileError, SettingsError
+        The file is missing or no TOML.
+    """
+    source = Path(path).name
+    text = read_text_bytes(path, source).decode("utf-8")
+    given = _parsed(text, source)
+    toml = BlockToml(source)
+    for name, fields in given.items():
+        if not isinstance(fields, dict):
+            toml.say(_stray(name, fields, source), name if name in SECTIONS else "")
+        elif name in SECTIONS:
+            toml.sections[name] = _section(toml, name, fields)
+        elif name == "settings":
+            _settings(toml, fields)
+        else:
+            _unknown_section(toml, name)
+    toml.problems[:] = [with_row(problem, text, source) for problem in toml.problems]
+    return toml
+
+
+def _parsed(text, source):
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        said = str(error)
+        place = WHERE.search(said)
+        row = int(place[1]) if place and place[1] else len(text.splitlines())
+        line = text.splitlines()[row - 1].strip()
+        what = WHERE.sub("", said)
+        raise SettingsError(
+            f"{line!r} is no TOML: {what[:1].lower()}{what[1:]}"
+            + (f" at column {place[2]}" if place and place[2] else ""),
+            expected="key = value",
+            remedy=_toml_remedy(line, what),
+            file=source,
+            row=row,
+        ) from error
+
+
+def _toml_remedy(line, what):
+    if "\\" in line:
+        return "Write paths with / or in single quotes"
+    if re.search(r"=\s*[+-]?\d+,\d+\s*(#.*)?$", line):
+        return "Write a decimal point"
+    if "overwrite" in what or "twice" in what:
+        return "Give each key and each section once"
+    return "Put texts into straight quotes, and write decimal points"
+
+
+def _section(toml, name, fields):
+    kind = SECTIONS[name]
+    try:
+        return kind.model_validate(fields)
+    except ValidationError as error:
+        faults = [(str(fault["loc"][0]), fault) for fault in error.errors()]
+    unknown = [key for key, fault in faults if fault["type"] == "extra_forbidden"]
+    meant = {near for key in unknown for near in _near(key, kind.model_fields)}
+    toml.said.update((name, key) for key in meant)
+    for key, fault in faults:
+        if fault["type"] != "missing" or key not in meant:
+            toml.say(setting_problem(fault, name, kind, file=toml.source), name, key)
+    wrong = {key for key, _ in faults}
+    sound = {key: value for key, value in fields.items() if key not in wrong}
+    required = [key for key, known in kind.model_fields.items() if known.is_required()]
+    return kind.model_construct(**{**dict.fromkeys(required), **sound})
+
+
+def _near(name, known):
+    return get_close_matches(name.casefold(), known, n=1)
+
+
+def _settings(toml, fields):
+    try:
+        toml.settings = Settings(**fields)
+    except BlockError as error:
+        for problem in error.problems:
+            toml.say(problem.with_facts(file=toml.source), "settings")
+    except EinschaltError as error:
+        toml.say(error.with_facts(file=toml.source), "settings")
+
+
+def _unknown_section(toml, name):
+    known = [*SECTIONS, "settings"]
+    near = _near(name, known)
+    problem = SettingsError(
+        f"[{name}] is an unknown section",
+        expected=", ".join(f"[{section}]" for section in known),
+        remedy=f"Write [{near[0]}]" if near else "Take it out",
+        file=toml.source,
+    )
+    toml.say(problem, near[0] if near else name)
+
+
+def _stray(name, value, source):
+    if name in SECTIONS or name == "settings":
+        return SettingsError(
+            f"{name} = {value!r}",
+            expected=f"a section [{name}]",
+            remedy=f"Write [{name}], and its keys on the lines below",
+            file=source,
+        )
+    homes = [s for s, kind in SECTIONS.items() if name in kind.model_fields]
+    homes += ["settings"] * (name in Settings.model_fields)
+    sections = " or ".join(f"[{home}]" for home in homes)
+    return SettingsError(
+        f"{name} = {value!r} stands outside of all sections",
+        expected="keys below a section such as [block]",
+        remedy=f"Put it below {sections}" if homes else "Take it out",
+        file=source,
+    )
+
+
+def with_row(problem, text, source):
+    """Add the line of block.toml that a problem is about, where it can be found.
+
+    Parameters
+    ----------
+    problem : EinschaltError
+        Its text begins with ``[section]`` or ``[section] key``.
+    text : str
+        The file.
+    source : str
+        Its name; problems of other files are given back as they are.
+
+    Returns
+    -------
+    EinschaltError
+    """
+    named = re.match(r"(?:\[([\w-]+)\])? ?([\w-]*)", problem.found)
+    if problem.file != source or problem.row is not None:
+        return problem
+    section = None
+    row_of_section = None
+    for row, line in enumerate(text.splitlines(), 1):
+        if opened := SECTION.match(line):
+            section = opened[1]
+            row_of_section = row if section == named[1] else row_of_section
+        key = KEY.match(line)
+        if section == named[1] and key and key[1] == named[2]:
+            return problem.with_facts(row=row)
+    return problem.with_facts(row=row_of_section)
+
+
+def write_block_toml(path, sections):
+    """Write block.toml, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    sections : dict of str to dict
+        Keys that are None, and sections without keys, are left out.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    parts = []
+    for name, fields in sections.items():
+        lines = [
+            f"{key} = {_toml_value(value)}"
+            for key, value in fields.items()
+            if value is not None
+        ]
+        if lines:
+            parts.append("\n".join([f"[{name}]", *lines]) + "\n")
+    write_text(path, "\n".join(parts))
+
+
+def _toml_value(value):
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        # TOML's escapes are those of JSON, which lets DEL stand
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(_toml_value(part) for part in value)}]"
+    is_whole = float(value).is_integer() and abs(value) < 2**53
+    return str(int(value)) if is_whole else repr(float(value))

@@ -1,0 +1,249 @@
+"""block.gpkg: the result as map layers that QGIS opens styled.
+
+Layers: ``points``, with all that is known of them; ``residual_vectors``, from the given
+to the transformed coordinates, exaggerated as their description says; ``models``, the
+outline of the points of each model. Coordinates are in the system of the block, or in
+an engineering system where it has none. Equal results give equal files: the dates in
+the file are fixed, the real one stands in provenance.json.
+"""
+
+import sqlite3
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.files.arrow_columns import column_as_arrow
+from einschalt.interfaces.files.atomic import replacing
+from einschalt.interfaces.files.qgis_styles import add_styles
+from einschalt.interfaces.files.wkb_geometries import (
+    lines_as_wkb,
+    points_as_wkb,
+    polygons_as_wkb,
+)
+
+GEOMETRY = "geom"
+DATE = "1970-01-01T00:00:00.000Z"
+# the file is forced to the disk once, when it is whole
+GDAL_OPTIONS = {"OGR_CURRENT_DATE": DATE, "OGR_SQLITE_SYNCHRONOUS": "OFF"}
+VECTOR_SHARE = 0.02  # length of a large residual vector in the extent of the block
+LARGE = 0.9  # the share of residuals that are shorter than a large one
+LOCAL_SYSTEM = (
+    'ENGCRS["Local system, not georeferenced",EDATUM["Unknown"],CS[Cartesian,2],'
+    'AXIS["easting (E)",east,ORDER[1],LENGTHUNIT["metre",1]],'
+    'AXIS["northing (N)",north,ORDER[2],LENGTHUNIT["metre",1]]]'
+)
+MODEL_KEY = ["flight", "coverage", "model_id"]
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One layer: its attributes, its geometries, and what is said of it."""
+
+    name: str
+    attributes: pd.DataFrame
+    geometries: pa.Array
+    geometry_type: str
+    description: str
+
+
+def write_geopackage(result, path):
+    """Write a result as GeoPackage, whole or not at all.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    path : str or Path
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    # imported when a file is written: GDAL takes its time
+    import pyogrio  # noqa: PLC0415
+
+    positions = _positions(result)
+    layers = [
+        _models_layer(result, positions),
+        _residuals_layer(result, positions),
+        _points_layer(result),
+    ]
+    name = result.block.crs
+    crs = LOCAL_SYSTEM if name is None else read_crs(name).to_wkt()
+    with replacing(path) as hidden, _said_as_file_error(path), _gdal_options(pyogrio):
+        for layer in layers:
+            pyogrio.write_arrow(
+                _as_arrow(layer),
+                hidden,
+                layer=layer.name,
+                driver="GPKG",
+                geometry_name=GEOMETRY,
+                geometry_type=layer.geometry_type,
+                crs=crs,
+                append=layer is not layers[0],
+                layer_options={"DESCRIPTION": layer.description},
+            )
+        add_styles(hidden, DATE)
+
+
+@contextmanager
+def _said_as_file_error(path):
+    # pyogrio imports only when needed, so its errors are known by their common base
+    try:
+        yield
+    except (RuntimeError, sqlite3.Error) as error:
+        raise FileError(
+            f"cannot be written: {error}",
+            remedy="See that the disk has space, or choose another folder",
+            file=path,
+        ) from error
+
+
+@contextmanager
+def _gdal_options(pyogrio):
+    before = {name: pyogrio.get_gdal_config_option(name) for name in GDAL_OPTIONS}
+    pyogrio.set_gdal_config_options(GDAL_OPTIONS)
+    try:
+        yield
+    finally:
+        pyogrio.set_gdal_config_options(before)
+
+
+def _as_arrow(layer):
+    frame = layer.attributes
+    columns = [column_as_arrow(frame.iloc[:, k]) for k in range(frame.shape[1])]
+    names = distinct_names(frame.columns)
+    return pa.table([*columns, layer.geometries], names=[*names, GEOMETRY])
+
+
+def distinct_names(names):
+    """Tell column names apart that SQLite, which ignores case, takes for one.
+
+    Parameters
+    ----------
+    names : iterable of str
+
+    Returns
+    -------
+    list of str
+        The second of two equal names, and those that GDAL keeps for itself, bear a
+        number.
+
+    Examples
+    --------
+    >>> distinct_names(["x", "X", "fid"])
+    ['x', 'X_2', 'fid_2']
+    """
+    taken = {"fid", GEOMETRY}
+    distinct = []
+    for name in map(str, names):
+        number = 2
+        free = name
+        while free.casefold() in taken:
+            free = f"{name}_{number}"
+            number += 1
+        taken.add(free.casefold())
+        distinct.append(free)
+    return distinct
+
+
+def _positions(result):
+    """Easting and northing of every point that has any, the best first."""
+    known = [result.approximations, result.block.control_points, result.points]
+    plane = ["point_id", "easting", "northing"]
+    table = pd.concat([frame[plane] for frame in known if frame is not None])
+    return table.drop_duplicates("point_id").set_index("point_id")
+
+
+def _plane(frame):
+    return frame[["easting", "northing"]].to_numpy(dtype=float)
+
+
+def _points_layer(result):
+    return Layer(
+        "points",
+        result.points,
+        points_as_wkb(_plane(result.points)),
+        "Point",
+        "Densified points; lengths in metres, standard errors total",
+    )
+
+
+def _residuals_layer(result, positions):
+    residuals = result.residuals
+    given = _plane(positions.reindex(residuals["point_id"]))
+    columns = ["residual_easting", "residual_northing"]
+    shift = residuals[columns].to_numpy(dtype=float)
+    factor = exaggeration(_plane(result.points), shift)
+    return Layer(
+        "residual_vectors",
+        residuals.assign(exaggeration=factor),
+        lines_as_wkb(given, given + factor * shift),
+        "LineString",
+        f"Residuals, transformed less given, drawn {factor:g} times as long",
+    )
+
+
+def exaggeration(xy, shift):
+    """Choose a round factor that makes small vectors visible on the map of a block.
+
+    Parameters
+    ----------
+    xy : ndarray, shape (n_points, 2)
+        Points of the block [m].
+    shift : ndarray, shape (n_vectors, 2)
+        Vectors [m].
+
+    Returns
+    -------
+    float
+        1, 2 or 5 times a power of ten; 1 where there is nothing to enlarge.
+    """
+    xy = xy[np.isfinite(xy).all(axis=1)]
+    length = np.hypot(*shift[np.isfinite(shift).all(axis=1)].T)
+    extent = np.ptp(xy, axis=0).max() if len(xy) else 0.0
+    large = np.quantile(length, LARGE) if len(length) else 0.0
+    if not (extent > 0 and large > 0):
+        return 1.0
+    wanted = VECTOR_SHARE * extent / large
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted))
+
+
+def _models_layer(result, positions):
+    # imported when a file is written: compiled code is slow to load
+    from einschalt.foundations.hulls import convex_hulls  # noqa: PLC0415
+
+    flights = result.block.flights.items()
+    held = pd.concat([f.model_table().assign(flight=name) for name, f in flights])
+    held = held.join(positions, on="point_id")
+    group = held.groupby(MODEL_KEY, sort=False).ngroup().to_numpy()
+    models = held.loc[~held.duplicated(MODEL_KEY).to_numpy(), MODEL_KEY]
+    is_known = held["easting"].notna().to_numpy()
+    order = np.argsort(group[is_known], kind="stable")
+    xy = _plane(held[is_known])[order]
+    count = np.bincount(group[is_known], minlength=len(models))
+    vertices, start = convex_hulls(xy, np.concatenate([[0], np.cumsum(count)]))
+    return Layer(
+        "models",
+        _with_outcome(models, result),
+        polygons_as_wkb(xy[vertices], start),
+        "Polygon",
+        "Models, outlined by the ground coordinates of their points",
+    )
+
+
+def _with_outcome(models, result):
+    """Join what became of each model; one that fell out early has its reason."""
+    outcome = result.models.drop_duplicates(MODEL_KEY)
+    joined = models.merge(outcome, how="left", on=MODEL_KEY)
+    early = result.failures.drop_duplicates(MODEL_KEY)
+    reasons = models.merge(early[[*MODEL_KEY, "reason"]], how="left", on=MODEL_KEY)
+    joined["is_usable"] = joined["is_usable"].eq(True).astype(bool)
+    joined["reason"] = joined["reason"].fillna(reasons["reason"])
+    return joined

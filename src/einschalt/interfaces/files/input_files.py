@@ -1,0 +1,157 @@
+"""Files as they come in: whether they are there, and whether they are text."""
+
+import codecs
+import hashlib
+from difflib import get_close_matches
+from pathlib import Path
+
+from einschalt.foundations.errors import FileError, name_some
+
+SIGNATURES = {
+    b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),
+    b"\xd0\xcf\x11\xe0": ("is an old Excel workbook", "Save the sheet as CSV UTF-8"),
+    b"PAR1": ("is a Parquet file", "Give it the suffix .parquet"),
+    b"\x1f\x8b": ("is compressed with gzip", "Unpack it"),
+    b"SQLite format 3": ("is an SQLite database", "Export the table as CSV"),
+    codecs.BOM_UTF16_LE: ("is UTF-16 text", "Save it as UTF-8"),
+    codecs.BOM_UTF16_BE: ("is UTF-16 text", "Save it as UTF-8"),
+}
+
+
+def require_file(path, source, *, taken=()):
+    """See that a file is there and can be read.
+
+    Parameters
+    ----------
+    path : str or Path
+    source : str
+        What the file is called in messages.
+    taken : iterable of str, optional
+        Files that are named elsewhere, and thus cannot have been meant.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    FileError
+        It is missing, a folder, or may not be read.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FileError(
+            "is a folder",
+            expected="a file",
+            remedy="Name the file in it",
+            file=source,
+        )
+    if not path.exists():
+        raise _missing(path, source, set(taken))
+    try:
+        with path.open("rb") as file:
+            file.read(1)
+    except OSError as error:
+        raise FileError(
+            f"cannot be read: {(error.strerror or str(error)).lower()}",
+            remedy="See to the permissions of the file",
+            file=source,
+        ) from error
+    return path
+
+
+def _missing(path, source, taken):
+    folder = path.parent
+    if not folder.is_dir():
+        return FileError(
+            "the file does not exist, nor does its folder",
+            remedy="Correct the path",
+            file=source,
+        )
+    names = sorted(p.name for p in folder.iterdir() if not p.name.startswith("."))
+    free = {name.casefold(): name for name in names if name not in taken}
+    near = get_close_matches(path.name.casefold(), free, n=1)
+    if near:
+        remedy = f"Did you mean '{free[near[0]]}'?"
+    else:
+        remedy = f"Its folder holds {name_some(names) or 'nothing'}"
+    return FileError("the file does not exist", remedy=remedy, file=source)
+
+
+def read_text_bytes(path, source):
+    """Read a text file, and see that it is UTF-8.
+
+    Parameters
+    ----------
+    path : str or Path
+    source : str
+        What the file is called in messages.
+
+    Returns
+    -------
+    bytes
+        Without a byte order mark; not empty.
+
+    Raises
+    ------
+    FileError
+        It is missing, empty, binary, or in another encoding.
+    """
+    data = require_file(path, source).read_bytes()
+    for signature, (found, remedy) in SIGNATURES.items():
+        if data.startswith(signature):
+            raise FileError(found, expected="UTF-8 text", remedy=remedy, file=source)
+    if b"\0" in data:
+        raise FileError(
+            "holds NUL bytes, so it is no text",
+            expected="UTF-8 text",
+            remedy="Export the table as CSV UTF-8",
+            file=source,
+            row=_line_of(data, data.index(b"\0")),
+        )
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if not data.strip():
+        raise FileError(
+            "the file is empty",
+            remedy="Fill it, or name another file",
+            file=source,
+        )
+    if not data.isascii():
+        _require_utf8(data, source)
+    return data
+
+
+def _require_utf8(data, source):
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        start = data.rfind(b"\n", 0, error.start) + 1
+        text = data[start:].split(b"\n", 1)[0].decode("cp1252", errors="replace")
+        raise FileError(
+            f"{text.strip()[:60]!r} is not UTF-8",
+            expected="UTF-8 text",
+            remedy="Save the file as UTF-8; it seems to be in a Windows or Latin-1 "
+            "encoding",
+            file=source,
+            row=_line_of(data, error.start),
+        ) from error
+
+
+def _line_of(data, place):
+    return data.count(b"\n", 0, place) + 1
+
+
+def checksum(path):
+    """SHA-256 of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

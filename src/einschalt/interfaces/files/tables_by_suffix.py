@@ -1,0 +1,67 @@
+"""Tables in the format that the suffix of their file names."""
+
+from pathlib import Path
+
+from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.csv_tables import read_csv, write_csv
+from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
+
+CSV_SUFFIXES = (".csv", ".txt", ".tsv")
+PARQUET_SUFFIXES = (".parquet", ".pq")
+WRITTEN_SUFFIXES = (".csv", ".parquet")
+
+
+def read_table(path, schema, *, source=None):
+    """Read a CSV or Parquet table.
+
+    Parameters
+    ----------
+    path : str or Path
+    schema : Schema
+    source : str, optional
+        What the file is called in messages.
+
+    Returns
+    -------
+    DataFrame
+        As :func:`read_csv` and :func:`read_parquet` give it.
+
+    Raises
+    ------
+    EinschaltError
+        The suffix is unknown, or the file cannot be read.
+    """
+    source = source or Path(path).name
+    suffix = _known_suffix(path, source, CSV_SUFFIXES + PARQUET_SUFFIXES)
+    read = read_csv if suffix in CSV_SUFFIXES else read_parquet
+    return read(path, schema, source=source)
+
+
+def write_table(frame, path):
+    """Write a CSV or Parquet table, every number with all its digits.
+
+    Parameters
+    ----------
+    frame : DataFrame
+    path : str or Path
+        Its suffix is .csv or .parquet.
+
+    Raises
+    ------
+    FileError
+        The suffix is another one, or the file cannot be written.
+    """
+    suffix = _known_suffix(path, Path(path).name, WRITTEN_SUFFIXES)
+    (write_csv if suffix == ".csv" else write_parquet)(frame, path)
+
+
+def _known_suffix(path, source, known):
+    suffix = Path(path).suffix.lower()
+    if suffix not in known:
+        raise FileError(
+            f"suffix {suffix!r} is unknown" if suffix else "the suffix is missing",
+            expected=", ".join(known),
+            remedy="Save the table as CSV UTF-8 or as Parquet",
+            file=source,
+        )
+    return suffix

@@ -1,0 +1,107 @@
+"""Where a result comes from: versions, settings, input files, facts of the flights.
+
+Nothing in it tells of the computer: no absolute path, no name of host or user.
+"""
+
+import platform
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import PurePosixPath, PureWindowsPath
+
+import pyproj
+
+from einschalt.pipeline.block import plain_fields
+
+SCHEMA = 1
+LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio")
+
+
+def provenance(result) -> dict:
+    """Collect where a result comes from.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    dict
+        ``schema``, ``program``, ``version``, ``created`` (UTC), ``block``, ``flights``,
+        ``settings``, ``inputs`` (file and SHA-256 of each table; empty where the tables
+        came from a script), ``versions``; ready for JSON.
+    """
+    block = result.block
+    return {
+        "schema": SCHEMA,
+        "program": "einschalt",
+        "version": metadata.version("einschalt"),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "block": _block_facts(block),
+        "flights": {name: _flight_facts(f) for name, f in block.flights.items()},
+        "settings": result.settings.model_dump(mode="json"),
+        "inputs": _inputs(block),
+        "versions": versions(),
+    }
+
+
+def versions() -> dict:
+    """Versions of what computed: Python, the libraries, PROJ and its database.
+
+    Returns
+    -------
+    dict of str to str
+    """
+    return {
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in LIBRARIES},
+        "PROJ": pyproj.proj_version_str,
+    }
+
+
+def _block_facts(block):
+    return {
+        "name": block.name,
+        "crs": block.crs,
+        "approximate_m_0_m": _plain(block.approximate_m_0_m),
+        "may_be_unmeasured": block.may_be_unmeasured,
+        "notes": [_without_paths(note, block) for note in block.notes],
+    }
+
+
+def _flight_facts(flight):
+    facts = plain_fields(flight)
+    return {
+        name: _plain(value)
+        for name, value in facts.items()
+        if value is not None and not hasattr(value, "columns")
+    }
+
+
+def _plain(value):
+    """Turn a number of numpy into one of Python."""
+    return value.item() if hasattr(value, "item") else value
+
+
+def _inputs(block):
+    return [
+        {
+            "table": table,
+            "file": _relative(source),
+            "sha256": block.checksums.get(source),
+        }
+        for table, source in block.sources.items()
+    ]
+
+
+def _relative(source):
+    """Keep a path within the block; of one from elsewhere only its name."""
+    for kind in (PurePosixPath, PureWindowsPath):
+        if kind(source).is_absolute():
+            return kind(source).name
+    return source
+
+
+def _without_paths(note, block):
+    for source in block.sources.values():
+        note = note.replace(source, _relative(source))
+    return note

@@ -1,0 +1,228 @@
+"""The report of a block as one HTML page that needs nothing else."""
+
+from typing import NamedTuple
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from einschalt.foundations.typesetting import (
+    MISSING,
+    fixed,
+    length,
+    length_column,
+    number,
+    printable,
+    seconds,
+)
+from einschalt.pipeline import summary
+from einschalt.pipeline.suggestions import find_suggestions
+
+MOST_MODELS = 500
+WORST_MODELS = 100
+MOST_FAILURES = 200
+MOST_KNOWN_POINTS = 20
+MOST_SPREAD_POINTS = 20
+
+
+class Cut(NamedTuple):
+    """A table that may show only its worst rows, and what it then says of that."""
+
+    columns: tuple[str, ...]
+    rows: list
+    said: str = ""
+
+
+def render(result) -> str:
+    """Render the report of a densification.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    str
+        A page in UTF-8 without any external resource. All names in it are escaped.
+        The same result gives the same page.
+    """
+    # imported when a report is rendered: matplotlib takes half a second
+    from einschalt.interfaces.reports.figures import (  # noqa: PLC0415
+        block_map,
+        precision_figure,
+    )
+
+    return _TEMPLATES.get_template("report.html.j2").render(
+        block=result.block,
+        verdict=summary.verdict_on(result),
+        headline=_headline(result),
+        suggestions=find_suggestions(result),
+        precision=summary.precision(result),
+        caution=summary.too_small(result),
+        remarks=summary.remarks(result),
+        differences=summary.differences(result),
+        flights=summary.flights(result),
+        approximations=(
+            *summary.approximations(result),
+            *summary.orientations(result),
+        ),
+        map=Markup(block_map(result)),
+        precision_map=Markup(precision_figure(result)),
+        known_points=_known_points(result),
+        spread_points=_spread_points(result),
+        models=_models(result),
+        failures=_failures(result),
+        settings=result.settings.model_dump(),
+        duration=seconds(result.seconds),
+    )
+
+
+def _headline(result):
+    """Figures that stand large at the head of the page: number, and what it is."""
+    figures = result.figures
+    shown = [(f"{figures.n_new}", "new points")]
+    if np.isfinite(figures.mean_paper):
+        shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
+    if np.isfinite(figures.mean_internal):
+        shown.append((length(figures.mean_internal), "internal, total"))
+    if figures.n_check:
+        text = f"RMS at {figures.n_check} check points, total"
+        shown.append((length(figures.check_rms), text))
+    elif figures.n_control:
+        text = f"RMS at {figures.n_control} control points, total"
+        shown.append((length(figures.control_rms), text))
+    return shown
+
+
+def _known_points(result):
+    """Differences at control and check points, the largest first."""
+    points = result.points[result.points["role"] != "new"]
+    miss = np.hypot(points["difference_easting"], points["difference_northing"])
+    order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
+    shown = points.loc[order]
+    names = ("easting", "northing", "total", "paper")
+    metres = [
+        shown["difference_easting"],
+        shown["difference_northing"],
+        miss.loc[order],
+        shown["standard_error_paper"],
+    ]
+    # one unit for all four, so that a row can be read across
+    unit, texts = length_column(np.concatenate(metres))
+    parts = [texts[k * len(shown) : (k + 1) * len(shown)] for k in range(len(names))]
+    columns = ("point", "role", *(f"{name} [{unit}]" for name in names))
+    rows = zip(map(printable, shown["point_id"]), shown["role"], *parts, strict=True)
+    return Cut(columns, list(rows), _cut(len(points), len(shown), "points", "largest"))
+
+
+def _spread_points(result):
+    """Points whose values lie farthest apart."""
+    points = result.points[result.points["spread_total"].notna()]
+    shown = points.nlargest(MOST_SPREAD_POINTS, "spread_total", keep="first")
+    spread = length_column(shown["spread_total"])
+    paper = length_column(shown["standard_error_paper"])
+    columns = (
+        "point",
+        "role",
+        "models",
+        "coverages",
+        f"spread [{spread.unit}]",
+        f"paper [{paper.unit}]",
+    )
+    rows = list(
+        zip(
+            map(printable, shown["point_id"]),
+            shown["role"],
+            map(_whole, shown["n_models"]),
+            map(_whole, shown["n_coverages"]),
+            spread.texts,
+            paper.texts,
+            strict=True,
+        )
+    )
+    return Cut(columns, rows, _cut(len(points), len(rows), "points", "largest"))
+
+
+def _models(result):
+    """Every model, or the worst of many: those that failed, then by m_0."""
+    models = result.models
+    is_usable = models["is_usable"].astype(bool)
+    shown = models
+    if len(models) > MOST_MODELS:
+        order = models.assign(usable=is_usable).sort_values(
+            ["usable", "m_0"], ascending=[True, False], kind="stable"
+        )
+        shown = models.loc[order.index[:WORST_MODELS]]
+    m_0, s_0 = length_column(shown["m_0"]), length_column(shown["s_0"])
+    columns = (
+        "flight",
+        "coverage",
+        "model",
+        "fit",
+        "points",
+        "redundancy",
+        f"m_0 [{m_0.unit}]",
+        f"s_0 [{s_0.unit}]",
+        "state",
+    )
+    rows = list(
+        zip(
+            [flight.removesuffix("_flight") for flight in shown["flight"]],
+            map(printable, shown["coverage"]),
+            map(printable, shown["model_id"]),
+            [_words(kind) for kind in shown["transformation"]],
+            map(_whole, shown["n_points"]),
+            map(_whole, shown["redundancy"]),
+            m_0.texts,
+            s_0.texts,
+            map(_state, is_usable.loc[shown.index], shown["reason"]),
+            strict=True,
+        )
+    )
+    return Cut(columns, rows, _cut(len(models), len(rows), "models", "worst"))
+
+
+def _state(is_usable, reason):
+    return "usable" if is_usable else f"failed: {printable(reason)}"
+
+
+def _failures(result):
+    failures = result.failures
+    shown = failures.head(MOST_FAILURES)
+    rows = [
+        (
+            failure.flight.removesuffix("_flight"),
+            printable(failure.coverage),
+            printable(failure.model_id),
+            _words(failure.stage.partition("_")[2] or failure.stage),
+            printable(failure.reason),
+            printable(failure.remedy),
+        )
+        for failure in shown.fillna("").itertuples()
+    ]
+    columns = ("flight", "coverage", "model", "stage", "reason", "remedy")
+    return Cut(columns, rows, _cut(len(failures), len(rows), "failures", "first"))
+
+
+def _cut(n_all, n_shown, noun, which):
+    if n_shown == n_all:
+        return ""
+    return f"The {which} {n_shown} of {n_all} {noun}; the others stand in the tables."
+
+
+def _words(name):
+    return printable(name).replace("_", " ")
+
+
+def _whole(value):
+    return MISSING if not np.isfinite(value) else fixed(float(value), 0)
+
+
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.PackageLoader("einschalt.interfaces.reports"),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+_TEMPLATES.filters["number"] = number

@@ -1,0 +1,98 @@
+"""Computed blocks that several tests look at, and texts to compare with."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+GOLDEN = Path(__file__).parent / "golden"
+
+
+def _modified(block, change):
+    """The block with other measurements of the low flight."""
+    points = change(block.low_flight.model_points.copy())
+    return replace(block, low_flight=replace(block.low_flight, model_points=points))
+
+
+def _with_faults(points):
+    """Two models with too few points, one with points in a line, a pair exchanged."""
+    models = points["model_id"].to_numpy()
+    is_first = points.groupby(["coverage", "model_id"]).cumcount() < 2
+    few = (points["coverage"] == "1") & points["model_id"].isin(["1/1", "1/2"])
+    points = points[~few | is_first].reset_index(drop=True)
+    line = (points["coverage"] == "1") & (points["model_id"] == "2/1")
+    points.loc[line, "y"] = 2.0 * points.loc[line, "x"]
+    other = (points["coverage"] == "2") & (points["model_id"] == models[-1])
+    first, second = points.index[other][:2]
+    names = points.loc[[first, second], "point_id"].to_numpy()
+    points.loc[[first, second], "point_id"] = names[::-1]
+    return points
+
+
+@pytest.fixture(scope="session")
+def demo_block():
+    """A simulated block of 100 points, six of them check points."""
+    from einschalt.pipeline.simulation import simulate_block
+
+    return simulate_block("demo", seed=1)
+
+
+@pytest.fixture(scope="session")
+def good_result(demo_block):
+    """A block without faults."""
+    from einschalt.pipeline.densify import densify
+
+    return replace(densify(demo_block), seconds=0.5)
+
+
+@pytest.fixture(scope="session")
+def faulty_result(demo_block):
+    """A block in which models fail, and two points have exchanged names."""
+    from einschalt.pipeline.densify import densify
+
+    return replace(densify(_modified(demo_block, _with_faults)), seconds=0.5)
+
+
+@pytest.fixture(scope="session")
+def given_approximations_result(demo_block, good_result):
+    """A block with approximate points instead of a high flight."""
+    from einschalt.pipeline.block import Block
+    from einschalt.pipeline.densify import densify
+
+    block = Block(
+        name="Given approximations",
+        crs=demo_block.crs,
+        control_points=demo_block.control_points,
+        approximate_points=good_result.approximations[
+            ["point_id", "easting", "northing"]
+        ],
+        approximate_m_0_m=0.09,
+        low_flight=demo_block.low_flight,
+    )
+    return replace(densify(block), seconds=0.5)
+
+
+@pytest.fixture(scope="session")
+def unchecked_result():
+    """A block without check points."""
+    from einschalt.pipeline.densify import densify
+    from einschalt.pipeline.simulation import BlockGeometry, simulate_block
+
+    geometry = BlockGeometry(width=3_000.0, height=3_000.0)
+    return replace(
+        densify(simulate_block("demo", seed=1, geometry=geometry)), seconds=0.5
+    )
+
+
+@pytest.fixture(scope="session")
+def golden():
+    """Compare a text with a file of golden/; EINSCHALT_WRITE_GOLDEN=1 writes it."""
+
+    def compare(text, name):
+        file = GOLDEN / name
+        if os.environ.get("EINSCHALT_WRITE_GOLDEN"):
+            file.write_text(text, encoding="utf-8")
+        assert text == file.read_text(encoding="utf-8")
+
+    return compare

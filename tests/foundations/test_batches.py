@@ -1,0 +1,199 @@
+import threading
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from einschalt.foundations import batches
+from einschalt.foundations.batches import (
+    encode,
+    encode_pairs,
+    over_segments,
+    segment_min_max,
+    segment_sum,
+    segments,
+)
+
+examples = settings(max_examples=50, deadline=None, derandomize=True)
+names = st.lists(st.sampled_from(["7/8", "0012", "12", " ", "ä", "x"]), min_size=1)
+
+
+# names
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        ["7/8", "0012", "12", "7/8"],
+        np.array(["7/8", "0012", "12", "7/8"], dtype=object),
+        np.array(["7/8", "0012", "12", "7/8"]),
+        pd.Series(["7/8", "0012", "12", "7/8"], index=[9, 3, 3, 1]),
+        pd.Series(["7/8", "0012", "12", "7/8"], dtype="category"),
+        pa.chunked_array([["7/8", "0012"], ["12", "7/8"]]),
+    ],
+    ids=["list", "object", "numpy text", "series", "category", "chunked"],
+)
+def test_names_stay_as_given(column):
+    coded = encode(column)
+    assert coded.codes.tolist() == [0, 1, 2, 0]
+    assert coded.names.tolist() == ["7/8", "0012", "12"]
+    assert len(coded) == 3
+
+
+@examples
+@given(names)
+def test_names_come_back(column):
+    coded = encode(column)
+    assert coded.names[coded.codes].tolist() == column
+    assert len(set(coded.names)) == len(coded)
+    # in order of first appearance
+    assert coded.names.tolist() == list(dict.fromkeys(column))
+
+
+@examples
+@given(st.lists(st.tuples(st.sampled_from("12"), st.sampled_from(["7", "8/9", "0"]))))
+def test_pairs_come_back(pairs):
+    if not pairs:
+        return
+    first, second = zip(*pairs, strict=True)
+    coded = encode_pairs(list(first), list(second))
+    assert coded.names[coded.codes].tolist() == pairs
+    assert coded.names.tolist() == list(dict.fromkeys(pairs))
+
+
+def test_model_of_one_name_in_two_coverages():
+    coded = encode_pairs(["1", "2", "1"], ["7/8", "7/8", "7/8"])
+    assert coded.codes.tolist() == [0, 1, 0]
+    assert coded.names.tolist() == [("1", "7/8"), ("2", "7/8")]
+
+
+def test_locate_text():
+    coded = encode(["7/8", "0012"])
+    asked = np.array(["0012", "12", "7/8", "0012"], dtype=object)
+    assert coded.locate(asked).tolist() == [1, -1, 0, 1]
+
+
+def test_locate_pairs():
+    coded = encode_pairs(["1", "2", "2"], ["a", "a", "b"])
+    asked = np.empty(3, dtype=object)
+    asked[:] = [("2", "b"), ("1", "b"), ("1", "a")]
+    assert coded.locate(asked).tolist() == [2, -1, 0]
+
+
+def test_locate_nothing():
+    coded = encode(["a"])
+    assert coded.locate(np.empty(0, dtype=object)).tolist() == []
+
+
+# segments
+
+
+@examples
+@given(st.lists(st.integers(0, 6)))
+def test_segments_are_a_stable_sort(codes):
+    parts = segments(np.array(codes, dtype=int), 7)
+    assert parts.order.tolist() == np.argsort(codes, kind="stable").tolist()
+    assert parts.count.tolist() == [codes.count(group) for group in range(7)]
+    assert parts.group.tolist() == sorted(codes)
+    assert parts.start[0] == 0
+    assert parts.start[-1] == len(codes)
+
+
+@examples
+@given(st.lists(st.integers(0, 5), min_size=1, max_size=8), st.integers(0, 99))
+def test_sums_and_extremes_of_segments(counts, seed):
+    start = np.concatenate([[0], np.cumsum(counts)])
+    values = np.random.default_rng(seed).normal(size=(start[-1], 2))
+    total = segment_sum(values, start)
+    low, high = segment_min_max(values, start)
+    for group, count in enumerate(counts):
+        part = values[start[group] : start[group + 1]]
+        np.testing.assert_allclose(total[group], part.sum(axis=0), atol=1e-12)
+        if count == 0:
+            assert np.isnan(low[group]).all()
+            assert np.isnan(high[group]).all()
+        else:
+            np.testing.assert_array_equal(low[group], part.min(axis=0))
+            np.testing.assert_array_equal(high[group], part.max(axis=0))
+
+
+def test_sum_of_empty_segments_is_zero():
+    # np.add.reduceat gives the value at the start instead, or fails at the end
+    start = np.array([0, 0, 2, 2, 2])
+    np.testing.assert_array_equal(
+        segment_sum(np.array([3.0, 4.0]), start), [0.0, 7.0, 0.0, 0.0]
+    )
+
+
+def test_sum_keeps_the_shape_and_type_of_its_values():
+    found = segment_sum(np.ones((4, 2, 3), dtype=int), np.array([0, 1, 4]))
+    assert found.shape == (2, 2, 3)
+    assert found.dtype == int
+    assert found[1, 0, 0] == 3
+
+
+# threads
+
+
+@pytest.fixture
+def many_workers(monkeypatch):
+    monkeypatch.setattr(batches, "n_cores", lambda: 3)
+    monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 10)
+
+
+@pytest.mark.usefixtures("many_workers")
+@pytest.mark.parametrize(
+    "counts",
+    [[5] * 40, [0, 0, 200, 0], [0] * 30 + [20], [100, *[1] * 50], [0, 30, *[0] * 9]],
+    ids=["even", "one large", "empty before", "uneven", "empty after"],
+)
+def test_every_segment_is_visited_once(counts):
+    start = np.concatenate([[0], np.cumsum(counts)])
+    visits = np.zeros(len(counts), dtype=int)
+    lock = threading.Lock()
+
+    def kernel(first, last, _start, visits):
+        with lock:
+            visits[first:last] += 1
+
+    over_segments(kernel, start, visits)
+    assert visits.tolist() == [1] * len(counts)
+
+
+@pytest.mark.usefixtures("many_workers")
+def test_failure_of_a_kernel_is_not_lost():
+    def kernel(first, last, start):
+        message = "kernel failed"
+        raise ZeroDivisionError(message)
+
+    with pytest.raises(ZeroDivisionError, match="kernel failed"):
+        over_segments(kernel, np.arange(100))
+
+
+def test_few_rows_stay_in_this_thread():
+    names = []
+
+    def kernel(first, last, start):
+        names.append((threading.current_thread(), first, last))
+
+    over_segments(kernel, np.array([0, 5, 9]))
+    assert names == [(threading.main_thread(), 0, 2)]
+
+
+def test_cores_that_the_process_may_use(monkeypatch):
+    assert batches.n_cores() >= 1
+    # where the system keeps no such list, all cores count
+    monkeypatch.delattr(batches.os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(batches.os, "cpu_count", lambda: None)
+    assert batches.n_cores() == 1
+    monkeypatch.setattr(batches.os, "cpu_count", lambda: 6)
+    assert batches.n_cores() == 6
+
+
+def test_no_segments():
+    seen = []
+    over_segments(lambda *ranges: seen.append(ranges[:2]), np.array([0]))
+    assert seen == [(0, 0)]

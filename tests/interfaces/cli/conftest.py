@@ -1,0 +1,67 @@
+"""The command line in this process, and as a process of its own."""
+
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli.main import app
+
+
+@pytest.fixture(scope="session")
+def invoke():
+    """Run a command in this process."""
+    runner = CliRunner()
+
+    def call(*arguments):
+        return runner.invoke(app, [str(argument) for argument in arguments])
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def spawn():
+    """Run ``python -m einschalt`` as a user's shell would."""
+
+    def call(*arguments, encoding="utf-8", **options):
+        return subprocess.run(
+            [sys.executable, "-m", "einschalt", *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            encoding=encoding,
+            check=False,
+            timeout=300,
+            **options,
+        )
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def block_folder(tmp_path_factory, demo_block):
+    """The demo block as a folder."""
+    from einschalt.interfaces.files.block_folder import write_block
+
+    folder = tmp_path_factory.mktemp("block")
+    write_block(demo_block, folder)
+    return folder
+
+
+@pytest.fixture
+def spoilt_folder(tmp_path, block_folder):
+    """The demo block with a value that is no number, and a misspelt point."""
+    import shutil
+
+    folder = tmp_path / "spoilt"
+    shutil.copytree(block_folder, folder)
+    file = folder / "low_flight.csv"
+    lines = file.read_text(encoding="utf-8").split("\n")
+    row = lines[4].split(",")
+    lines[4] = ",".join([*row[:3], "n/a", *row[4:]])
+    file.write_text("\n".join(lines), encoding="utf-8")
+    control = folder / "control_points.csv"
+    text = control.read_text(encoding="utf-8").split("\n")
+    text[1] = text[1].replace(text[1].split(",")[0], "1oo1", 1)
+    control.write_text("\n".join(text), encoding="utf-8")
+    return folder

@@ -1,0 +1,51 @@
+"""``einschalt check``."""
+
+from einschalt.interfaces.cli import check as command
+
+
+def test_a_sound_block_has_nothing_wrong(invoke, block_folder):
+    shown = invoke("check", block_folder)
+    assert shown.exit_code == 0
+    assert shown.stdout.split("\n")[-2] == f"{block_folder}: nothing wrong"
+
+
+def test_everything_wrong_is_said_at_once_and_can_be_searched(spawn, spoilt_folder):
+    done = spawn("check", spoilt_folder)
+    assert done.returncode == 2
+    assert done.stderr == ""
+    lines = done.stdout.strip().split("\n")
+    number = [line for line in lines if "low_flight.csv, row 5" in line]
+    assert len(number) == 1
+    assert number[0].startswith("problem: low_flight.csv, row 5, point ")
+    assert "'n/a' is not a number; expected millimetres. Give" in number[0]
+    assert lines[-1].startswith(f"{spoilt_folder}: ")
+    assert "problem" in lines[-1]
+
+
+def test_notes_are_listed_and_are_nothing_wrong(invoke, block_folder, tmp_path):
+    import shutil
+
+    folder = tmp_path / "noted"
+    shutil.copytree(block_folder, folder)
+    file = folder / "control_points.csv"
+    lines = file.read_text(encoding="utf-8").strip().split("\n")
+    text = "\n".join([f"{lines[0]},colour", *(f"{line},red" for line in lines[1:])])
+    file.write_text(text + "\n", encoding="utf-8")
+    shown = invoke("check", folder)
+    assert shown.exit_code == 0
+    assert "note: control_points.csv: ignored column colour" in shown.stdout
+
+
+def test_a_missing_block_is_a_problem(invoke, tmp_path):
+    shown = invoke("check", tmp_path / "nowhere")
+    assert shown.exit_code == 2
+    assert "nowhere: there is no such folder or file" in shown.stdout
+
+
+def test_a_terminal_gets_a_table(invoke, spoilt_folder, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr(command, "_is_terminal", lambda: True)
+    shown = invoke("check", spoilt_folder)
+    assert shown.exit_code == 2
+    assert "│ low_flight.csv" in shown.stdout
+    assert "problem: " not in shown.stdout

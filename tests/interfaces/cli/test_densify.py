@@ -1,0 +1,151 @@
+"""``einschalt densify``."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import typing
+
+import pandas as pd
+import pytest
+
+from einschalt.interfaces.cli import densify as command
+from einschalt.pipeline.settings import Settings
+
+FILES = {
+    *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
+    *("points.parquet", "models.parquet", "residuals.parquet"),
+    *("orientations.parquet", "block.gpkg", "report.html", "summary.txt"),
+    "provenance.json",
+}
+
+
+@pytest.mark.parametrize(
+    ("field", "choices"),
+    [
+        ("method", command.Method),
+        ("coverage_mean", command.CoverageMean),
+        ("weighting", command.Weighting),
+    ],
+)
+def test_options_are_those_of_settings(field, choices):
+    allowed = typing.get_args(Settings.model_fields[field].annotation)
+    assert typing.get_args(choices) == allowed
+
+
+def test_results_are_written_and_said(spawn, block_folder, tmp_path):
+    output = tmp_path / "out"
+    done = spawn("densify", block_folder, "--output", output)
+    assert done.returncode == 0
+    assert {path.name for path in output.iterdir()} >= FILES
+    assert done.stdout.startswith("Demo (simulated): 80 new points, ")
+    assert f"Results in {output}, report in {output / 'report.html'}" in done.stdout
+    # progress is no part of the answer
+    assert "model transformation" in done.stderr
+    assert "model transformation" not in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr
+
+
+def test_summary_is_the_file_summary(invoke, block_folder, tmp_path):
+    shown = invoke("densify", block_folder, "--output", tmp_path)
+    written = (tmp_path / "summary.txt").read_text(encoding="utf-8")
+    assert written.strip() in shown.stdout
+
+
+def test_quiet_prints_nothing(invoke, block_folder, tmp_path):
+    shown = invoke("densify", block_folder, "--output", tmp_path, "--quiet")
+    assert (shown.exit_code, shown.stdout, shown.stderr) == (0, "", "")
+    assert (tmp_path / "points.csv").exists()
+
+
+def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_path):
+    folder = tmp_path / "block"
+    shutil.copytree(block_folder, folder)
+    with (folder / "block.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[settings]\ncoverage_mean = "most_central"\n')
+    said = invoke("densify", folder, "-o", tmp_path / "a").stdout
+    assert "coverage_mean = most_central, weighting = plain" in said
+    options = ["--coverage-mean", "all", "--weighting", "weighted"]
+    said = invoke("densify", folder, "-o", tmp_path / "b", *options).stdout
+    assert "coverage_mean = all, weighting = weighted" in said
+
+
+def test_failed_models_are_said_and_the_status_is_0(invoke, block_folder, tmp_path):
+    folder = tmp_path / "block"
+    shutil.copytree(block_folder, folder)
+    points = pd.read_csv(folder / "low_flight.csv", dtype={"coverage": str})
+    keys = ["coverage", "model_id"]
+    first = (points[keys] == points.loc[0, keys]).all(axis=1)
+    points = points[~first | (points.index < 2)]
+    points.to_csv(folder / "low_flight.csv", index=False)
+    shown = invoke("densify", folder, "--output", tmp_path / "out")
+    assert shown.exit_code == 0
+    assert "; 1 of 30 models failed" in shown.stdout
+    assert len(pd.read_csv(tmp_path / "out" / "failures.csv")) == 1
+
+
+def test_a_user_error_is_a_message_without_traceback(spawn, spoilt_folder, tmp_path):
+    done = spawn("densify", spoilt_folder, "--output", tmp_path / "out")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert "low_flight.csv, row 5" in done.stderr
+    assert "'n/a' is not a number" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_block_is_said(invoke, tmp_path):
+    shown = invoke("densify", tmp_path / "nowhere", "--output", tmp_path)
+    assert shown.exit_code == 2
+    assert "nowhere: there is no such folder or file" in shown.stderr
+
+
+def test_an_output_that_is_a_file_is_said(invoke, block_folder, tmp_path):
+    file = tmp_path / "taken"
+    file.write_text("x", encoding="utf-8")
+    shown = invoke("densify", block_folder, "--output", file, "--quiet")
+    assert shown.exit_code == 2
+    assert "taken" in shown.stderr
+    assert "Traceback" not in shown.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_interruption_ends_with_130(block_folder, tmp_path):
+    done = subprocess.Popen(
+        [sys.executable, "-m", "einschalt", "densify", block_folder, "-o", tmp_path],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    # the first line of progress: the command is at work
+    assert done.stderr.readline()
+    done.send_signal(signal.SIGINT)
+    _, said = done.communicate(timeout=300)
+    assert done.returncode == 130
+    assert "interrupted" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell with pipes")
+def test_a_reader_that_goes_away_is_no_fault(block_folder, tmp_path):
+    call = f'"{sys.executable}" -m einschalt densify "{block_folder}" -o "{tmp_path}"'
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", f"{call} | true"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert "Broken" not in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_console_without_the_characters_does_not_stop_a_run(
+    spawn, block_folder, tmp_path
+):
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    call = ("densify", block_folder, "-o", tmp_path)
+    done = spawn(*call, env=environment, encoding="latin-1")
+    assert done.returncode == 0
+    assert "?(?_E² + ?_N²)" in done.stdout

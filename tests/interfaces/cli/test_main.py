@@ -1,0 +1,80 @@
+"""The command as a whole: help, version, start-up, statuses."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from einschalt.interfaces.cli.main import COMMANDS
+
+NAMES = [command.__name__ for command in COMMANDS]
+HEAVY = {"numpy", "pandas", "numba", "matplotlib", "pyogrio", "scipy", "pyarrow"}
+
+
+def test_help_lists_the_commands(invoke):
+    shown = invoke("--help")
+    assert shown.exit_code == 0
+    for name in NAMES:
+        assert f"\n  {name} " in shown.output
+    assert "..." not in shown.output.split("Commands:")[1].split("Examples")[0]
+
+
+@pytest.mark.parametrize("name", ["", *NAMES])
+def test_help_has_examples_one_a_line(name, invoke):
+    shown = invoke(*filter(None, [name]), "--help").output
+    examples = shown.split("Examples:\n")[1].strip().split("\n")
+    assert examples
+    assert all(line.strip().startswith("einschalt ") for line in examples)
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=NAMES)
+def test_examples_use_options_that_exist(command, invoke):
+    shown = invoke(command.__name__, "--help").output
+    for example in COMMANDS[command]:
+        for word in example.partition("|")[0].split():
+            if word.startswith("--"):
+                assert word in shown
+
+
+def test_version(invoke):
+    shown = invoke("--version")
+    assert shown.exit_code == 0
+    assert shown.output.startswith("einschalt ")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["nonsense"], ["densify", "x", "--methd", "y"], ["densify", "x"]]
+)
+def test_a_wrong_call_has_status_2_and_a_usage(arguments, invoke):
+    shown = invoke(*arguments)
+    assert shown.exit_code == 2
+    assert "Usage:" in shown.stderr
+    assert shown.stdout == ""
+
+
+@pytest.mark.parametrize("name", ["", *NAMES])
+def test_help_imports_nothing_heavy(name):
+    call = [name, "--help"] if name else ["--help"]
+    code = (
+        "import sys; from einschalt.interfaces.cli.main import app\n"
+        f"app({call!r}, standalone_mode=False)\n"
+        f"print(sorted({HEAVY!r} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stderr.strip() == "[]"
+
+
+def test_help_comes_in_half_a_second(spawn):
+    def duration():
+        started = time.perf_counter()
+        assert spawn("--help").returncode == 0
+        return time.perf_counter() - started
+
+    assert min(duration() for _ in range(3)) < 0.5
+
+
+def test_entry_point_is_the_module(spawn):
+    assert spawn("--version").stdout == spawn("--version").stdout != ""

@@ -1,0 +1,42 @@
+"""Progress on standard error."""
+
+import sys
+
+from einschalt.interfaces.cli.progress import stage_progress
+
+STAGES = [("relative orientation", 0.0), ("error budget", 0.8), ("done", 1.0)]
+
+
+def show(*, is_quiet):
+    with stage_progress(is_quiet=is_quiet) as progress:
+        for title, fraction in STAGES:
+            progress(title, fraction)
+
+
+def test_lines_where_there_is_no_terminal(capsys):
+    show(is_quiet=False)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "  0%  relative orientation\n 80%  error budget\n100%  done\n"
+
+
+def test_nothing_when_quiet(capsys):
+    show(is_quiet=True)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_bar_on_a_terminal_is_gone_at_the_end(capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    show(is_quiet=False)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "error budget" in said.err or "done" in said.err
+    assert "\x1b[2K" in said.err  # the line is erased
+
+
+def test_a_bar_does_not_read_markup(capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with stage_progress(is_quiet=False) as progress:
+        progress("[/nonsense]", 0.5)

@@ -1,0 +1,256 @@
+"""Blocks as folders: there and back, reprojected, filled in, found faulty."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pyproj
+import pytest
+
+from einschalt.foundations.errors import (
+    ConsistencyError,
+    EinschaltError,
+    FileError,
+    ProjectionError,
+)
+from einschalt.foundations.tables import APPROXIMATE_POINTS
+from einschalt.interfaces.files.block_folder import (
+    POINT_TABLES,
+    find_problems,
+    read_block,
+    write_block,
+)
+from einschalt.interfaces.files.csv_tables import read_csv
+from einschalt.interfaces.files.input_files import checksum
+from einschalt.pipeline.block import Block
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation import PRESETS, simulate_block
+
+CONTROL = "control_points.csv"
+
+
+def assert_same_table(one, other):
+    if isinstance(one, pd.DataFrame):
+        one, other = one.reset_index(drop=True), other.reset_index(drop=True)
+        pd.testing.assert_frame_equal(one, other, check_exact=True)
+    else:
+        assert one == other
+
+
+def assert_same_block(one, other):
+    """Tables to the last digit; the rows of a file are counted otherwise."""
+    for name in POINT_TABLES:
+        assert_same_table(getattr(one, name), getattr(other, name))
+    for name in ("crs", "name", "settings", "approximate_m_0_m", "may_be_unmeasured"):
+        assert getattr(one, name) == getattr(other, name)
+    assert one.flights.keys() == other.flights.keys()
+    for flight, back in zip(one.flights.values(), other.flights.values(), strict=True):
+        for key, value in vars(flight).items():
+            assert_same_table(value, getattr(back, key))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+@pytest.mark.parametrize("measurement", ["machine", "parallaxes", "images"])
+def test_written_block_comes_back(tmp_path, measurement, suffix):
+    geometry = replace(PRESETS["demo"].geometry, measurement=measurement)
+    block = simulate_block("demo", seed=5, geometry=geometry)
+    settings = Settings(coverage_mean="most_central")
+    block = replace(block, settings=settings, may_be_unmeasured=True)
+    write_block(block, tmp_path / "new" / "demo", suffix=suffix)
+    back = read_block(tmp_path / "new" / "demo")
+    assert_same_block(block, back)
+    assert_same_block(back, read_block(tmp_path / "new" / "demo" / "block.toml"))
+    assert back.notes == ()
+
+
+def test_truth_of_a_simulated_block_is_written(tmp_path, demo_block):
+    write_block(demo_block, tmp_path)
+    truth = read_csv(tmp_path / "truth.csv", APPROXIMATE_POINTS)
+    assert_same_table(demo_block.truth, truth)
+
+
+def test_block_with_approximate_points_comes_back(
+    tmp_path, given_approximations_result
+):
+    block = given_approximations_result.block
+    write_block(block, tmp_path)
+    back = read_block(tmp_path)
+    assert_same_block(block, back)
+    assert back.high_flight is None
+    assert back.approximate_m_0_m == 0.09
+
+
+def test_block_without_system_and_with_one_base(tmp_path, demo_block):
+    geometry = replace(PRESETS["demo"].geometry, measurement="parallaxes")
+    block = simulate_block("demo", seed=5, geometry=geometry)
+    low = replace(block.low_flight, base=92.0)
+    block = replace(block, low_flight=low, crs=None)
+    write_block(block, tmp_path)
+    back = read_block(tmp_path)
+    assert back.crs is None
+    assert back.low_flight.base == 92.0
+
+
+def test_equal_blocks_are_equal_files(tmp_path, demo_block):
+    for name in ("one", "two"):
+        write_block(demo_block, tmp_path / name)
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+
+
+def test_kind_of_the_block_can_be_chosen(small_block):
+    class OwnBlock(Block):
+        pass
+
+    assert type(read_block(small_block.path, kind=OwnBlock)) is OwnBlock
+
+
+def test_sources_and_checksums_name_the_files(small_block):
+    block = read_block(small_block.path)
+    assert block.sources == {
+        "block": "block.toml",
+        "control_points": CONTROL,
+        "high_flight.model_points": "high_flight.csv",
+        "low_flight.model_points": "low_flight.csv",
+    }
+    assert block.checksums == {
+        name: checksum(small_block.path / name) for name in block.sources.values()
+    }
+
+
+def test_name_of_the_folder_stands_in(small_block):
+    small_block.replace("block.toml", 'name = "Nine points"\n', "")
+    assert read_block(small_block.path).name == "nine_points"
+
+
+def test_missing_standard_errors_are_filled_in(small_block):
+    block = read_block(small_block.path)
+    assert block.control_points["standard_error_m"].tolist() == [0.03] * 8
+    small_block.replace("block.toml", "standard_error_m = 0.03\n", "")
+    assert "standard_error_m" not in read_block(small_block.path).control_points
+
+
+def test_column_of_standard_errors_is_kept(small_block):
+    text = small_block.read(CONTROL).replace("\n", ",0.02\n")
+    small_block.write(
+        CONTROL, text.replace("northing,0.02", "northing,standard_error_m")
+    )
+    block = read_block(small_block.path)
+    assert block.control_points["standard_error_m"].tolist() == [0.02] * 8
+
+
+def in_other_system(block, crs):
+    """Give the control points in another system than that of the block."""
+    frame = pd.read_csv(block.path / CONTROL, dtype={"point_id": str})
+    transformer = pyproj.Transformer.from_crs("EPSG:31255", crs, always_xy=True)
+    plane = transformer.transform(frame["easting"], frame["northing"])
+    frame["easting"], frame["northing"] = plane
+    frame.to_csv(block.path / CONTROL, index=False)
+    block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "{crs}"')
+
+
+def test_control_of_another_system_is_reprojected_and_said(small_block):
+    plain = read_block(small_block.path).control_points
+    in_other_system(small_block, "EPSG:31258")
+    raw = pd.read_csv(small_block.path / CONTROL)
+    assert raw["easting"].min() > 400_000  # M31 adds 450 km
+    block = read_block(small_block.path)
+    for axis in ("easting", "northing"):
+        np.testing.assert_allclose(block.control_points[axis], plain[axis], atol=1e-6)
+    assert block.control_points.index.tolist() == plain.index.tolist()
+    (note,) = block.notes
+    assert note == (
+        "control_points.csv: 8 points brought from EPSG:31258 to EPSG:31255; PROJ "
+        "states an accuracy of 0 m"
+    )
+
+
+def test_same_system_under_another_name_is_left_alone(small_block):
+    small_block.replace(
+        "block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "epsg:31255"'
+    )
+    assert read_block(small_block.path).notes == ()
+
+
+def test_axes_are_compared_in_the_system_of_the_file(small_block):
+    in_other_system(small_block, "EPSG:31258")
+    small_block.replace(CONTROL, "easting,northing", "northing,easting")
+    problems = find_problems(small_block.path).problems
+    assert {type(problem) for problem in problems} == {ConsistencyError}
+    assert "outside the area of EPSG:31258" in problems[0].found
+    assert (problems[0].row, problems[0].point) == (2, "0012")
+
+
+def test_unknown_system_of_the_control_points(small_block):
+    small_block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "EPSG:foo"')
+    with pytest.raises(ProjectionError, match=r"row 7: \[control_points\] crs = 'EPSG"):
+        read_block(small_block.path)
+
+
+def test_system_of_the_block_is_needed_to_reproject(small_block):
+    small_block.replace("block.toml", 'crs = "EPSG:31255"\n', "")
+    small_block.replace(
+        "block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "EPSG:31258"'
+    )
+    with pytest.raises(EinschaltError, match=r"\[block\] crs is missing.*Add crs = …"):
+        read_block(small_block.path)
+
+
+def test_tables_may_lie_elsewhere(small_block, tmp_path):
+    common = tmp_path / "common"
+    common.mkdir()
+    (small_block.path / CONTROL).rename(common / CONTROL)
+    small_block.replace("block.toml", f'"{CONTROL}"', f'"../common/{CONTROL}"')
+    assert read_block(small_block.path).source("control_points") == (
+        f"../common/{CONTROL}"
+    )
+    absolute = (common / CONTROL).as_posix()
+    small_block.replace("block.toml", f'"../common/{CONTROL}"', f'"{absolute}"')
+    assert len(read_block(small_block.path).control_points) == 8
+
+
+def test_points_may_be_unmeasured(small_block):
+    text = small_block.read(CONTROL)
+    small_block.write(CONTROL, text + "LOST,13000.00,322100.00\n")
+    with pytest.raises(ConsistencyError, match="row 10, point LOST: no model of the"):
+        read_block(small_block.path)
+    small_block.replace(
+        "block.toml", f'"{CONTROL}"', f'"{CONTROL}"\nmay_be_unmeasured = true'
+    )
+    assert read_block(small_block.path).may_be_unmeasured
+
+
+def test_empty_file_name_is_a_fault_of_block_toml(small_block):
+    small_block.replace("block.toml", f'"{CONTROL}"', '""')
+    with pytest.raises(
+        FileError, match=r"block.toml, row 6: \[control_points\] file is"
+    ):
+        read_block(small_block.path)
+
+
+def test_missing_table_brings_no_further_complaint(small_block):
+    """A missing file is not said to be a missing section as well."""
+    for name in (CONTROL, "high_flight.csv", "low_flight.csv"):
+        (small_block.path / name).unlink()
+    problems = find_problems(small_block.path).problems
+    assert [problem.file for problem in problems] == [
+        CONTROL,
+        "high_flight.csv",
+        "low_flight.csv",
+    ]
+
+
+def test_findings_keep_the_notes_of_a_block_with_faults(small_block):
+    small_block.write("low_flight.csv", small_block.read("low_flight.csv") + "1,1\n")
+    text = small_block.read(CONTROL).replace("\n", ",\n").replace("g,\n", "g,remark\n")
+    small_block.write(CONTROL, text)
+    found = find_problems(small_block.path)
+    assert found.block is None
+    assert len(found.problems) == 1
+    assert found.notes == ("control_points.csv: ignored column remark",)
+
+
+def test_folder_that_cannot_be_made(tmp_path, demo_block):
+    (tmp_path / "file").touch()
+    with pytest.raises(FileError, match="cannot be written"):
+        write_block(demo_block, tmp_path / "file")

@@ -1,0 +1,251 @@
+"""CSV tables: what goes out comes back, and odd files are read or refused in words."""
+
+import csv
+import io
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from einschalt.foundations.errors import EinschaltError, FileError
+from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
+from einschalt.interfaces.files.csv_tables import read_csv, write_csv
+
+HEADER = "coverage,model_id,point_id,x,y\n"
+
+
+def written(tmp_path, text):
+    path = tmp_path / "low.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return path
+
+
+def read(tmp_path, text):
+    return read_csv(written(tmp_path, text), MODEL_POINTS)
+
+
+def test_names_stay_text_and_numbers_become_float(tmp_path):
+    frame = read(tmp_path, HEADER + "1,7/8,0012,1,-2.5e1\n")
+    assert frame.iloc[0].to_dict() == {
+        "coverage": "1",
+        "model_id": "7/8",
+        "point_id": "0012",
+        "x": 1.0,
+        "y": -25.0,
+    }
+    assert frame.index.tolist() == [2]
+    assert frame["x"].dtype == float
+
+
+@pytest.mark.parametrize(
+    "name", ["NA", "null", "nan", "1e5", "True", "-", "=A1", "Ö 7"]
+)
+def test_names_that_others_take_for_something_else(tmp_path, name):
+    frame = read(tmp_path, HEADER + f"1,1/2,{name},1,2\n")
+    assert frame["point_id"].tolist() == [name]
+
+
+def test_left_out_heights_are_missing_and_not_refused(tmp_path):
+    path = written(tmp_path, "point_id,easting,northing,height\nA,1,2,3\nB,1,2,\n")
+    checked = check_table(read_csv(path, CONTROL_POINTS), CONTROL_POINTS)
+    assert checked.problems == ()
+    np.testing.assert_array_equal(checked.frame["height"], [3.0, np.nan])
+
+
+def test_header_may_have_blanks(tmp_path):
+    frame = read(tmp_path, HEADER.replace(",", " , ") + "1,1/2,A,1,2\n")
+    assert list(frame.columns) == ["coverage", "model_id", "point_id", "x", "y"]
+
+
+def test_header_alone_gives_no_rows(tmp_path):
+    frame = read(tmp_path, HEADER)
+    assert frame.empty
+    assert list(frame.columns) == ["coverage", "model_id", "point_id", "x", "y"]
+
+
+def test_only_wrong_numbers_make_a_table_of_text(tmp_path):
+    frame = read(tmp_path, HEADER + "1,1/2,A,1,2\n1,1/2,B,n/a,4\n")
+    assert frame["x"].tolist() == ["1", "n/a"]
+    assert frame["y"].tolist() == ["2", "4"]
+    assert frame.index.tolist() == [2, 3]
+
+
+def test_line_breaks_in_quotes_are_counted(tmp_path):
+    text = HEADER + '1,1/2,"A\nB",1,2\n1,1/2,C,3,4\n'
+    frame = read(tmp_path, text)
+    assert frame.index.tolist() == [2, 4]
+    assert frame["point_id"].tolist() == ["A\nB", "C"]
+
+
+def test_rows_of_several_kinds_of_fault_come_in_the_order_of_the_file(tmp_path):
+    text = HEADER + '1,1/2,A,x,2\n1,1/2,B,1\n1,1/2,C,1,2,3\n1,1/2,D,1,y\n1,1/2,"E,1,2\n'
+    with pytest.raises(EinschaltError) as caught:
+        read(tmp_path, text)
+    assert [(p.row, p.found) for p in caught.value.problems] == [
+        (2, "x 'x' is not a number"),
+        (3, "the row has 4 values, the header 5"),
+        (4, "the row has 6 values, the header 5"),
+        (5, "y 'y' is not a number"),
+        (6, "a quote opens here and is not closed on its line"),
+    ]
+
+
+def test_semicolons_in_values_are_to_be_quoted(tmp_path):
+    text = HEADER.replace(",", ";") + "1;1/2;A;B;1;2\n"
+    with pytest.raises(EinschaltError, match="Put a value that holds semicolons"):
+        read(tmp_path, text)
+
+
+def test_missing_file_names_its_neighbours(tmp_path):
+    written(tmp_path, HEADER)
+    with pytest.raises(FileError, match=r"^lo\.csv: the file.*Did you mean 'low\.csv'"):
+        read_csv(tmp_path / "lo.csv", MODEL_POINTS)
+
+
+TEXTS = st.text(
+    st.sampled_from([*'ab0 ,;"\n\r\t=+-@', "ö", "\u2028", "\ufeff"]), max_size=6
+)
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False) | st.none()
+ROWS = st.lists(st.tuples(TEXTS, TEXTS, NUMBERS), min_size=1, max_size=8)
+
+
+@settings(max_examples=200, deadline=None)
+@given(rows=ROWS)
+def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):
+    path = tmp_path_factory.mktemp("csv") / "t.csv"
+    frame = pd.DataFrame(rows, columns=["point_id", "remark", "x"])
+    frame["x"] = frame["x"].astype(float)
+    write_csv(frame, path)
+    with path.open(newline="", encoding="utf-8") as file:
+        header, *back = csv.reader(file)
+    assert header == ["point_id", "remark", "x"]
+    assert [row[:2] for row in back] == [list(row[:2]) for row in rows]
+    numbers = [float(row[2]) if row[2] else None for row in back]
+    assert numbers == [row[2] for row in rows]
+
+
+NAME = st.text(st.sampled_from([*"ab07/ ", "ö", '"']), min_size=1, max_size=4)
+TABLES = st.lists(
+    st.tuples(
+        NAME.map(lambda name: f'"{name.replace(chr(34), chr(34) * 2)}"') | NAME,
+        st.sampled_from(["1", "-2.5", "+3", "1e3", " 4", "", "nan", "x", "1,5"]),
+        st.sampled_from(["", "", "", "\n", ",9", '"']),
+    ),
+    max_size=6,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(rows=TABLES)
+def test_fast_reading_says_what_reading_row_by_row_says(tmp_path_factory, rows):
+    """A blank first line keeps pyarrow away; names are then compared as checked."""
+    text = "model_id,point_id,x,y\n"
+    text += "".join(f"1/2,{name},{number},1{end}\n" for name, number, end in rows)
+    path = tmp_path_factory.mktemp("csv") / "t.csv"
+    outcomes = []
+    for before in ("", "\n"):
+        path.write_text(before + text, encoding="utf-8")
+        outcomes.append(outcome(path, n_lines_before=len(before)))
+    assert outcomes[0] == outcomes[1]
+
+
+def outcome(path, n_lines_before):
+    try:
+        frame = read_csv(path, MODEL_POINTS)
+    except EinschaltError as error:
+        problems = getattr(error, "problems", [error])
+    else:
+        checked = check_table(frame, MODEL_POINTS)
+        if not checked.problems:
+            rows = checked.frame.index - n_lines_before
+            return rows.tolist(), checked.frame.to_dict("list")
+        problems = checked.problems
+    return [(p.row and p.row - n_lines_before, p.point) for p in problems]
+
+
+def test_fixed_decimals_are_those_of_format(tmp_path):
+    random = np.random.default_rng(0)
+    values = np.concatenate(
+        [random.uniform(-6e6, 6e6, 2000), random.normal(size=2000), [0.0, -0.00001]]
+    )
+    frame = pd.DataFrame({"easting": values})
+    write_csv(frame, tmp_path / "t.csv", decimals={"easting": 4})
+    lines = (tmp_path / "t.csv").read_text().splitlines()[1:]
+    expected = [f"{value:.4f}".replace("-0.0000", "0.0000") for value in values]
+    assert lines == expected
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, 1e300])
+def test_numbers_that_have_no_decimals_are_written_whole(tmp_path, value):
+    frame = pd.DataFrame({"easting": [1.5, value, np.nan]})
+    write_csv(frame, tmp_path / "t.csv", decimals={"easting": 4})
+    lines = (tmp_path / "t.csv").read_text().splitlines()[1:]
+    assert [float(line) for line in lines[:2]] == [1.5, value]
+    assert lines[2] == ""
+
+
+def test_every_kind_of_column_is_written(tmp_path):
+    frame = pd.DataFrame(
+        {
+            "text": ["a,b", None, 'c"d'],
+            "mixed": [1, "x", 2.5],
+            "is_usable": [True, False, True],
+            "count": [1, 2, 3],
+            "kind": pd.Categorical(["new", "control", "new"]),
+            "empty": [None, None, None],
+        }
+    )
+    write_csv(frame, tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_bytes() == (
+        b"text,mixed,is_usable,count,kind,empty\n"
+        b'"a,b",1,true,1,new,\n'
+        b",x,false,2,control,\n"
+        b'"c""d",2.5,true,3,new,\n'
+    )
+
+
+def test_table_without_rows_is_a_header(tmp_path):
+    write_csv(pd.DataFrame(columns=["flight", "a,b"]), tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_bytes() == b'flight,"a,b"\n'
+
+
+@pytest.fixture(scope="module")
+def million_rows():
+    """Two coverages of a flight with a million measured points, as text."""
+    n = 1_000_000
+    random = np.random.default_rng(8)
+    frame = pd.DataFrame(
+        {
+            "coverage": np.repeat(["1", "2"], n // 2),
+            "model_id": [f"{k // 7}/{k // 7 + 1}" for k in range(n)],
+            "point_id": [f"P{k % 200_000:06d}" for k in range(n)],
+            "x": random.uniform(-115, 115, n).round(3),
+            "y": random.uniform(-115, 115, n).round(3),
+        }
+    )
+    buffer = io.StringIO()
+    frame.to_csv(buffer, index=False)
+    return buffer.getvalue()
+
+
+def seconds_of(function, *arguments):
+    started = time.perf_counter()
+    value = function(*arguments)
+    return time.perf_counter() - started, value
+
+
+def test_a_million_rows_are_read_and_checked_in_seconds(tmp_path, million_rows):
+    path = written(tmp_path, million_rows)
+    reading, frame = seconds_of(read_csv, path, MODEL_POINTS)
+    checking, checked = seconds_of(check_table, frame, MODEL_POINTS)
+    assert checked.problems == ()
+    assert len(checked.frame) == 1_000_000
+    # usually 0.4 s each; row by row it takes more than 6 s
+    assert reading < 4.0
+    assert checking < 4.0
+    writing, _ = seconds_of(write_csv, checked.frame, tmp_path / "out.csv")
+    assert writing < 4.0
+    assert (tmp_path / "out.csv").stat().st_size > 30e6

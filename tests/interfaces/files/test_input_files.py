@@ -1,0 +1,75 @@
+"""Files that are missing, unreadable, or in another encoding."""
+
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files.input_files import (
+    checksum,
+    read_text_bytes,
+    require_file,
+)
+
+
+def test_byte_order_mark_is_taken_off(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbfpoint_id\n")
+    assert read_text_bytes(tmp_path / "a.csv", "a.csv") == b"point_id\n"
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", r"a\.csv: the file is empty\. Fill it"),
+        (b"\xef\xbb\xbf\r\n", r"a\.csv: the file is empty\. Fill it"),
+        (b"PK\x03\x04", "is a workbook or a zip archive; .*Save the sheet as CSV"),
+        (b"\xd0\xcf\x11\xe0", "is an old Excel workbook; .*Save the sheet as CSV"),
+        (b"PAR1\x15", r"is a Parquet file; .*Give it the suffix \.parquet"),
+        (b"\x1f\x8b\x08", "is compressed with gzip; expected UTF-8 text. Unpack it"),
+        (b"SQLite format 3\0", "is an SQLite database; .*Export the table as CSV"),
+        (b"\xff\xfea\0", r"is UTF-16 text; expected UTF-8 text\. Save it as UTF-8"),
+        (b"\xfe\xff\0a", r"is UTF-16 text; expected UTF-8 text\. Save it as UTF-8"),
+        (b"a\nb\0c\n", "row 2: holds NUL bytes, so it is no text"),
+        (b"a\nB\xe4r,1\n", "row 2: 'Bär,1' is not UTF-8; .*Windows or Latin-1"),
+    ],
+)
+def test_what_is_no_utf8_text_is_refused(tmp_path, data, said):
+    (tmp_path / "a.csv").write_bytes(data)
+    with pytest.raises(FileError, match=said):
+        read_text_bytes(tmp_path / "a.csv", "a.csv")
+
+
+def test_missing_file_shows_what_is_near(tmp_path):
+    (tmp_path / "High_Flight.csv").touch()
+    with pytest.raises(FileError, match=r"Did you mean 'High_Flight\.csv'\?$"):
+        require_file(tmp_path / "high_fligth.csv", "high_fligth.csv")
+
+
+def test_missing_file_does_not_suggest_what_another_key_names(tmp_path):
+    (tmp_path / "high_flight.csv").touch()
+    with pytest.raises(FileError, match=r"Its folder holds high_flight\.csv\.$"):
+        require_file(
+            tmp_path / "low_flight.csv", "low_flight.csv", taken=["high_flight.csv"]
+        )
+
+
+def test_missing_folder_is_said(tmp_path):
+    with pytest.raises(FileError, match="does not exist, nor does its folder"):
+        require_file(tmp_path / "data" / "a.csv", "data/a.csv")
+
+
+def test_file_without_permission(tmp_path, monkeypatch):
+    (tmp_path / "a.csv").touch()
+
+    def refuse(_path, _mode):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(FileError, match=r"cannot be read: permission denied\. See"):
+        require_file(tmp_path / "a.csv", "a.csv")
+
+
+def test_checksum_is_sha256(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"abc")
+    assert checksum(tmp_path / "a.csv") == hashlib.sha256(b"abc").hexdigest()

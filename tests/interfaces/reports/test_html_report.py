@@ -1,0 +1,163 @@
+"""The page of a block: self-contained, escaped, complete."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pandas as pd
+import pytest
+
+from einschalt.interfaces.reports.html_report import render
+from einschalt.pipeline.summary import verdict_on
+
+HOSTILE = '<script>alert("x")</script>&\'{{ 7 * 7 }}$\\frac'
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+# without an end tag in the SVG of matplotlib, they close themselves
+RESOURCES = ("src", "href", "xlink:href", "action", "data", "poster", "srcset")
+
+
+class Page(HTMLParser):
+    """Text and references of a page; fails where tags do not match."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.open, self.text, self.references, self.ids = [], [], [], []
+        self.rows = 0
+        self.feed(html)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self._see(tag, attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self._see(tag, attrs)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.text.append(data)
+
+    def _see(self, tag, attrs):
+        assert tag not in ("script", "link", "iframe", "object", "embed")
+        self.rows += tag == "tr"
+        for name, value in attrs:
+            assert not name.startswith("on")
+            if name in RESOURCES:
+                self.references.append(value)
+            if name == "id":
+                self.ids.append(value)
+
+
+@pytest.fixture(scope="module")
+def page(good_result):
+    return Page(render(good_result))
+
+
+def renamed(result):
+    """The result with hostile names of block, points, models, coverages and file."""
+    block = replace(result.block, name=HOSTILE, sources={"low_flight": HOSTILE})
+    first = result.models["model_id"].iloc[-1]
+    return replace(
+        result,
+        block=block,
+        points=result.points.assign(
+            point_id=lambda p: p["point_id"].where(p["role"] == "new", HOSTILE)
+        ),
+        models=result.models.assign(
+            model_id=lambda m: m["model_id"].replace(first, HOSTILE), reason=HOSTILE
+        ),
+        single_values=result.single_values.assign(
+            coverage=lambda v: v["coverage"] + HOSTILE
+        ),
+        failures=pd.DataFrame(
+            [["low_flight", HOSTILE, HOSTILE, "stage", HOSTILE, HOSTILE]],
+            columns=result.failures.columns,
+        ),
+    )
+
+
+def test_page_needs_nothing_else(page, good_result):
+    assert all(
+        reference.startswith(("#", "data:image/png;base64,"))
+        for reference in page.references
+    )
+    html = render(good_result)
+    assert not re.search(r"url\((?!#)", html)
+    assert "@import" not in html
+    assert "@font-face" not in html
+
+
+def test_hostile_names_stay_text(good_result):
+    html = render(renamed(good_result))
+    page = Page(html)
+    assert "<script" not in html
+    # the SVG keeps the name as text too, shortened in its middle
+    assert "".join(page.text).count(HOSTILE) >= 6
+
+
+def test_page_has_verdict_problems_and_definitions(page, faulty_result):
+    text = "".join(Page(render(faulty_result)).text)
+    assert verdict_on(faulty_result) in text
+    assert "3 of 30 models failed." in text
+    assert "standard_error_paper is too small" in text
+    assert "It sees only the uncorrelated part of the error." in text
+    assert "None." in page.text
+    for figure in ("total", "m_g", "m_0", "s_0", "m_t", "spread_total", "residual"):
+        assert figure in page.text
+
+
+def test_all_models_are_on_the_page(page, good_result):
+    for model in good_result.models.itertuples():
+        assert model.model_id in page.text
+
+
+def test_of_many_models_the_worst_are_shown_and_that_is_said(good_result):
+    many = pd.concat([good_result.models] * 20, ignore_index=True)
+    many["model_id"] = [f"M{k}" for k in range(len(many))]
+    many.loc[7, ["is_usable", "reason", "m_0"]] = [
+        False,
+        "too few points",
+        float("nan"),
+    ]
+    many.loc[8, "m_0"] = 9.0
+    page = Page(render(replace(good_result, models=many)))
+    assert "The worst 100 of 600 models; the others stand in the tables." in page.text
+    shown = [text for text in page.text if re.fullmatch(r"M\d+", text)]
+    assert len(shown) == 100
+    assert shown[:2] == ["M7", "M8"]
+    assert "failed: too few points" in page.text
+
+
+def test_many_failures_are_cut_and_that_is_said(good_result):
+    failures = pd.DataFrame(
+        [["low_flight", "1", f"{k}", "stage", "reason", "remedy"] for k in range(300)],
+        columns=good_result.failures.columns,
+    )
+    page = Page(render(replace(good_result, failures=failures)))
+    assert "The first 200 of 300 failures; the others stand in the tables." in page.text
+
+
+def test_ids_are_unique(page):
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_the_same_result_gives_the_same_page(good_result):
+    assert render(good_result) == render(good_result)
+
+
+@pytest.mark.parametrize("name", ["given_approximations", "unchecked"])
+def test_blocks_of_other_kinds_have_a_page(name, request):
+    Page(render(request.getfixturevalue(f"{name}_result")))
+
+
+def test_a_block_without_points_has_a_page(good_result):
+    result = replace(
+        good_result,
+        points=good_result.points.iloc[:0],
+        figures=replace(good_result.figures, n_new=0, n_check=0, n_control=0),
+    )
+    assert "There are no new points." in Page(render(result)).text

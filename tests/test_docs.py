@@ -1,0 +1,47 @@
+"""The pages hold together: links lead somewhere, and no module lacks its page."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+THEORY = ROOT / "src" / "einschalt" / "theory"
+FOLDERS = ("docs", "pipelines", "data_examples")
+PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def headings(page):
+    lines = page.read_text(encoding="utf-8").splitlines()
+    titles = [line.lstrip("#").strip() for line in lines if line.startswith("#")]
+    return {re.sub(r"[^\w\- ]", "", t.lower()).replace(" ", "-") for t in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    for link in LINK.findall(page.read_text(encoding="utf-8")):
+        if link.startswith("http"):
+            continue
+        target, _, heading = link.partition("#")
+        linked = (page.parent / target).resolve() if target else page
+        assert linked.exists(), link
+        assert not heading or heading in headings(linked), link
+
+
+def test_every_theory_module_has_a_page():
+    overview = (ROOT / "docs" / "theory" / "README.md").read_text(encoding="utf-8")
+    modules = [m for m in THEORY.rglob("*.py") if m.stem != "__init__"]
+    assert modules
+    for module in modules:
+        dotted = ".".join(module.relative_to(THEORY).with_suffix("").parts)
+        assert f"`{dotted}`" in overview
+
+
+def test_german_stands_in_the_glossary_only():
+    words = ("Einschaltpunkt", "Restklaffung", "Passpunkt", "Ausgleichung")
+    for page in (ROOT / "docs").rglob("*.md"):
+        if page.name == "glossary.md":
+            continue
+        text = page.read_text(encoding="utf-8")
+        assert not [word for word in words if word in text], page
