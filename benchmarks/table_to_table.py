@@ -1,7 +1,8 @@
 """From shuffled tables with names to tables: the whole way that a user has.
 
-``transform_models`` against a merge and ``numpy.linalg.lstsq`` in ``groupby.apply``.
-The peer takes a part of the models; what it takes for one hardly depends on how many.
+``transform_models`` against a merge and ``numpy.linalg.lstsq`` in ``groupby.apply``,
+both for parameters, covariance, s_0, and a table of residuals with leverages. The peer
+takes a part of the models; what it takes for one hardly depends on how many.
 """
 
 import numpy as np
@@ -26,13 +27,7 @@ def run():
     model, ground = _tables(N_MODELS)
     few, few_ground = _tables(N_LOOP)
     fit = es.transform_models(few, few_ground)
-    theirs = _by_pandas(few, few_ground).loc[fit.parameters.index]
-    ours = fit.models.set_index("model_id")
-    np.testing.assert_allclose(ours["s_0"], theirs["s_0"], rtol=1e-7)
-    for name in ("a1", "a2", "b1", "b2"):
-        np.testing.assert_allclose(
-            fit.parameters[name], theirs[name], rtol=0, atol=1e-10
-        )
+    _assert_same(fit, _by_pandas(few, few_ground))
     with one_core():
         return race(
             f"Table to table, affine of {N_MODELS} models, {len(model)} rows",
@@ -78,16 +73,43 @@ def _tables(n_models):
 
 def _by_pandas(model, ground):
     merged = model.merge(ground, on="point_id")
-    return merged.groupby("model_id")[["x", "y", "easting", "northing"]].apply(_affine)
+    fits = []
+    columns = ["model_id", "point_id", "x", "y", "easting", "northing"]
+    residuals = merged.groupby("model_id")[columns].apply(_affine, fits)
+    models = pd.DataFrame(fits, columns=["model_id", "parameters", "covariance", "s_0"])
+    return models.set_index("model_id"), residuals
 
 
-def _affine(part):
+def _affine(part, fits):
     xy, en = part[["x", "y"]].to_numpy(), part[["easting", "northing"]].to_numpy()
     design = np.column_stack([np.ones(len(xy)), xy - xy.mean(axis=0)])
     observed = en - en.mean(axis=0)
     parameters, *_ = np.linalg.lstsq(design, observed)
     misfit = design @ parameters - observed
     s_0 = np.sqrt(np.sum(misfit**2) / (2 * len(xy) - 6))
-    east, north = parameters[:, 0], parameters[:, 1]
-    values = [east[1], east[2], north[1], north[2], s_0]
-    return pd.Series(values, index=["a1", "a2", "b1", "b2", "s_0"])
+    cofactors = np.linalg.inv(design.T @ design)
+    leverage = np.einsum("ni,ij,nj->n", design, cofactors, design)
+    fits.append((part["model_id"].iloc[0], parameters, s_0**2 * cofactors, s_0))
+    return pd.DataFrame(
+        {
+            "point_id": part["point_id"],
+            "residual_easting": misfit[:, 0],
+            "residual_northing": misfit[:, 1],
+            "leverage": leverage,
+        }
+    )
+
+
+def _assert_same(fit, theirs):
+    models, residuals = theirs
+    models = models.loc[fit.parameters.index]
+    np.testing.assert_allclose(fit.models["s_0"], models["s_0"], rtol=1e-7)
+    linear = np.stack(models["parameters"])[:, 1:]
+    np.testing.assert_allclose(
+        fit.parameters[["a1", "a2"]], linear[:, :, 0], rtol=0, atol=1e-10
+    )
+    keys = ["model_id", "point_id"]
+    residuals = residuals.reset_index().sort_values(keys)
+    ours = fit.residuals.sort_values(keys)
+    for name in ("residual_easting", "residual_northing", "leverage"):
+        np.testing.assert_allclose(ours[name], residuals[name], rtol=1e-8, atol=5e-9)

@@ -3,7 +3,7 @@
 Use
 ---
 >>> import einschalt as es
->>> block = es.simulate_block("small", seed=1)
+>>> block = es.simulate_block("demo", seed=1)
 >>> result = es.densify(block)
 >>> print(result)  # doctest: +SKIP
 >>> result.points  # doctest: +SKIP

@@ -1,16 +1,12 @@
 import threading
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from einschalt.foundations import batches
 from einschalt.foundations.batches import (
-    encode,
-    encode_pairs,
     over_segments,
     segment_min_max,
     segment_sum,
@@ -18,74 +14,6 @@ from einschalt.foundations.batches import (
 )
 
 examples = settings(max_examples=50, deadline=None, derandomize=True)
-names = st.lists(st.sampled_from(["7/8", "0012", "12", " ", "ä", "x"]), min_size=1)
-
-
-# names
-
-
-@pytest.mark.parametrize(
-    "column",
-    [
-        ["7/8", "0012", "12", "7/8"],
-        np.array(["7/8", "0012", "12", "7/8"], dtype=object),
-        np.array(["7/8", "0012", "12", "7/8"]),
-        pd.Series(["7/8", "0012", "12", "7/8"], index=[9, 3, 3, 1]),
-        pd.Series(["7/8", "0012", "12", "7/8"], dtype="category"),
-        pa.chunked_array([["7/8", "0012"], ["12", "7/8"]]),
-    ],
-    ids=["list", "object", "numpy text", "series", "category", "chunked"],
-)
-def test_names_stay_as_given(column):
-    coded = encode(column)
-    assert coded.codes.tolist() == [0, 1, 2, 0]
-    assert coded.names.tolist() == ["7/8", "0012", "12"]
-    assert len(coded) == 3
-
-
-@examples
-@given(names)
-def test_names_come_back(column):
-    coded = encode(column)
-    assert coded.names[coded.codes].tolist() == column
-    assert len(set(coded.names)) == len(coded)
-    # in order of first appearance
-    assert coded.names.tolist() == list(dict.fromkeys(column))
-
-
-@examples
-@given(st.lists(st.tuples(st.sampled_from("12"), st.sampled_from(["7", "8/9", "0"]))))
-def test_pairs_come_back(pairs):
-    if not pairs:
-        return
-    first, second = zip(*pairs, strict=True)
-    coded = encode_pairs(list(first), list(second))
-    assert coded.names[coded.codes].tolist() == pairs
-    assert coded.names.tolist() == list(dict.fromkeys(pairs))
-
-
-def test_model_of_one_name_in_two_coverages():
-    coded = encode_pairs(["1", "2", "1"], ["7/8", "7/8", "7/8"])
-    assert coded.codes.tolist() == [0, 1, 0]
-    assert coded.names.tolist() == [("1", "7/8"), ("2", "7/8")]
-
-
-def test_locate_text():
-    coded = encode(["7/8", "0012"])
-    asked = np.array(["0012", "12", "7/8", "0012"], dtype=object)
-    assert coded.locate(asked).tolist() == [1, -1, 0, 1]
-
-
-def test_locate_pairs():
-    coded = encode_pairs(["1", "2", "2"], ["a", "a", "b"])
-    asked = np.empty(3, dtype=object)
-    asked[:] = [("2", "b"), ("1", "b"), ("1", "a")]
-    assert coded.locate(asked).tolist() == [2, -1, 0]
-
-
-def test_locate_nothing():
-    coded = encode(["a"])
-    assert coded.locate(np.empty(0, dtype=object)).tolist() == []
 
 
 # segments

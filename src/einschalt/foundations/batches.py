@@ -1,9 +1,8 @@
-"""Long tables as segments per model: coded once, sorted once, summed without loops.
+"""Long tables as segments per model: sorted once by code, summed without loops.
 
-Names of models and points are text. They are dictionary-encoded once (pyarrow), and
-from there on only the integer codes travel. Rows that belong to one model form a
-*segment*; ``start`` holds the first row of each segment and, at its end, the number
-of rows, so that segment k owns rows ``start[k]:start[k + 1]``.
+Rows that belong to one model form a *segment*; ``start`` holds the first row of each
+segment and, at its end, the number of rows, so that segment k owns rows
+``start[k]:start[k + 1]``.
 """
 
 import os
@@ -13,100 +12,8 @@ from itertools import pairwise
 
 import numba
 import numpy as np
-import pandas as pd
-import pyarrow as pa
-import pyarrow.compute as pc
 
 ROWS_WORTH_A_THREAD = 50_000
-
-
-@dataclass(frozen=True, eq=False)
-class Coded:
-    """A column of names as integer codes.
-
-    Attributes
-    ----------
-    codes : ndarray of int64, shape (n_rows,)
-        Position of each row's name in ``names``.
-    names : ndarray of object, shape (n_names,)
-        The distinct names in order of first appearance.
-    """
-
-    codes: np.ndarray
-    names: np.ndarray
-
-    def __len__(self):
-        """Return the number of distinct names."""
-        return len(self.names)
-
-    def locate(self, other_names):
-        """Code of each name of another table, -1 where it does not occur here.
-
-        Parameters
-        ----------
-        other_names : ndarray of object, shape (n,)
-            Of the same sort as ``names``: text, or pairs of texts.
-
-        Returns
-        -------
-        ndarray of int64, shape (n,)
-        """
-        if any(len(n) and isinstance(n[0], tuple) for n in (self.names, other_names)):
-            return pd.Index(self.names).get_indexer(other_names)
-        known = pa.array(self.names, type=pa.string())
-        found = pc.index_in(pa.array(other_names, type=pa.string()), value_set=known)
-        return found.fill_null(-1).to_numpy(zero_copy_only=False).astype(np.int64)
-
-
-def encode(names) -> Coded:
-    """Dictionary-encode a column of names.
-
-    Parameters
-    ----------
-    names : Series or array of str, shape (n_rows,)
-
-    Returns
-    -------
-    Coded
-
-    Examples
-    --------
-    >>> coded = encode(["7/8", "0012", "7/8"])
-    >>> coded.codes.tolist(), coded.names.tolist()
-    ([0, 1, 0], ['7/8', '0012'])
-    """
-    array = pa.array(names, type=pa.string(), from_pandas=True)
-    if isinstance(array, pa.ChunkedArray):
-        array = array.combine_chunks()
-    coded = array.dictionary_encode()
-    return Coded(
-        coded.indices.to_numpy(zero_copy_only=False).astype(np.int64),
-        coded.dictionary.to_numpy(zero_copy_only=False).astype(object),
-    )
-
-
-def encode_pairs(first, second) -> Coded:
-    """Code the distinct pairs of two columns, ``names`` holding tuples.
-
-    Models are told apart by coverage and model_id together, since the two coverages
-    of a flight may count their models alike.
-
-    Parameters
-    ----------
-    first, second : Series or array of str, shape (n_rows,)
-
-    Returns
-    -------
-    Coded
-    """
-    one, two = encode(first), encode(second)
-    pairs = pa.array(one.codes * len(two) + two.codes).dictionary_encode()
-    kept = pairs.dictionary.to_numpy()
-    names = np.empty(len(kept), dtype=object)
-    names[:] = list(
-        zip(one.names[kept // len(two)], two.names[kept % len(two)], strict=True)
-    )
-    return Coded(pairs.indices.to_numpy().astype(np.int64), names)
 
 
 @dataclass(frozen=True, eq=False)

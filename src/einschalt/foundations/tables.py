@@ -10,13 +10,13 @@ from numbers import Number
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
+from einschalt.foundations.name_columns import row_codes
+from einschalt.foundations.names import Coded, encode
 from einschalt.foundations.number_texts import say_number
 
 MOST_LISTED = 100  # faults of one column said one by one; the others are counted
-LARGEST_CODE = 2**62
 LINE = "line"  # name of an index that holds lines of a text file, header = line 1
 
 
@@ -146,6 +146,19 @@ IMAGE_POINTS = Schema(
     ),
     key=("image_id", "point_id"),
 )
+IMAGE_PAIRS = Schema(
+    "image_pairs",
+    (
+        COVERAGE,
+        MODEL_ID,
+        POINT_ID,
+        _number("x_left", "millimetres"),
+        _number("y_left", "millimetres"),
+        _number("x_right", "millimetres"),
+        _number("y_right", "millimetres"),
+    ),
+    key=("coverage", "model_id", "point_id"),
+)
 IMAGE_MODELS = Schema(
     "models",
     (
@@ -170,11 +183,14 @@ class CheckedTable:
     problems : tuple of EinschaltError
     notes : tuple of str
         What was ignored or filled in.
+    coded : dict of str to Coded
+        The columns of the key as codes; empty where the key is not complete.
     """
 
     frame: pd.DataFrame
     problems: tuple[EinschaltError, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    coded: dict[str, Coded] = field(default_factory=dict)
 
 
 def check_table(frame, schema, *, source=None) -> CheckedTable:
@@ -210,14 +226,17 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
             columns[column.name] = values
             problems += faults
         elif column.name not in names and column.default is not None:
-            columns[column.name] = np.full(len(frame), column.default, dtype=object)
+            everywhere = np.zeros(len(frame), dtype=np.intp)
+            columns[column.name] = pd.array([column.default], "str").take(everywhere)
     checked = pd.DataFrame(columns, index=frame.index)
     # a coverage that need not be given, and is not, is no part of the key
     optional = {column.name for column in schema.columns if not column.is_required}
     key = [name for name in schema.key if name in columns or name not in optional]
+    coded = {}
     if key and all(name in columns for name in key):
-        problems += _check_key(checked, key, source)
-    return CheckedTable(checked, tuple(problems), tuple(notes))
+        coded = {name: encode(columns[name]) for name in key}
+        problems += _check_key(checked, coded, source)
+    return CheckedTable(checked, tuple(problems), tuple(notes), coded)
 
 
 def _empty(source):
@@ -394,41 +413,26 @@ def _whole_text(value):
     return str(int(value)) if is_whole else str(value)
 
 
-def _check_key(frame, key, source):
-    codes = _key_codes([frame[name] for name in key])
-    is_given = (frame[key] != "").all(axis=1).to_numpy(dtype=bool)
-    is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy() & is_given
-    places = np.flatnonzero(is_doubled)
-    if not len(places):
+def _check_key(frame, coded, source):
+    codes = row_codes(list(coded.values()))
+    is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
+    if not is_doubled.any():
         return []
+    is_given = (frame[list(coded)] != "").all(axis=1).to_numpy(dtype=bool)
+    places = np.flatnonzero(is_doubled & is_given)
     firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
     def problem(place):
         return TableError(
             f"the row repeats row {frame.index[first_of[codes[place]]]}",
-            expected=f"each {' + '.join(key)} once",
+            expected=f"each {' + '.join(coded)} once",
             remedy="Delete one of the two, or rename it",
             file=source,
             **whereabouts(frame, place),
         )
 
     return listed(places, problem, "earlier rows are repeated", source)
-
-
-def _key_codes(columns):
-    """Code each distinct row of text columns by one integer."""
-    codes = np.zeros(len(columns[0]), dtype=np.int64)
-    for column in columns:
-        array = pa.array(column, type=pa.large_string(), from_pandas=True)
-        if isinstance(array, pa.ChunkedArray):
-            array = array.combine_chunks()
-        part = array.dictionary_encode()
-        if codes.max(initial=0) > LARGEST_CODE // max(len(part.dictionary), 1):
-            codes = pd.factorize(codes)[0].astype(np.int64)
-        codes *= len(part.dictionary)
-        codes += part.indices.to_numpy(zero_copy_only=False)
-    return codes
 
 
 def with_coverage(frame):

@@ -16,12 +16,14 @@ from einschalt.foundations.errors import (
     ProjectionError,
     TableError,
 )
+from einschalt.foundations.name_columns import is_among, row_codes
 from einschalt.foundations.projections import extent_of
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block_facts import FLIGHTS, check_facts
 
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
+MODEL_KEY = ["coverage", "model_id"]
 USUAL_MODEL_MM = (20.0, 2000.0)
 LARGEST_STANDARD_ERROR_M = 10.0
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
@@ -291,7 +293,7 @@ class _Check:
                 **tables.whereabouts(flight.models, place),
             )
 
-        places = np.flatnonzero(~flight.models[side].isin(measured))
+        places = np.flatnonzero(~is_among(flight.models[side], measured))
         file = self._file(f"{name}.models")
         self.problems += tables.listed(places, problem, f"{side} is unknown", file)
 
@@ -301,10 +303,10 @@ class _Check:
         if ground is None or self.block.may_be_unmeasured:
             return
         frame = self.checked[ground]
-        is_lost = ~frame["point_id"].isin(self._measured(flight_name))
+        is_lost = ~is_among(frame["point_id"], self._measured(flight_name))
         if ground == "control_points" and self._has_models("low_flight"):
-            in_low = frame["point_id"].isin(self._measured("low_flight"))
-            is_lost &= ~((frame["role"] == "check") & in_low)
+            in_low = is_among(frame["point_id"], self._measured("low_flight"))
+            is_lost &= ~((frame["role"] == "check").to_numpy() & in_low)
 
         def problem(place):
             return ConsistencyError(
@@ -360,11 +362,10 @@ class _Check:
 
     def _models_without(self, flight_name, known, ground):
         table = self._model_table(flight_name)
-        key = ["coverage", "model_id"]
-        has_ground = table["point_id"].isin(known)
-        has_any = has_ground.groupby([table[k] for k in key], sort=False)
-        is_first = ~table.duplicated(key).to_numpy()
-        is_lost = is_first & ~has_any.transform("any").to_numpy()
+        has_ground = is_among(table["point_id"], known)
+        model = row_codes([table[name] for name in MODEL_KEY])
+        is_first = ~pd.Series(model).duplicated().to_numpy()
+        is_lost = is_first & ~np.isin(model, model[has_ground])
         part = "models" if self.checked[flight_name].has_images else "model_points"
         file = self._file(f"{flight_name}.{part}")
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.pipeline.block import Block
+from einschalt.pipeline.error_propagation import can_propagate, propagate_block
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary import summarize
 from einschalt.stages.results import FAILURE_COLUMNS, Result
@@ -20,6 +21,7 @@ from einschalt.stages.stage2_relative_orientation import (
 )
 from einschalt.stages.stage3_model_transformation import STAGE, transform_models
 from einschalt.stages.stage4_error_budget import error_budget
+from einschalt.stages.stage4_error_propagation import PropagatedErrors
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
 FLIGHT_LAST = "low_flight"
@@ -41,6 +43,8 @@ class BlockFigures:
         the new points.
     single_internal, mean_internal : float
         From the differences of the coverages of the low flight.
+    mean_total : float
+        Root mean square of the propagated ``standard_error_total`` of the new points.
     control_rms, check_rms : float
         Densified less given coordinates.
     n_points, n_new, n_control, n_check, n_models_high, n_models_low, n_failed : int
@@ -51,6 +55,7 @@ class BlockFigures:
     approximation_internal: float
     single_paper: float
     mean_paper: float
+    mean_total: float
     single_internal: float
     mean_internal: float
     control_rms: float
@@ -74,8 +79,9 @@ class DensificationResult(Result):
         The input as it was checked.
     settings : Settings
     points : DataFrame
-        point_id, easting, northing [, height], standard_error_paper,
-        standard_error_internal, n_models, n_coverages, spread_total, role (new,
+        point_id, easting, northing [, height] [, standard_error_easting,
+        standard_error_northing, covariance_en, standard_error_total],
+        standard_error_paper, standard_error_internal, n_models, n_coverages, spread_total, role (new,
         control, check), difference_easting, difference_northing [,
         difference_height] (densified less given, control and check points only) [m].
     models : DataFrame
@@ -96,6 +102,9 @@ class DensificationResult(Result):
     approximations : DataFrame
         point_id, easting, northing [, height], n_models, n_coverages, spread_total.
     figures : BlockFigures
+    errors : PropagatedErrors or None
+        Covariances of the points, and their sources; None where the size of a source
+        of error is not known.
     seconds : float
         Time of the computation.
     """
@@ -110,6 +119,7 @@ class DensificationResult(Result):
     single_values: pd.DataFrame
     approximations: pd.DataFrame
     figures: BlockFigures
+    errors: PropagatedErrors | None
     seconds: float
 
     def summary(self):
@@ -160,7 +170,9 @@ def densify(block, settings=None, *, progress=None):
         coverage_mean=settings.coverage_mean,
         weighting=settings.weighting,
     )
-    points = _with_roles(means.points, block.control_points)
+    said("error propagation", 0.95)
+    errors = propagate_block(block, high, low, means) if can_propagate(block) else None
+    points = _with_roles(_with_totals(means.points, errors), block.control_points)
     failures = _failures(flights, high, low)
     said("done", 1.0)
     return DensificationResult(
@@ -171,9 +183,10 @@ def densify(block, settings=None, *, progress=None):
         residuals=_by_flight(high, low, lambda fit: fit.residuals),
         orientations=_orientations(flights),
         failures=failures,
-        single_values=values,
+        single_values=values[values["easting"].notna()].reset_index(drop=True),
         approximations=approximations,
         figures=_figures(high, low, means, points, failures),
+        errors=errors,
         seconds=perf_counter() - started,
     )
 
@@ -210,7 +223,23 @@ def _single_values(flight, low, model_points):
     values["standard_error_paper"] = error_budget(
         flight.m_g_um, flight.scale_number, values["m_t"].to_numpy()
     )
-    return values[values["easting"].notna()].reset_index(drop=True)
+    return values
+
+
+def _with_totals(points, errors):
+    if errors is None:
+        return points
+    covariance = errors.covariance
+    place = points.columns.get_loc("standard_error_paper")
+    east, north = covariance[:, 0, 0], covariance[:, 1, 1]
+    columns = {
+        "standard_error_easting": np.sqrt(east),
+        "standard_error_northing": np.sqrt(north),
+        "covariance_en": covariance[:, 0, 1],
+        "standard_error_total": np.sqrt(east + north),
+    }
+    before, after = points.iloc[:, :place], points.iloc[:, place:]
+    return pd.concat([before, pd.DataFrame(columns), after], axis=1)
 
 
 def _with_roles(points, control_points):
@@ -275,6 +304,7 @@ def _figures(high, low, means, points, failures):
         approximation_internal=approximation,
         single_paper=_rms(means.used["standard_error_paper"]),
         mean_paper=_rms(new["standard_error_paper"]),
+        mean_total=_rms(new.get("standard_error_total", np.nan)),
         single_internal=means.internal_single,
         mean_internal=_rms(new["standard_error_internal"]),
         control_rms=_total_rms(points[points["role"] == "control"]),
@@ -290,7 +320,7 @@ def _figures(high, low, means, points, failures):
 
 
 def _rms(values):
-    values = np.asarray(values, dtype=float)
+    values = np.atleast_1d(np.asarray(values, dtype=float))
     values = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
 

@@ -21,12 +21,55 @@ from einschalt.theory.relative_orientation.valley_flights import (
 MOST_PRINTED = 20
 EDGE = 0.015
 """Part of the image that standard points keep away from, at each side [m]."""
+MEASURE_ELSEWHERE = "Measure points that lie higher or lower, or farther apart"
+REACHED = "the terrain reaches the flying height in a standard point"
 HEIGHTS = [f"h{point}" for point in POINTS]
 TERRAIN_HEIGHTS = tables.Schema(
     "terrain",
     (tables.MODEL_ID, *(tables.Column(name, unit="metres") for name in HEIGHTS)),
     key=("model_id",),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class ModelGeometry:
+    """Where the measured points of all models lie.
+
+    Attributes
+    ----------
+    xyz : ndarray, shape (n_points, 3)
+        Sorted by model, origin in the left projection centre, x along the base, z up.
+    base : ndarray, shape (n_models,)
+        NaN where a model has none.
+    model_start : ndarray of int, shape (n_models + 1,)
+        Model k owns rows model_start[k]:model_start[k + 1].
+    """
+
+    xyz: np.ndarray
+    base: np.ndarray
+    model_start: np.ndarray
+
+
+def surface_problems(surfaces, is_oriented):
+    """Say which oriented models are near a dangerous surface.
+
+    Parameters
+    ----------
+    surfaces : DataFrame
+        As :func:`surface_table` gives it.
+    is_oriented : ndarray of bool, shape (n_models,)
+        The others are said elsewhere.
+
+    Returns
+    -------
+    list of str
+        One sentence or two per model that is not safe.
+    """
+    flagged = surfaces[is_oriented & (surfaces["verdict"] != "safe").to_numpy()]
+    return [
+        f"model {row.Index}, {row.verdict}: {row.reason}. {MEASURE_ELSEWHERE}."
+        for row in flagged.itertuples()
+    ]
 
 
 def surface_table(examination, model_ids):
@@ -235,8 +278,8 @@ class SurfaceForecast(Result):
         depth = typesetting.number(plan.critical_depth * 100.0)
         lines = [
             f"Dangerous surfaces before the flight, {count_verdicts(self.models)}",
-            f"principal distance {distance} mm, standard points {wing} mm from the base",
-            f"critical valley: {depth} % of the flying height above it",
+            f"principal distance {distance} mm, points 3 to 6 {wing} mm from the base",
+            f"a valley is dangerous when its depth is {depth} % of the height above it",
         ]
         flagged = self.models[self.models["verdict"] != "safe"]
         if len(flagged):
@@ -297,6 +340,7 @@ def forecast_dangerous_surfaces(heights, plan):
     start = len(POINTS) * np.arange(len(xyz) + 1)
     examination = examine_surfaces(xyz.reshape(-1, 3), base, start)
     models = surface_table(examination, checked.frame["model_id"])
+    models.loc[examination.verdict.figure.is_behind, "reason"] = REACHED
     flying_height = altitude - middle
     parallax_error = plan.parallax_error * flying_height / plan.principal_distance
     depths = relative_depths(terrain, altitude) * (altitude[:, None] - terrain[:, :2])
@@ -322,7 +366,7 @@ def _warning(row):
     text = f"model {row.Index}, {row.verdict}: {row.reason}."
     if np.isfinite(row.inflation) and row.safe_flying_height > row.flying_height:
         height = typesetting.number(row.safe_flying_height)
-        text += f" Fly {height} m above the valley, or with a wider angle."
+        text += f" Fly {height} m above the valley, or with a wider-angle camera."
     elif row.over_correction_n < 0.0:
         text += " Beyond the dangerous circle: over-corrections go the other way."
     return typesetting.wrapped(text, first="  ", indent="    ")
@@ -343,10 +387,11 @@ def _table_of_models(models):
         ]
         for row in models.head(MOST_PRINTED).itertuples()
     ]
-    header = ["model", "verdict", "inflation", "omega [mgon]", "k"]
-    header += ["flying height [m]", "valley [m]", "critical [m]"]
+    header = ["model", "verdict", "inflation", "omega", "k"]
+    header += ["height", "valley", "critical"]
     text = typesetting.table(rows, header=header, align="llrrrrrr")
-    return "\n".join([text, *_rest(len(models))])
+    units = "Standard error of omega [mgon]; flying height, depth of valley [m]"
+    return "\n".join([units, text, *_rest(len(models))])
 
 
 def _rest(n_rows):

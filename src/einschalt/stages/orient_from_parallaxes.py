@@ -9,13 +9,10 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import (
-    Coded,
-    encode_pairs,
-    segment_min_max,
-    segments,
-)
+from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.names import CodedPairs, encode_pairs
+from einschalt.stages.dangerous_surface import ModelGeometry
 from einschalt.stages.parallax_orientation import (
     ABOVE,
     COUNT_Z_UP,
@@ -143,6 +140,7 @@ def orient_from_parallaxes(
         ),
         failures=faults.table(measured.models.names),
         adjustment=adjustment,
+        geometry=ModelGeometry(measured.xyz, bases, measured.start),
         has_coverages=measured.has_coverages,
     )
 
@@ -152,7 +150,7 @@ class _Measured:
     """The parallaxes sorted by model; ``order`` are their rows in ``frame``."""
 
     frame: pd.DataFrame
-    models: Coded
+    models: CodedPairs
     order: np.ndarray
     start: np.ndarray
     has_coverages: bool

@@ -2,16 +2,23 @@
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import encode_pairs
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
+from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.stages.dangerous_surface import (
+    ModelGeometry,
+    surface_problems,
+    surface_table,
+)
 from einschalt.stages.results import Result, failures_table, row_of_model
 from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.hallert import ParallaxAdjustment
 from einschalt.theory.relative_orientation.model_correction import correct_model
 from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
@@ -74,6 +81,8 @@ class ParallaxOrientation(Result):
         coverage, model_id, stage, reason, remedy.
     adjustment : ParallaxAdjustment
         Arrays by model, in the order of ``models``.
+    geometry : ModelGeometry
+        Of all models, also of those that could not be oriented.
     has_coverages : bool
         Whether the parallaxes name coverages.
     """
@@ -87,7 +96,21 @@ class ParallaxOrientation(Result):
     contradiction: pd.DataFrame
     failures: pd.DataFrame
     adjustment: ParallaxAdjustment
+    geometry: ModelGeometry
     has_coverages: bool
+
+    @cached_property
+    def dangerous_surface(self):
+        """Whether the points of each model lie near a dangerous surface, and why.
+
+        Index model_id; verdict (safe, weak or critical), inflation, and the other
+        columns of :func:`einschalt.stages.dangerous_surface.surface_table`.
+        """
+        geometry = self.geometry
+        examination = examine_surfaces(
+            geometry.xyz, geometry.base, geometry.model_start, case=self.case
+        )
+        return surface_table(examination, self.models["model_id"])
 
     @property
     def sigma_0(self):
@@ -219,6 +242,8 @@ class ParallaxOrientation(Result):
             f"model {row.model_id}: {row.reason}. {row.remedy}."
             for row in self.failures.itertuples()
         ]
+        is_usable = self.models["is_usable"].to_numpy()
+        said += surface_problems(self.dangerous_surface, is_usable)
         neglected = self.linearisation_error.to_numpy()
         is_large = neglected > self.models["sigma_0"].to_numpy()
         said += [

@@ -42,7 +42,7 @@ TILT_AT = "5"
 TAKE_LEAST_SQUARES = 'Use method="least_squares"'
 NOT_SIX = "{points}, but {method} takes six"
 NOT_IN_PLANES = "not three of its points lie in each of the planes x = 0 and x = base"
-NOT_ON_SIDES = "its points do not lie three and three, below either centre"
+NOT_ON_SIDES = "its points do not lie three and three on the sides of the two centres"
 DIVERGES = "its points make Gruber's procedure diverge: a pass multiplies errors by {}"
 CONTRADICTION_COLUMNS = [
     *("w", "d_omega_0", "d_omega_b", "delta_omega"),
@@ -124,7 +124,7 @@ def say_gruber_faults(xyz, base, model_start, faults):
     """
     _say_not_six(np.diff(model_start), "Gruber's procedure", faults)
     six = SixPointModels.of(xyz, base, model_start)
-    is_off = _of_all(~are_on_two_sides(six.xyz), six.models, len(base))
+    is_off = _of_all(~are_on_two_sides(six.xyz, six.base), six.models, len(base))
     faults.say(is_off, NOT_ON_SIDES, TAKE_LEAST_SQUARES)
 
 
@@ -232,7 +232,7 @@ def _designs(six, case):
 def _say_diverging(one_pass, models, faults):
     reasons = np.full(len(faults.reasons), "", dtype=object)
     bad = np.flatnonzero(one_pass.diverges)
-    factors = [typesetting.number(one_pass.spectral_radius[place]) for place in bad]
+    factors = [typesetting.number(one_pass.spectral_radius[place], 3) for place in bad]
     reasons[models[bad]] = [DIVERGES.format(factor) for factor in factors]
     faults.say(reasons != "", reasons, TAKE_LEAST_SQUARES)
 

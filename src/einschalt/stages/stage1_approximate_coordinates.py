@@ -11,9 +11,16 @@ from einschalt.stages.stage3_model_transformation import (
     ModelTransformation,
     transform_models,
 )
-from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+from einschalt.stages.stage5_double_coverage import (
+    CoverageMean,
+    average_coverages,
+    with_positions,
+)
 
 STAGE = "stage1_approximate_coordinates"
+# From five control points m_0 is uncertain by a third: as a weight it would do harm
+# (5.11 cm instead of 4.71 on simulated Neukirchen).
+REDUNDANCY_OF_OWN_M_0 = 30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,14 +34,18 @@ class ApproximateCoordinates(Result):
         [m].
     transformation : ModelTransformation
         Of the models of the high flight onto the control points.
-    internal_single : float
-        TOTAL error of one coverage's value from the differences of the coverages [m];
-        NaN without a second coverage.
+    means : CoverageMean
+        The means behind ``points``.
     """
 
     points: pd.DataFrame
     transformation: ModelTransformation
-    internal_single: float
+    means: CoverageMean
+
+    @property
+    def internal_single(self):
+        """TOTAL error of one coverage's value from the differences [m]."""
+        return self.means.internal_single
 
     @property
     def failures(self):
@@ -87,13 +98,16 @@ def approximate_coordinates(
         control = control[control["role"] != "check"]
     transformation = transform_models(model_points, control, kind)
     require_usable(transformation, "high flight", STAGE)
-    values = with_positions(transformation.values(model_points), model_points)
+    values = transformation.values(
+        model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0
+    )
+    values = with_positions(values, model_points)
     values = values.rename(columns={"m_t": "standard_error_paper"})
     means = average_coverages(values, coverage_mean=coverage_mean, weighting=weighting)
     points = means.points.drop(
         columns=["standard_error_paper", "standard_error_internal"]
     )
-    return ApproximateCoordinates(points, transformation, means.internal_single)
+    return ApproximateCoordinates(points, transformation, means)
 
 
 def require_usable(transformation, flight, stage):

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import Coded, encode, encode_pairs, segments
+from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
 from einschalt.stages.results import Result, failures_table, row_of_model
 from einschalt.stages.transformation_kinds import (
     KINDS,
@@ -47,6 +48,8 @@ class ModelTransformation(Result):
         (means of easting and northing).
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
+    observed : Observations
+        The identical points that were fitted.
     """
 
     kind: str
@@ -55,6 +58,7 @@ class ModelTransformation(Result):
     parameters: pd.DataFrame
     residuals: pd.DataFrame
     failures: pd.DataFrame
+    observed: "Observations"
     has_coverages: bool
 
     @property
@@ -137,28 +141,32 @@ class ModelTransformation(Result):
         table = self._transformed(model_points, self.fit.s_0)
         return table if self.has_coverages else table.drop(columns="coverage")
 
-    def values(self, model_points):
+    def values(self, model_points, *, least_redundancy=1):
         """Coordinates of every point from every model that holds it.
 
         Parameters
         ----------
         model_points : DataFrame
             [coverage,] model_id, point_id, x, y [, z].
+        least_redundancy : int
+            Models with less have an m_0 of their own that says little; they take that
+            of all models together.
 
         Returns
         -------
         DataFrame
-            As :meth:`transform`, always with ``coverage``; and a model without
-            redundancy has the m_0 of all models together, where :meth:`transform` has
-            NaN.
+            As :meth:`transform`, always with ``coverage``, and with an m_t for models
+            without redundancy as well.
         """
-        s_0 = np.where(self.fit.redundancy > 0, self.fit.s_0, self._pooled_s_0)
+        is_own = self.fit.redundancy >= least_redundancy
+        s_0 = np.where(is_own, self.fit.s_0, self._pooled_s_0)
         return self._transformed(model_points, s_0)
 
     def _transformed(self, model_points, s_0):
         kind = KINDS[self.kind]
-        checked = _checked(model_points, model_schema(kind), "model_points")
-        place = self._places(checked)
+        table = _checked(model_points, model_schema(kind), "model_points")
+        place = self._places(table)
+        checked = table.frame
         xyz = checked[list(kind.source)].to_numpy()
         cofactors = self.fit.point_cofactors(place, xyz)
         table = checked[["coverage", "model_id", "point_id"]].copy()
@@ -189,8 +197,9 @@ class ModelTransformation(Result):
             A model was not among those that were fitted.
         """
         kind = KINDS[self.kind]
-        checked = _checked(ground_points, placed_ground_schema(kind), "ground_points")
-        place = self._places(checked)
+        given = _checked(ground_points, placed_ground_schema(kind), "ground_points")
+        place = self._places(given)
+        checked = given.frame
         table = checked[["coverage", "model_id", "point_id"]].copy()
         is_usable = self.models["is_usable"].to_numpy()[place]
         xyz = self.fit.invert(place, checked[list(kind.target)].to_numpy())
@@ -231,12 +240,12 @@ class ModelTransformation(Result):
         ]
         return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
 
-    def _places(self, frame):
+    def _places(self, checked):
         known = encode_pairs(self.models["coverage"], self.models["model_id"])
-        asked = encode_pairs(frame["coverage"], frame["model_id"])
-        place = known.locate(_tuples(asked.names))
+        asked = pair_up(checked.coded["coverage"], checked.coded["model_id"])
+        place = known.locate(asked)
         if (place < 0).any():
-            _, model_id = asked.names[int(np.argmax(place < 0))]
+            model_id = asked.second[int(np.argmax(place < 0))]
             raise TableError(
                 "the model was not fitted",
                 expected="a model of the points that were transformed",
@@ -311,7 +320,7 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
         raise SettingsError(f"kind = {kind!r} is unknown", expected=" or ".join(KINDS))
     checked = _checked(model_points, model_schema(KINDS[kind]), "model_points")
     ground = _checked(ground_points, ground_schema(KINDS[kind]), "ground_points")
-    observed = _Observations.of(checked, ground, KINDS[kind], weights)
+    observed = Observations.of(checked, ground, KINDS[kind], weights)
     fit = KINDS[kind].fit(
         observed.source, observed.target, observed.weights, observed.start
     )
@@ -323,45 +332,78 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
         parameters=_parameters_table(fit, models),
         residuals=_residuals_table(fit, observed, models),
         failures=_failures(models, kind),
+        observed=observed,
         has_coverages="coverage" in model_points.columns,
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Observations:
-    """Identical points of both frames, sorted by model."""
+class Observations:
+    """Identical points of both frames, sorted by model.
+
+    Attributes
+    ----------
+    source, target : ndarray, shape (n, n_axes)
+    weights : ndarray, shape (n,)
+    start : ndarray of int, shape (n_models + 1,)
+    rows : DataFrame
+        Their coverage, model_id, point_id.
+    row_numbers, ground_rows : ndarray of int, shape (n,)
+        Their places in the tables of model points and of ground points.
+    models : CodedPairs
+        Coverage and model_id of all rows of the model points.
+    """
 
     source: np.ndarray
     target: np.ndarray
     weights: np.ndarray
     start: np.ndarray
     rows: pd.DataFrame
-    models: Coded
+    row_numbers: np.ndarray
+    ground_rows: np.ndarray
+    models: CodedPairs
 
     @classmethod
-    def of(cls, model_points, ground, kind, weights):
-        models = encode_pairs(model_points["coverage"], model_points["model_id"])
-        points = encode(model_points["point_id"])
-        ground_row = encode(ground["point_id"]).locate(points.names)[points.codes]
+    def of(cls, checked, placed, kind, weights):
+        """Find the identical points of two checked tables.
+
+        Parameters
+        ----------
+        checked, placed : CheckedTable
+            Model points and ground points.
+        kind : Kind
+        weights : Series or ndarray, optional
+
+        Returns
+        -------
+        Observations
+        """
+        models = pair_up(checked.coded["coverage"], checked.coded["model_id"])
+        points = checked.coded["point_id"]
+        ground_row = placed.coded["point_id"].locate(points)[points.codes]
+        model_points, ground = checked.frame, placed.frame
         common = np.flatnonzero(ground_row >= 0)
         sort = segments(models.codes[common], len(models))
         rows = common[sort.order]
-        combined = _weights(model_points, ground, weights)
-        target = ground[list(kind.target)].to_numpy()[ground_row[rows]]
+        ground_rows = ground_row[rows]
+        of_rows = _weights_of_rows(model_points, weights)
         return cls(
             source=model_points[list(kind.source)].to_numpy()[rows],
-            target=target,
-            weights=combined(rows, ground_row[rows]),
+            target=ground[list(kind.target)].to_numpy()[ground_rows],
+            weights=_weights(model_points, ground, of_rows, rows, ground_rows),
             start=sort.start,
-            rows=model_points.iloc[rows],
+            rows=model_points[["coverage", "model_id", "point_id"]].iloc[rows],
+            row_numbers=rows,
+            ground_rows=ground_rows,
             models=models,
         )
 
 
-def _given_weights(model_points, weights):
+def _weights_of_rows(model_points, weights):
+    """Bring ``weights`` into one array for the rows of the model points, or None."""
     n_rows = len(model_points)
     if weights is None:
-        return np.ones(n_rows)
+        return None
     if isinstance(weights, pd.Series):
         by_point = pd.to_numeric(weights, errors="coerce")
         by_point = by_point.set_axis(weights.index.map(str))
@@ -382,48 +424,40 @@ def _given_weights(model_points, weights):
     return np.broadcast_to(given, n_rows)
 
 
-def _weights(model_points, ground, weights):
-    given = _given_weights(model_points, weights)
-    in_model = model_points.get("weight", pd.Series(1.0, model_points.index))
-    on_ground = ground.get("weight", pd.Series(1.0, ground.index)).to_numpy()
-    in_model = in_model.to_numpy() * given
-
-    def combined(rows, ground_rows):
-        product = in_model[rows] * on_ground[ground_rows]
-        is_bad = ~(np.isfinite(product) & (product > 0.0))
-        if is_bad.any():
-            row = rows[int(np.argmax(is_bad))]
-            raise TableError(
-                f"weight {product[int(np.argmax(is_bad))]} of an observation",
-                expected="a positive weight for every point",
-                remedy="Give it a weight, or take the point out",
-                point=model_points["point_id"].iloc[row],
-                model=model_points["model_id"].iloc[row],
-            )
-        return product
-
-    return combined
+def _weights(model_points, ground, of_rows, rows, ground_rows):
+    """Product of all the weights that an observation was given."""
+    weights = np.ones(len(rows))
+    if of_rows is not None:
+        weights *= of_rows[rows]
+    if "weight" in model_points:
+        weights *= model_points["weight"].to_numpy()[rows]
+    if "weight" in ground:
+        weights *= ground["weight"].to_numpy()[ground_rows]
+    is_good = np.isfinite(weights) & (weights > 0.0)
+    if is_good.all():
+        return weights
+    place = int(np.argmin(is_good))
+    raise TableError(
+        f"weight {weights[place]} of an observation",
+        expected="a positive weight for every point",
+        remedy="Give it a weight, or take the point out",
+        point=model_points["point_id"].iloc[rows[place]],
+        model=model_points["model_id"].iloc[rows[place]],
+    )
 
 
 def _checked(frame, schema, source):
     checked = tables.check_table(frame, schema, source=source)
     raise_problems(checked.problems)
-    return checked.frame
-
-
-def _tuples(names):
-    array = np.empty(len(names), dtype=object)
-    array[:] = list(names)
-    return array
+    return checked
 
 
 def _models_table(fit, kind, models):
     is_usable = fit.status == 0
-    coverage, model_id = zip(*models.names, strict=True)
     return pd.DataFrame(
         {
-            "coverage": coverage,
-            "model_id": model_id,
+            "coverage": models.first,
+            "model_id": models.second,
             "transformation": kind,
             "n_points": fit.n_points,
             "redundancy": fit.redundancy,
@@ -450,7 +484,7 @@ def _parameters_table(fit, models):
 
 
 def _residuals_table(fit, observed, models):
-    table = observed.rows[["coverage", "model_id", "point_id"]].reset_index(drop=True)
+    table = observed.rows.reset_index(drop=True)
     names = ["residual_easting", "residual_northing", "residual_height"]
     size = fit.residuals.shape[1]
     table[names[:size]] = fit.residuals
@@ -458,4 +492,4 @@ def _residuals_table(fit, observed, models):
     table["leverage"] = leverage
     table["redundancy_number"] = redundancy_numbers(leverage)
     is_usable = np.repeat(models["is_usable"].to_numpy(), fit.n_points)
-    return table[is_usable].reset_index(drop=True)
+    return table if is_usable.all() else table[is_usable].reset_index(drop=True)

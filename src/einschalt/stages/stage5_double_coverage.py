@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import encode, encode_pairs, segments
+from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import Column, Schema, check_table, with_coverage
 from einschalt.stages.results import Result
 from einschalt.theory.double_coverage import (
@@ -53,6 +54,9 @@ class CoverageMean(Result):
         standard_error_internal, n_models, n_coverages, spread_total [m].
     used : DataFrame
         The rows of the values that entered the means.
+    row_numbers : ndarray of int, shape (n_used,)
+        Their places among the given values.
+    weights : ndarray, shape (n_used,)
     internal_single : float
         TOTAL error of one coverage's value from the differences of the coverages [m];
         NaN without a second coverage.
@@ -60,6 +64,8 @@ class CoverageMean(Result):
 
     points: pd.DataFrame
     used: pd.DataFrame
+    row_numbers: np.ndarray
+    weights: np.ndarray
     internal_single: float
 
     def summary(self):
@@ -104,7 +110,7 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
         twice, or no row has coordinates.
     """
     _check_options(values, coverage_mean, weighting)
-    given = _usable_values(values, weighting)
+    given = _usable_values(values.set_axis(range(len(values))), weighting)
     if coverage_mean == "most_central":
         given = given.iloc[_central(given)]
     points = encode(given["point_id"])
@@ -124,7 +130,10 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
     table["n_models"] = means.n_values
     table["n_coverages"] = n_coverages
     table["spread_total"] = means.spread_total
-    return CoverageMean(table, used.reset_index(drop=True), single)
+    row_numbers = used.index.to_numpy()
+    return CoverageMean(
+        table, used.reset_index(drop=True), row_numbers, weights, single
+    )
 
 
 def with_positions(values, model_points):

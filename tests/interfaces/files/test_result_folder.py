@@ -14,6 +14,7 @@ from einschalt.interfaces.files.block_folder import read_block, write_block
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import TABLES, write_result
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 FILES = {
     *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
@@ -139,3 +140,21 @@ def test_from_folder_to_folder(tmp_path, demo_block):
     for path in (tmp_path / "one").iterdir():
         if path.name != "provenance.json":
             assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+
+
+@pytest.mark.parametrize("measurement", ["parallaxes", "images"])
+def test_oriented_models_stand_in_orientations(tmp_path, measurement):
+    geometry = replace(PRESETS["demo"].geometry, measurement=measurement)
+    write_block(simulate_block("demo", seed=2, geometry=geometry), tmp_path / "block")
+    result = densify(read_block(tmp_path / "block"))
+    write_result(result, tmp_path / "result")
+    orientations = pd.read_csv(
+        tmp_path / "result" / "orientations.csv", dtype={"coverage": str}
+    )
+    key = ["coverage", "model_id"]
+    n_models = sum(
+        len(flight.model_table()[key].drop_duplicates())
+        for flight in result.block.flights.values()
+    )
+    assert 0 < len(orientations) <= n_models
+    assert list(orientations.columns[:3]) == ["flight", "coverage", "model_id"]

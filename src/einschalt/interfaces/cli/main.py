@@ -11,6 +11,7 @@ import typer
 from einschalt.interfaces.cli.check import check
 from einschalt.interfaces.cli.densify import densify
 from einschalt.interfaces.cli.examples import examples
+from einschalt.interfaces.cli.orient import orient
 from einschalt.interfaces.cli.simulate import simulate
 from einschalt.interfaces.cli.transform import transform
 
@@ -34,6 +35,14 @@ COMMANDS = {
         "einschalt transform model_points.csv ground_points.csv --output out",
         "einschalt transform old.csv new.csv --kind helmert --output out",
         "einschalt transform old.csv new.csv --output out --apply more_points.csv",
+    ),
+    orient: (
+        "einschalt orient y_parallaxes.csv --base 92 --output out",
+        "einschalt orient image_pairs.csv --principal-distance 153 --output out",
+        (
+            "einschalt orient --terrain heights.csv --principal-distance 152 "
+            "--scale-number 8000 --output out"
+        ),
     ),
 }
 

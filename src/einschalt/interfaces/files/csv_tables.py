@@ -157,11 +157,10 @@ def _read_rows(data, header, schema, source):
     frame = pd.DataFrame(
         table.rows, columns=header.names, index=pd.Index(table.lines, name=LINE)
     )
-    if not table.problems:
-        return frame
-    others = check_table(frame, schema, source=source).problems if table.rows else ()
-    problems = [*table.problems, *others]
-    raise_problems(sorted(problems, key=lambda problem: problem.row or len(data)))
+    if table.problems:
+        values = check_table(frame, schema, source=source).problems
+        problems = [*table.problems, *(values if table.rows else ())]
+        raise_problems(sorted(problems, key=lambda problem: problem.row or len(data)))
     return frame
 
 
@@ -264,7 +263,9 @@ def write_csv(frame, path, *, decimals=None):
         for place, name in enumerate(names)
     ]
     with replacing(path) as hidden, hidden.open("wb") as file:
-        file.write(",".join(_quoted(pa.array(names)).to_pylist()).encode("utf-8"))
+        file.write(
+            ",".join(_quoted(pa.array(names, pa.string())).to_pylist()).encode("utf-8")
+        )
         file.write(b"\n")
         if any(_has_special(column) for column in columns):
             file.write(_joined(columns))

@@ -32,6 +32,8 @@ import numpy as np
 from einschalt.theory.relative_orientation.gruber import reading
 from einschalt.theory.relative_orientation.parallax_equations import N_ELEMENTS
 
+LARGEST_RADIUS = 1.0 - 1e-6
+"""What an error may keep from one pass to the next; above it a procedure diverges."""
 _MOST_DOUBLINGS = 60
 
 
@@ -74,7 +76,7 @@ class PassMatrices:
     @property
     def diverges(self):
         """Whether repeating makes errors grow, or keep, ndarray of bool (...)."""
-        return self.spectral_radius >= 1.0
+        return self.spectral_radius > LARGEST_RADIUS
 
     def limit(self, parallax):
         """Elements that the procedure ends with, on parallaxes read without new errors.

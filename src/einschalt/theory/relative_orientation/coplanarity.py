@@ -53,7 +53,8 @@ from einschalt.theory.relative_orientation.starting_orientations import facing
 
 MODES = {"rigorous": GAUSS_HELMERT, "determinants": DETERMINANTS}
 ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED, BEHIND = range(5)
-# largest standard error of a direction for an image error of 1e-4 principal distances
+# largest standard error of base and turn [rad] for an image error of 1e-4 principal
+# distances: beyond it, the points lie in a line or near a dangerous surface
 WEAKEST = 0.2
 IMAGE_ERROR = 1e-4
 # part of the points that may lie behind a camera, as gross errors do
@@ -203,44 +204,40 @@ class _Arrays(NamedTuple):
 @numba.njit(parallel=True, **COMPILED)
 def _orient_all(scaled, model_start, right_z, mode, out):
     for k in numba.prange(len(model_start) - 1):
-        begin, end = model_start[k], model_start[k + 1]
-        if end - begin < N_PARAMETERS:
-            continue
-        image = np.ascontiguousarray(scaled[:, begin:end])
-        corrections = np.zeros_like(image)
-        numbers = np.empty(end - begin)
-        _orient(image, corrections, right_z[k], mode, k, numbers, out)
-        if out.status[k] != UNDETERMINED:
-            out.corrections[:, begin:end] = corrections
-            out.redundancy_numbers[begin:end] = numbers
+        rows = model_start[k], model_start[k + 1]
+        if rows[1] - rows[0] >= N_PARAMETERS:
+            _orient(scaled, rows, right_z[k], mode, k, out)
 
 
 @numba.njit(**COMPILED)
-def _orient(image, corrections, zr, mode, k, numbers, out):
-    """Orient pair k: fill its places of ``out``, its corrections and its numbers."""
+def _orient(scaled, rows, zr, mode, k, out):
+    """Orient pair k and fill its places of ``out``."""
+    image = np.ascontiguousarray(scaled[:, rows[0] : rows[1]])
+    corrections = np.zeros_like(image)
+    numbers = np.empty(image.shape[1])
     pose, out.is_ambiguous[k] = choose(image, zr)
     limits = (MOST_FINE_STEPS, FINE)
     pose, _, is_converged = descend(image, corrections, zr, pose, mode, limits)
-    pose, n_in_front = facing(image + corrections, zr, pose)
-    out.squares[k] = close_conditions(image, corrections, zr, pose)
+    pose, out.n_in_front[k] = facing(image + corrections, zr, pose)
+    squares = close_conditions(image, corrections, zr, pose)
     cofactor = estimate_precision(image, corrections, zr, pose, mode, numbers)
-    out.n_in_front[k] = n_in_front
     out.status[k] = ORIENTED
-    if n_in_front < (1.0 - MOST_BEHIND) * image.shape[1]:
+    if out.n_in_front[k] < (1.0 - MOST_BEHIND) * image.shape[1]:
         out.status[k] = BEHIND
     if not is_converged:
         out.status[k] = NOT_CONVERGED
-    weakest = np.max(np.diag(cofactor)) * IMAGE_ERROR**2
-    if not weakest <= WEAKEST**2:
+    # the comparison fails for NaN, too
+    if not np.trace(cofactor) * IMAGE_ERROR**2 <= WEAKEST**2:
         out.status[k] = UNDETERMINED
-        out.squares[k] = np.nan
         return
-    base, rotation = pose
     for i in range(3):
-        out.pose[k, i] = base[i]
+        out.pose[k, i] = pose[0][i]
     for i in range(9):
-        out.pose[k, 3 + i] = rotation[i]
+        out.pose[k, 3 + i] = pose[1][i]
+    out.squares[k] = squares
     out.cofactor[k] = cofactor
+    out.corrections[:, rows[0] : rows[1]] = corrections
+    out.redundancy_numbers[rows[0] : rows[1]] = numbers
 
 
 @numba.njit(**COMPILED)

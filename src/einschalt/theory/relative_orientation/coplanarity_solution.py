@@ -66,6 +66,8 @@ SAFE_BASE_TILT = math.sin(math.radians(30.0))
 SAFE_AXES = math.cos(math.radians(45.0))
 # image errors below this part of the principal distance do not tell solutions apart
 LEAST_SIGMA = 1e-5
+# bound of the doubt in large errors, so that points in front still matter more
+MOST_DISBELIEF = 1e3
 # a priori spread of the tilts of the base against either image, and of the axes [rad]
 BASE_TILT_SPREAD, AXES_SPREAD = 0.35, 0.52
 IN_FRONT_REWARD = 1e4
@@ -102,9 +104,7 @@ def descend(image, corrections, zr, pose, mode, limits):
     for _ in range(most_steps):
         step, gain = descent_step(sums, damping)
         enough = tolerance * sums[SQUARES] / n + ROUNDING * n
-        if gain <= enough and (
-            damping == 0.0 or descent_step(sums, 0.0)[1] <= enough
-        ):
+        if gain <= enough and (damping == 0.0 or descent_step(sums, 0.0)[1] <= enough):
             return pose, sums, True
         trial = moved(pose, step)
         if is_rough:
@@ -183,7 +183,8 @@ def misfit(squares, n):
     mere minimum.)
     """
     size = math.log(squares / n + LEAST_SIGMA * LEAST_SIGMA)
-    return (n - N_PARAMETERS) * size + squares / (SAFE_SIGMA * SAFE_SIGMA)
+    disbelief = min(squares / (SAFE_SIGMA * SAFE_SIGMA), MOST_DISBELIEF)
+    return (n - N_PARAMETERS) * size + disbelief
 
 
 @numba.njit(**COMPILED)
@@ -313,16 +314,18 @@ def search(image, idle, zr, found):
         Filled from row 1 on.
     """
     n = image.shape[1]
-    convincing = misfit(n * SAFE_SIGMA * SAFE_SIGMA, n) + 0.5 * IN_FRONT_REWARD
+    limit = misfit(n * SAFE_SIGMA * SAFE_SIGMA, n)
+    is_convinced = False
     squares, bases = survey_lattice(image, zr)
     for place in range(1, MOST_STARTS + 1):
-        is_found = n > MOST_AMBIGUOUS and np.min(found[:place, COST]) < convincing
-        if is_found and place > FEW_STARTS:
+        if is_convinced and n > MOST_AMBIGUOUS and place > FEW_STARTS:
             break
         start = next_start(squares, bases)
         if not np.isfinite(start[0][0]):
             break
         find(image, idle, zr, start, found[place])
+        all_in_front = found[place, COST] < 0.5 * IN_FRONT_REWARD
+        is_convinced |= all_in_front and found[place, MISFIT] < limit
     best = pose_at(found[np.argmin(found[:, COST])])
     find(image, idle, zr, planar_twin(image, zr, best)[1], found[-1])
 

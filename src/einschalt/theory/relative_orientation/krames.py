@@ -262,7 +262,7 @@ def _contradiction(planes, parallax):
     other_n = planes.N[..., ::-1] * np.array([1.0, -1.0])
     direction = _flat(planes.m * other_n[..., None])
     direction = direction / np.sqrt(np.sum(direction**2, axis=-1, keepdims=True))
-    return direction, np.sum(direction * parallax, axis=-1)
+    return direction, _sum(direction * parallax)
 
 
 def _best_values_of_planes(planes, direction):

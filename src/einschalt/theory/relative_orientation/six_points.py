@@ -50,20 +50,23 @@ def number_six_points(xyz):
     return np.take_along_axis(sides, middle_high_low, axis=-1).reshape(by_x.shape)
 
 
-def are_on_two_sides(xyz):
-    """Tell whether points 1, 3, 5 lie left of 2, 4, 6.
+def are_on_two_sides(xyz, base):
+    """Tell whether points 1, 3, 5 lie in the left half of the base, 2, 4, 6 in the right.
 
     Parameters
     ----------
     xyz : ndarray, shape (..., 6, 3)
         In the order 1, 3, 5, 2, 4, 6.
+    base : float or ndarray, shape (...)
+        In the unit of the coordinates.
 
     Returns
     -------
     ndarray of bool, shape (...)
     """
     x = np.asarray(xyz, dtype=float)[..., 0]
-    return x[..., :3].max(axis=-1) < x[..., 3:].min(axis=-1)
+    middle = np.asarray(base, dtype=float) / 2.0
+    return (x[..., :3].max(axis=-1) < middle) & (middle < x[..., 3:].min(axis=-1))
 
 
 def are_in_base_normal_planes(xyz, base):

@@ -1,0 +1,124 @@
+"""Relative orientation of image pairs, from table to table.
+
+``orient_from_images`` against scipy's Levenberg-Marquardt on the coplanarity condition,
+weighted by its gradient (Sampson), pair by pair. scipy gives the elements and nothing
+else; ours gives covariance, residuals and model coordinates too.
+"""
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import least_squares
+
+from benchmarks.racing import Contender, one_core, race
+from einschalt.foundations.rotations import rotation_from_angles
+from einschalt.stages.orient_from_images import orient_from_images
+
+N_PAIRS, N_LOOP = 10_000, 200
+PRINCIPAL_DISTANCE = 153.0  # mm
+HALF_BASE, HALF_WIDTH = 46.0, 115.0  # mm in the image: 60 % overlap of 23 cm
+NOISE = 5e-3  # mm
+TILT = 0.03  # rad
+ELEMENTS = ["by", "bz", "omega", "phi", "kappa"]
+
+
+def run():
+    """Run the race.
+
+    Returns
+    -------
+    bool
+        Whether the floor is kept.
+    """
+    pairs = _generate(N_PAIRS)
+    first = list(dict.fromkeys(pairs["model_id"]))[:N_LOOP]
+    few = pairs[pairs["model_id"].isin(first)]
+    with one_core():
+        _assert_same(orient_from_images(pairs, PRINCIPAL_DISTANCE), few)
+        return race(
+            f"Relative orientation of {N_PAIRS} pairs, {len(pairs)} rows",
+            "pair",
+            Contender(
+                "einschalt.orient_from_images, one core",
+                lambda: orient_from_images(pairs, PRINCIPAL_DISTANCE),
+                N_PAIRS,
+            ),
+            [
+                Contender(
+                    "scipy least_squares, Sampson, elements only",
+                    lambda: _by_scipy(few),
+                    N_LOOP,
+                    floor=40,
+                )
+            ],
+        )
+
+
+def _generate(n_pairs, seed=7):
+    """Pairs of 8 to 40 points, relief of a tenth of the flying height."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(8, 41, n_pairs)
+    pair = np.repeat(np.arange(n_pairs), counts)
+    n = len(pair)
+    base = 2.0 * HALF_BASE / PRINCIPAL_DISTANCE  # for a flying height of 1
+    xyz = np.column_stack(
+        [
+            rng.uniform(base - HALF_WIDTH / 153.0, HALF_WIDTH / 153.0, n),
+            rng.uniform(-HALF_WIDTH / 153.0, HALF_WIDTH / 153.0, n),
+            -rng.uniform(0.9, 1.1, n),
+        ]
+    )
+    angles = rng.normal(0.0, TILT, (n_pairs, 3))
+    centre = base * np.column_stack(
+        [np.ones(n_pairs), rng.normal(0.0, TILT, (n_pairs, 2))]
+    )
+    turned = np.einsum(
+        "nij,nj->ni", rotation_from_angles(*angles.T)[pair], xyz - centre[pair]
+    )
+    images = [
+        -PRINCIPAL_DISTANCE * rays[:, :2] / rays[:, 2:] + rng.normal(0.0, NOISE, (n, 2))
+        for rays in (xyz, turned)
+    ]
+    columns = ["x_left", "y_left", "x_right", "y_right"]
+    table = pd.DataFrame(np.hstack(images), columns=columns)
+    table["model_id"] = [f"{k}/{k + 1}" for k in pair]
+    table["point_id"] = [f"P{k}" for k in range(n)]
+    return table
+
+
+def _sampson(elements, left, right):
+    """Coplanarity of each point over the length of its gradient [mm]."""
+    by, bz, *angles = elements
+    matrix = rotation_from_angles(*angles)
+    turned = right @ matrix
+    base = np.array([1.0, by, bz])
+    across_right = np.cross(turned, base)
+    condition = np.einsum("ni,ni->n", left, across_right)
+    by_right = np.cross(base, left) @ matrix.T
+    squares = np.sum(across_right[:, :2] ** 2, axis=1)
+    squares += np.sum(by_right[:, :2] ** 2, axis=1)
+    return condition / np.sqrt(squares)
+
+
+def _rays(part):
+    distance = np.full(len(part), -PRINCIPAL_DISTANCE)
+    return (
+        np.column_stack([part["x_left"], part["y_left"], distance]),
+        np.column_stack([part["x_right"], part["y_right"], distance]),
+    )
+
+
+def _by_scipy(pairs):
+    return {
+        model_id: least_squares(_sampson, np.zeros(5), method="lm", args=_rays(part))
+        for model_id, part in pairs.groupby("model_id", sort=False)
+    }
+
+
+def _assert_same(ours, few):
+    for model_id, theirs in _by_scipy(few).items():
+        error = np.sqrt(np.diag(ours.covariance(model_id).loc[ELEMENTS, ELEMENTS]))
+        off = ours.parameters.loc[model_id, ELEMENTS].to_numpy() - theirs.x
+        # Sampson's weights are those of the measured, not of the adjusted rays
+        assert np.abs(off / error).max() < 0.01, (model_id, off / error)
+        sigma_0 = np.sqrt(2.0 * theirs.cost / (len(theirs.fun) - 5))
+        np.testing.assert_allclose(ours.sigma_0[model_id], sigma_0, rtol=1e-3)

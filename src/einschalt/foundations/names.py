@@ -1,0 +1,171 @@
+"""Names of points and models as integer codes.
+
+Names are text, kept as given. They are dictionary-encoded once (pyarrow), and from
+there on only the codes travel: strings are never sorted or compared again.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+TEXT = pa.large_string()  # a column of names may be longer than 2 GiB
+
+
+@dataclass(frozen=True, eq=False)
+class Coded:
+    """A column of names as integer codes.
+
+    Attributes
+    ----------
+    codes : ndarray of int64, shape (n_rows,)
+        Position of each row's name in ``names``.
+    dictionary : pyarrow.Array
+        The distinct names in order of first appearance.
+    """
+
+    codes: np.ndarray
+    dictionary: pa.Array
+
+    def __len__(self):
+        """Return the number of distinct names."""
+        return len(self.dictionary)
+
+    @cached_property
+    def names(self):
+        """The distinct names, ndarray of object, shape (n_names,)."""
+        return self.dictionary.to_numpy(zero_copy_only=False).astype(object)
+
+    def locate(self, other):
+        """Position here of each distinct name of another column.
+
+        Parameters
+        ----------
+        other : Coded
+
+        Returns
+        -------
+        ndarray of int64, shape (len(other),)
+            -1 where the name does not occur here.
+        """
+        found = pc.index_in(other.dictionary, value_set=self.dictionary)
+        return found.fill_null(-1).to_numpy(zero_copy_only=False).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class CodedPairs:
+    """Two columns of names as one integer code for each distinct pair.
+
+    Attributes
+    ----------
+    codes : ndarray of int64, shape (n_rows,)
+        Position of each row's pair among the distinct pairs.
+    first, second : ndarray of object, shape (n_pairs,)
+        Names of the distinct pairs, in order of first appearance.
+    """
+
+    codes: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+    def __len__(self):
+        """Return the number of distinct pairs."""
+        return len(self.first)
+
+    @cached_property
+    def names(self):
+        """The distinct pairs as tuples, ndarray of object, shape (n_pairs,)."""
+        names = np.empty(len(self), dtype=object)
+        names[:] = list(zip(self.first, self.second, strict=True))
+        return names
+
+    def locate(self, other):
+        """Position here of each distinct pair of two other columns.
+
+        Parameters
+        ----------
+        other : CodedPairs
+
+        Returns
+        -------
+        ndarray of int64, shape (len(other),)
+            -1 where the pair does not occur here.
+        """
+        # each pair of both is there once, so that its code is its first position
+        together = encode_pairs(
+            np.concatenate([self.first, other.first]),
+            np.concatenate([self.second, other.second]),
+        )
+        place = together.codes[len(self) :]
+        return np.where(place < len(self), place, -1)
+
+
+def encode(names) -> Coded:
+    """Dictionary-encode a column of names.
+
+    Parameters
+    ----------
+    names : Series or array of str, shape (n_rows,)
+
+    Returns
+    -------
+    Coded
+
+    Examples
+    --------
+    >>> coded = encode(["7/8", "0012", "7/8"])
+    >>> coded.codes.tolist(), coded.names.tolist()
+    ([0, 1, 0], ['7/8', '0012'])
+    """
+    coded = _text(names).dictionary_encode()
+    indices = coded.indices.to_numpy(zero_copy_only=False)
+    return Coded(indices.astype(np.int64), coded.dictionary)
+
+
+def encode_pairs(first, second) -> CodedPairs:
+    """Code the distinct pairs of two columns of names.
+
+    Parameters
+    ----------
+    first, second : Series or array of str, shape (n_rows,)
+
+    Returns
+    -------
+    CodedPairs
+
+    Examples
+    --------
+    >>> encode_pairs(["1", "2", "1"], ["7/8", "7/8", "7/8"]).codes.tolist()
+    [0, 1, 0]
+    """
+    return pair_up(encode(first), encode(second))
+
+
+def pair_up(one, two) -> CodedPairs:
+    """Code the distinct pairs of two coded columns.
+
+    Models are told apart by coverage and model_id together, since the two coverages
+    of a flight may count their models alike.
+
+    Parameters
+    ----------
+    one, two : Coded
+        Of the same rows.
+
+    Returns
+    -------
+    CodedPairs
+    """
+    pairs = pa.array(one.codes * len(two) + two.codes).dictionary_encode()
+    kept = pairs.dictionary.to_numpy()
+    codes = pairs.indices.to_numpy().astype(np.int64)
+    n_second = max(len(two), 1)
+    return CodedPairs(codes, one.names[kept // n_second], two.names[kept % n_second])
+
+
+def _text(names):
+    is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
+    array = names.cast(TEXT) if is_arrow else pa.array(names, TEXT, from_pandas=True)
+    return array.combine_chunks() if isinstance(array, pa.ChunkedArray) else array

@@ -1,0 +1,231 @@
+"""``einschalt orient``: relative orientation; dangerous surfaces before a flight."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from einschalt.interfaces.cli.exits import WRONG, complain, tell, with_exit_status
+
+ONE_MODEL = "1"
+METRES_PER_MM = 1e-3
+WAYS = (
+    "a TABLE of y-parallaxes with --base, a TABLE of image coordinates with "
+    "--principal-distance, or --terrain with --principal-distance"
+)
+
+
+def _option(kind, text, *, panel):
+    return Annotated[
+        kind | None, typer.Option(show_default=False, help=f"{panel}: {text}")
+    ]
+
+
+def _parallaxes(kind, text):
+    return _option(kind, text, panel="Parallaxes")
+
+
+def _images(kind, text):
+    return _option(kind, text, panel="Images")
+
+
+def _terrain(kind, text):
+    return _option(kind, text, panel="Terrain")
+
+
+@with_exit_status
+def orient(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the results.")
+    ],
+    measurements: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="TABLE",
+            help="Y-parallaxes: model_id, point_id, x, y, z, y_parallax [mm]; or image "
+            "coordinates: model_id, point_id, x_left, y_left, x_right, y_right [mm]. "
+            "CSV or Parquet; without model_id it is one model.",
+        ),
+    ] = None,
+    case: Annotated[
+        Literal["independent", "dependent_left", "dependent_right"] | None,
+        typer.Option(
+            help="Which bundles move.",
+            show_default="independent for parallaxes, dependent_right for images",
+        ),
+    ] = None,
+    base: _parallaxes(
+        str, "base [mm], or a table with model_id, base. Of images: their base length."
+    ) = None,
+    method: _parallaxes(
+        Literal["least_squares", "krames", "gruber"],
+        "how the elements are found (default: least_squares).",
+    ) = None,
+    principal_distance: _images(
+        float, "principal distance [mm]; for terrain that of the camera to be flown."
+    ) = None,
+    estimator: _images(
+        Literal["rigorous", "determinants"],
+        "what is made smallest (default: rigorous).",
+    ) = None,
+    terrain: _terrain(
+        Path, "instead of TABLE: model_id, h1 … h6, heights in standard points [m]."
+    ) = None,
+    scale_number: _terrain(float, "of the image scale in points 1 and 2.") = None,
+    flying_height: _terrain(float, "above the points 1 and 2 [m].") = None,
+    altitude: _terrain(float, "of the flight, in the system of heights [m].") = None,
+    image_format: _terrain(float, "side of the image [mm] (default: 230).") = None,
+    forward_overlap: _terrain(float, "0 to 1 (default: 0.6).") = None,
+    wing: _terrain(
+        float, "points 3 to 6 from the base in the image [mm] (default: 100)."
+    ) = None,
+):
+    """Orient image pairs, and say which are near a dangerous surface.
+
+    With --base from y-parallaxes, y of the moved bundle less y of the fixed one; with
+    --principal-distance from image coordinates; with --terrain before the flight, from
+    the heights below the two projection centres (h1, h2) and in the wings beside them
+    (h3, h5 beside h1; h4, h6 beside h2).
+
+    Writes parameters, cofactors, residuals, contradiction (of parallaxes), model_points
+    (of images), dangerous_surface and failures, each .csv and .parquet, summary.txt and
+    residual_parallaxes.svg. Models that fail do not stop the others.
+    """
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces.files import orientation_folder  # noqa: PLC0415
+
+    plan = {
+        "scale_number": scale_number,
+        "flying_height": flying_height,
+        "altitude": altitude,
+        "image_format": _in_metres(image_format),
+        "forward_overlap": forward_overlap,
+        "wing": _in_metres(wing),
+    }
+    if terrain is not None:
+        _refuse("--terrain", TABLE=measurements, case=case, base=base)
+        _refuse("--terrain", method=method, estimator=estimator)
+        result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
+        orientation_folder.write_forecast(result, output)
+        is_done = True
+    elif principal_distance is not None:
+        _refuse("--principal-distance", method=method, **plan)
+        options = _given({"case": case, "estimator": estimator})
+        result = _from_images(measurements, principal_distance, base, options)
+        orientation_folder.write_image_orientation(result, output)
+        is_done = result.is_usable
+    else:
+        _refuse("--base", estimator=estimator, **plan)
+        options = _given({"case": case, "method": method})
+        result, parallaxes = _from_parallaxes(measurements, base, options)
+        orientation_folder.write_parallax_orientation(result, parallaxes, output)
+        is_done = result.is_usable
+    tell(result.summary())
+    tell(f"\nResults in {output}")
+    if not is_done:
+        complain("einschalt: no model could be oriented; failures.csv says why")
+        raise typer.Exit(WRONG)
+
+
+def _given(options):
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _in_metres(length_mm):
+    return None if length_mm is None else length_mm * METRES_PER_MM
+
+
+def _refuse(option, **others):
+    """Refuse what says nothing beside an option."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
+
+    for name, value in others.items():
+        if value is not None:
+            said = name if name.isupper() else f"--{name.replace('_', '-')}"
+            raise SettingsError(
+                f"{said} is given beside {option}",
+                expected=WAYS,
+                remedy=f"Leave {said} out",
+            )
+
+
+def _require(value, name):
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
+
+    if value is None:
+        raise SettingsError(f"{name} is missing", expected=WAYS)
+
+
+def _forecast(terrain, principal_distance, plan):
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.stages.dangerous_surface import (  # noqa: PLC0415
+        TERRAIN_HEIGHTS,
+        FlightPlan,
+        forecast_dangerous_surfaces,
+    )
+
+    _require(principal_distance, "--principal-distance")
+    plan = FlightPlan(principal_distance=principal_distance, **plan)
+    return forecast_dangerous_surfaces(_read(terrain, TERRAIN_HEIGHTS), plan)
+
+
+def _from_parallaxes(file, base, options):
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.tables import Y_PARALLAXES  # noqa: PLC0415
+    from einschalt.stages.orient_from_parallaxes import (  # noqa: PLC0415
+        orient_from_parallaxes,
+    )
+
+    _require(file, "TABLE")
+    _require(base, "--base")
+    parallaxes = _read(file, Y_PARALLAXES)
+    return orient_from_parallaxes(parallaxes, _base(base), **options), parallaxes
+
+
+def _from_images(file, principal_distance, base, options):
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
+    from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
+    from einschalt.stages.orient_from_images import (  # noqa: PLC0415
+        IMAGE_PAIRS,
+        orient_from_images,
+    )
+
+    _require(file, "TABLE")
+    if base is not None and not is_number(base):
+        raise SettingsError(
+            f"--base = {base!r}", expected="the length of the base, beside images"
+        )
+    options["base_length"] = None if base is None else float(base)
+    pairs = _read(file, IMAGE_PAIRS)
+    return orient_from_images(pairs, principal_distance, **options)
+
+
+def _base(text):
+    """Take a base as it was written: a number, or the name of a table."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
+    from einschalt.foundations.tables import MODEL_BASES  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
+
+    return float(text) if is_number(text) else read_table(Path(text), MODEL_BASES)
+
+
+def _read(file, schema):
+    """Read and check a table."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import raise_problems  # noqa: PLC0415
+    from einschalt.foundations.tables import check_table  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
+
+    frame = read_table(file, schema)
+    if "model_id" not in frame and schema.name != "terrain":
+        complain(f"note: {file.name} has no column model_id: it is one model")
+        frame = frame.assign(model_id=ONE_MODEL)
+    checked = check_table(frame, schema, source=file.name)
+    raise_problems(checked.problems)
+    for note in checked.notes:
+        complain(f"note: {note}")
+    return checked.frame

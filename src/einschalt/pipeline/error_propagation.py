@@ -1,0 +1,91 @@
+"""The rigorous covariance of a block's final coordinates."""
+
+import numpy as np
+
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.stages.stage4_error_propagation import (
+    flight_operator,
+    mean_operator,
+    propagate,
+)
+from einschalt.theory.adjustment.least_squares import SQRT2
+
+PLANE = ("affine", "helmert", "rigid")
+
+
+def can_propagate(block):
+    """Whether every source of error of a block has a known size.
+
+    Given approximate coordinates come with correlations that nobody knows, and models
+    from image coordinates or y-parallaxes share the errors of their orientation.
+
+    Parameters
+    ----------
+    block : Block
+
+    Returns
+    -------
+    bool
+    """
+    flights = block.flights.values()
+    return (
+        block.high_flight is not None
+        and "standard_error_m" in block.control_points
+        and all(flight.transformation in PLANE for flight in flights)
+        and not any(flight.is_oriented_numerically for flight in flights)
+    )
+
+
+def propagate_block(block, high, low, means):
+    """Carry the errors of control and of both flights through to the final points.
+
+    Parameters
+    ----------
+    block : Block
+        Its ``m_g_um`` and ``standard_error_m`` are the sizes of the errors.
+    high : ApproximateCoordinates
+    low : ModelTransformation
+    means : CoverageMean
+        Of all values of the low flight, row for row as its model points.
+
+    Returns
+    -------
+    PropagatedErrors
+        With the sources ``control``, ``high_flight`` and ``low_flight``.
+    """
+    control, check = block.control_points, _check_ids(block)
+    is_control = (control["role"] != "check").to_numpy()
+    high_points, low_points = block.high_flight.model_points, block.low_flight.model_points
+    n_high, n_low, n_approximate = len(high_points), len(low_points), len(high.points)
+    of_high = flight_operator(
+        high.transformation, high_points, np.flatnonzero(is_control), len(control)
+    )
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, 2)
+    is_ground = ~high.points["point_id"].isin(check).to_numpy()
+    of_low = flight_operator(low, low_points, np.flatnonzero(is_ground), n_approximate)
+    final = mean_operator(means, np.arange(n_low), n_low, 2)
+    through_ground = final @ of_low.ground @ approximate
+    return propagate(
+        means.points["point_id"].to_numpy(dtype=object),
+        {
+            "control": through_ground @ of_high.ground,
+            "high_flight": through_ground @ of_high.measured,
+            "low_flight": final @ of_low.measured,
+        },
+        {
+            "control": control["standard_error_m"].to_numpy() / SQRT2,
+            "high_flight": np.full(n_high, _measuring_error(block.high_flight)),
+            "low_flight": np.full(n_low, _measuring_error(block.low_flight)),
+        },
+        2,
+    )
+
+
+def _check_ids(block):
+    control = block.control_points
+    return control.loc[control["role"] == "check", "point_id"]
+
+
+def _measuring_error(flight):
+    """Error of a measured coordinate on the ground [m]; m_g is total."""
+    return flight.m_g_um * METRES_PER_UM * flight.scale_number / SQRT2

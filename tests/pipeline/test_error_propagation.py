@@ -1,0 +1,141 @@
+"""The error operators against what the block does when its input is moved."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.error_propagation import can_propagate
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation import simulate_block
+
+STEP = 1e-3
+TRANSFORMATIONS = [("affine", "affine"), ("helmert", "affine"), ("affine", "helmert")]
+
+
+@pytest.fixture(scope="module", params=TRANSFORMATIONS, ids=" ".join)
+def block(request):
+    high, low = request.param
+    return with_kinds(simulate_block("demo", seed=3), high, low)
+
+
+def with_kinds(block, high, low):
+    fields = plain_part(block)
+    fields["high_flight"] = changed(block.high_flight, transformation=high)
+    fields["low_flight"] = changed(block.low_flight, transformation=low)
+    return Block(**fields)
+
+
+def plain_part(block):
+    """Fields of a simulated block that any block has."""
+    return {f.name: getattr(block, f.name) for f in dataclasses.fields(Block)}
+
+
+def changed(owner, **fields):
+    return type(owner)(**{**plain_fields(owner), **fields})
+
+
+def moved(block, **tables):
+    return Block(**{**plain_fields(block), **tables})
+
+
+def coordinates(block, settings):
+    points = densify(block, settings).points
+    return points.set_index("point_id")[["easting", "northing"]]
+
+
+@pytest.mark.parametrize("coverage_mean", ["all", "most_central"])
+def test_operator_of_control(block, coverage_mean):
+    settings = Settings(coverage_mean=coverage_mean)
+    result = densify(block, settings)
+    operator = result.errors.operators["control"].toarray()
+    for place in range(0, len(block.control_points), 9):
+        control = block.control_points.copy()
+        control.loc[control.index[place], "easting"] += STEP
+        after = coordinates(moved(block, control_points=control), settings)
+        change = (after - coordinates(block, settings)).to_numpy().ravel() / STEP
+        np.testing.assert_allclose(operator[:, 2 * place], change, atol=1e-6)
+
+
+@pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
+def test_operator_of_a_measured_point(block, flight):
+    settings = Settings()
+    result = densify(block, settings)
+    operator = result.errors.operators[flight].toarray()
+    of_flight = getattr(block, flight)
+    rows = np.random.default_rng(0).choice(len(of_flight.model_points), 4, False)
+    for row in rows:
+        matrix = linear_part(result, flight, of_flight.model_points.iloc[row])
+        table = of_flight.model_points.copy()
+        # a step of 1 mm to the east on the ground, in the frame of the model
+        step = np.linalg.solve(matrix, [STEP, 0.0])
+        label = table.index[row]
+        table.loc[label, ["x", "y"]] = table.loc[label, ["x", "y"]] + step
+        after = moved(block, **{flight: changed(of_flight, model_points=table)})
+        change = coordinates(after, settings) - coordinates(block, settings)
+        np.testing.assert_allclose(
+            operator[:, 2 * row], change.to_numpy().ravel() / STEP, atol=2e-4
+        )
+
+
+def linear_part(result, flight, point):
+    models = result.models
+    is_it = (
+        (models["flight"] == flight)
+        & (models["coverage"] == point["coverage"])
+        & (models["model_id"] == point["model_id"])
+    )
+    p = models[is_it].iloc[0]
+    if p["transformation"] == "affine":
+        return np.array([[p["a1"], p["a2"]], [p["b1"], p["b2"]]])
+    return np.array([[p["a"], -p["b"]], [p["b"], p["a"]]])
+
+
+def test_parts_add_up_and_name_their_sources(block):
+    errors = densify(block).errors
+    assert set(errors.parts) == {"control", "high_flight", "low_flight"}
+    total = sum(errors.parts.values())
+    np.testing.assert_allclose(errors.covariance, total)
+
+
+def test_covariance_between_points(block):
+    errors = densify(block).errors
+    first, second = errors.point_ids[:20], errors.point_ids[20:40]
+    between = errors.covariance_between(first, second)
+    dense = sum(
+        operator.toarray()
+        @ np.diag(np.repeat(errors.standard_errors[source], 2) ** 2)
+        @ operator.toarray().T
+        for source, operator in errors.operators.items()
+    )
+    for k in range(20):
+        expected = dense[2 * k : 2 * k + 2, 40 + 2 * k : 42 + 2 * k]
+        np.testing.assert_allclose(between[k], expected, atol=1e-12)
+    np.testing.assert_allclose(
+        errors.covariance_between(first, first), errors.covariance[:20], atol=1e-15
+    )
+
+
+def test_unknown_sizes_are_not_guessed():
+    block = simulate_block("demo", seed=3)
+    fields = plain_part(block)
+    control = block.control_points.drop(columns="standard_error_m")
+    without = Block(**{**fields, "control_points": control})
+    assert can_propagate(block)
+    assert not can_propagate(without)
+    result = densify(without)
+    assert result.errors is None
+    assert "standard_error_total" not in result.points
+    assert np.isnan(result.figures.mean_total)
+
+
+def test_metres_per_millimetre_of_the_small_block():
+    # the operators are in ground units: m_g must reach them as metres on the ground
+    block = simulate_block("demo", seed=3)
+    sigma = densify(block).errors.standard_errors["low_flight"][0]
+    flight = block.low_flight
+    on_ground = flight.m_g_um * METRES_PER_MM * 1e-3 * flight.scale_number
+    assert sigma == pytest.approx(on_ground / np.sqrt(2))
