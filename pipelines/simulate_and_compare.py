@@ -15,5 +15,6 @@ truth = np.sqrt(np.mean(np.sum(error.to_numpy() ** 2, axis=1)))
 
 print("mean of two coverages, total, new points [cm]")
 print(f"truth                                 {100 * truth:.1f}")
+print(f"claim of the propagated errors        {100 * result.figures.mean_total:.1f}")
 print(f"claim of the formula of 1971          {100 * result.figures.mean_paper:.1f}")
 print(f"claim of the coverages' differences   {100 * result.figures.mean_internal:.1f}")

@@ -38,6 +38,14 @@ def test_every_theory_module_has_a_page():
         assert f"`{dotted}`" in overview
 
 
+def test_pages_that_the_code_names_exist():
+    named = set()
+    for module in (ROOT / "src").rglob("*.py"):
+        named |= set(re.findall(r"docs/[\w/]+\.md", module.read_text(encoding="utf-8")))
+    assert named
+    assert not [page for page in sorted(named) if not (ROOT / page).exists()]
+
+
 def test_german_stands_in_the_glossary_only():
     words = ("Einschaltpunkt", "Restklaffung", "Passpunkt", "Ausgleichung")
     for page in (ROOT / "docs").rglob("*.md"):

@@ -12,7 +12,8 @@ PRINTED = {
     "densify_block": ["approximate coordinates of 1190 points", "affine", "easting"],
     "densify_real_block": ["8811-9111", "8938-9111", "check", "351"],
     "transform_national_frames": ["767 points", "1450 triangles", "6697187.0009"],
-    "simulate_and_compare": ["truth", "claim of the formula of 1971"],
+    "simulate_and_compare": ["truth", "propagated", "formula of 1971"],
+    "finsterwalder_repetitions": ["25 repetitions", "Bachmann", "pass 20", "3.32"],
 }
 
 

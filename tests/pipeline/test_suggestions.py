@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline import suggestions as sg
-from einschalt.pipeline.summary import orientations
+from einschalt.pipeline.summary import orientations, verdict
 
 
 def with_points(result, **columns):
@@ -141,12 +141,40 @@ def test_a_shift_of_all_known_points_is_seen(good_result):
 
 
 def test_coverages_that_differ_more_than_the_budget(good_result):
-    figures = good_result.figures
-    changed = with_figures(good_result, mean_internal=2.0 * figures.mean_paper)
-    assert "Raise m_g_um" in sg.coverages_that_differ(changed).remedy
-    assert sg.coverages_that_differ(good_result) is None
-    unknown = with_figures(good_result, mean_internal=np.nan)
-    assert sg.coverages_that_differ(unknown) is None
+    paper = good_result.figures.mean_paper
+    changed = with_figures(good_result, mean_internal=2.0 * paper, mean_total=np.nan)
+    found = sg.contradicted_figures(changed)
+    assert found.problem.startswith(
+        "The coverages differ more than the budget explains"
+    )
+    assert "Raise m_g_um" in found.remedy
+    assert sg.contradicted_figures(good_result) is None
+    unknown = with_figures(good_result, mean_internal=np.nan, mean_total=np.nan)
+    assert sg.contradicted_figures(unknown) is None
+
+
+def test_a_propagated_figure_that_the_measurements_contradict(
+    good_result, faulty_result
+):
+    """Propagation knows no measurement: a blunder of 200 m does not enlarge it."""
+    assert sg.has_credible_propagation(good_result)
+    assert sg.claim_column(good_result) == "standard_error_total"
+    assert not sg.has_credible_propagation(faulty_result)
+    assert sg.claim_column(faulty_result) == "standard_error_paper"
+    found = sg.contradicted_figures(faulty_result)
+    assert found.problem.startswith("The measurements contradict the propagated figure")
+    assert "m after Kovarik's budget (total" in verdict(faulty_result)
+
+
+def test_a_high_flight_that_fits_worse_than_its_errors(good_result):
+    assert sg.high_flight_misfit(good_result) is None
+    changed = with_figures(good_result, m_0_high=0.5)
+    found = sg.high_flight_misfit(changed)
+    assert found.problem == (
+        "m_0 of the high flight is 50 cm, 4.3 times the 12 cm that m_g_um and the "
+        "control points' errors explain"
+    )
+    assert not sg.has_credible_propagation(changed)
 
 
 def test_exchanged_names_show_as_points_that_differ(faulty_result):

@@ -110,7 +110,7 @@ def test_gruber_says_which_models_it_does_not_fit(flight):
         "4": "4 points, but five are needed",
         "5": "5 points, but Gruber's procedure takes six",
         "7": "7 points, but Gruber's procedure takes six",
-        "turned": "its points do not lie three and three on the sides of the two centres",
+        "turned": "not three of its points lie on the side of each projection centre",
     }
     is_usable = oriented.models.set_index("model_id")["is_usable"]
     assert sorted(is_usable[is_usable].index) == ["aside", "m0", "m1", "m2"]

@@ -86,7 +86,7 @@ def read_block(path):
     EinschaltError
         Something in the input stops the computation; several faults come together.
     """
-    return Block(**checked.plain_fields(read_checked_block(path)))
+    return read_checked_block(path, kind=Block)
 
 
 def densify(block, settings=None, *, progress=None):

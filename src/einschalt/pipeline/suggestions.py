@@ -17,11 +17,13 @@ from einschalt.foundations.typesetting import (
     printable,
     shortened,
 )
+from einschalt.foundations.units import ground_from_image_um
 
 # differences must exceed what chance does in one block of a thousand
 SIGNIFICANCE = 0.001
 WORTH_A_WORD = 1.25
 DIFFERENCES = ["difference_easting", "difference_northing"]
+RAISE_M_G = "Raise m_g_um of the low flight, or look for gross errors"
 LARGE_M_0 = 3.0
 LARGE_SPREAD = 5.0
 MOST_DETAILS = 5
@@ -69,7 +71,8 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         check_differences(result),
         control_differences(result),
         shifted_block(result),
-        coverages_that_differ(result),
+        high_flight_misfit(result),
+        contradicted_figures(result),
         points_that_differ(result),
         models_with_large_m_0(result),
         mirrored_models(result),
@@ -195,12 +198,30 @@ def _rms_of_differences(rows):
 def _claimed(result, rows):
     """Total figure claimed for densified - given: both have an error."""
     given = result.block.control_points
-    variance = rows["standard_error_paper"].to_numpy() ** 2
+    variance = rows[claim_column(result)].to_numpy() ** 2
     if given is not None and "standard_error_m" in given:
         errors = given.set_index("point_id")["standard_error_m"].astype(float)
         variance = variance + np.nan_to_num(errors.reindex(rows["point_id"])) ** 2
     variance = variance[np.isfinite(variance)]
     return float(np.sqrt(variance.mean())) if len(variance) else np.nan
+
+
+def has_credible_propagation(result):
+    """Whether there is a propagated figure that the measurements do not contradict.
+
+    It takes the sizes of all errors as given, so nothing in the measurements can
+    enlarge it; the other two figures see less, but they see the measurements.
+    """
+    figures = result.figures
+    measured = np.nanmax([figures.mean_paper, figures.mean_internal, 0.0])
+    is_explained = bool(measured <= WORTH_A_WORD * figures.mean_total)
+    return is_explained and high_flight_misfit(result) is None
+
+
+def claim_column(result):
+    """Name of the best total error that the points have."""
+    is_propagated = has_credible_propagation(result)
+    return "standard_error_total" if is_propagated else "standard_error_paper"
 
 
 def _ratio_limits(n_points):
@@ -210,8 +231,11 @@ def _ratio_limits(n_points):
     degrees = 2 * n_points
     # quantiles of χ² from scipy.special: scipy.stats takes a second to import
     low = np.sqrt(chdtri(degrees, 1.0 - SIGNIFICANCE) / degrees)
-    high = np.sqrt(chdtri(degrees, SIGNIFICANCE) / degrees)
-    return min(low, 1.0 / WORTH_A_WORD), max(high, WORTH_A_WORD)
+    return min(low, 1.0 / WORTH_A_WORD), _upper_ratio(degrees)
+
+
+def _upper_ratio(degrees):
+    return max(np.sqrt(chdtri(degrees, SIGNIFICANCE) / degrees), WORTH_A_WORD)
 
 
 def shifted_block(result):
@@ -236,16 +260,44 @@ def shifted_block(result):
     return None
 
 
-def coverages_that_differ(result):
-    """Coverages that differ by more than the budget allows."""
+def contradicted_figures(result):
+    """Measurements that do not agree with the sizes of errors as they were given."""
     figures = result.figures
-    ratio = figures.mean_internal / figures.mean_paper
-    if not ratio > WORTH_A_WORD:
+    internal = f"internal {length(figures.mean_internal)}"
+    paper = f"paper {length(figures.mean_paper)}"
+    largest = np.nanmax([figures.mean_paper, figures.mean_internal, 0.0])
+    if largest > WORTH_A_WORD * figures.mean_total:
+        total = f"propagated {length(figures.mean_total)}"
+        return Suggestion(
+            "The measurements contradict the propagated figure, which takes the sizes "
+            f"of errors as given: {total}, {paper}, {internal}",
+            RAISE_M_G,
+        )
+    if not figures.mean_internal > WORTH_A_WORD * figures.mean_paper:
         return None
     return Suggestion(
-        "The coverages differ more than the budget explains: internal "
-        f"{length(figures.mean_internal)}, paper {length(figures.mean_paper)}",
-        "Raise m_g_um of the low flight, or look for gross errors",
+        f"The coverages differ more than the budget explains: {internal}, {paper}",
+        RAISE_M_G,
+    )
+
+
+def high_flight_misfit(result):
+    """Models of the high flight that fit worse than the given errors explain."""
+    block = result.block
+    if block.high_flight is None or "standard_error_m" not in block.control_points:
+        return None
+    high = result.models[result.models["flight"] == "high_flight"]
+    degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
+    m_g = ground_from_image_um(block.high_flight.m_g_um, block.high_flight.scale_number)
+    control = block.control_points["standard_error_m"].to_numpy(dtype=float)
+    explained = np.hypot(m_g, np.sqrt(np.mean(control**2)))
+    m_0 = result.figures.m_0_high
+    if degrees == 0 or not m_0 / explained > _upper_ratio(degrees):
+        return None
+    return Suggestion(
+        f"m_0 of the high flight is {length(m_0)}, {factor(m_0 / explained)} the "
+        f"{length(explained)} that m_g_um and the control points' errors explain",
+        "Look for gross errors in high flight and control, or give larger errors",
     )
 
 

@@ -20,6 +20,7 @@ from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
 from einschalt.pipeline.suggestions import (
     coverages_of_low_flight,
     find_suggestions,
+    has_credible_propagation,
     n_models,
 )
 
@@ -33,6 +34,10 @@ INTERNAL = (
 )
 HEIGHTS = "Heights are computed; no figure here judges them."
 SINGLE = "single: paper for the value of one model, internal for that of one coverage."
+PROPAGATED = (
+    "propagated: errors of control and of both flights, of the sizes given, carried "
+    "through every stage with their correlations."
+)
 PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
 HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
@@ -80,16 +85,23 @@ def verdict_on(result) -> str:
     """Say the verdict without the name of the block."""
     figures = result.figures
     new = count(figures.n_new, "new point") if figures.n_new else "no new points"
-    if np.isfinite(figures.mean_paper):
-        new += (
-            f", {length(figures.mean_paper)} after Kovarik's budget "
-            f"(total, {_mean_of(result)})"
-        )
+    verdict = f"{new}{_how_good(result)}"
     if result.failures.empty:
-        return new
+        return verdict
     failed = result.failures[["flight", "coverage", "model_id"]].drop_duplicates()
     n_all = sum(n_models(flight) for flight in result.block.flights.values())
-    return f"{new}; {len(failed)} of {count(n_all, 'model')} failed"
+    return f"{verdict}; {len(failed)} of {count(n_all, 'model')} failed"
+
+
+def _how_good(result):
+    """The propagated figure where it holds, and the paper's beside it."""
+    figures = result.figures
+    if not np.isfinite(figures.mean_paper):
+        return ""
+    paper = f"{length(figures.mean_paper)} after Kovarik's budget"
+    if has_credible_propagation(result):
+        return f", {length(figures.mean_total)} (total, {_mean_of(result)}; {paper})"
+    return f", {paper} (total, {_mean_of(result)})"
 
 
 def _mean_of(result):
@@ -121,16 +133,26 @@ def _numbers(rows, remarks=()):
 
 
 def precision(result) -> Rows:
-    """Precision of the new points: single coverage and mean, paper and internal."""
+    """Precision of the new points: single value and mean, each as it is known."""
     figures = result.figures
-    single = ("single", figures.single_paper, figures.single_internal)
-    mean = (_mean_of(result), figures.mean_paper, figures.mean_internal)
-    chosen = [single, mean] if coverages_of_low_flight(result) > 1 else [single]
-    titles, paper, internal = zip(*chosen, strict=True)
-    rows = zip(titles, lengths(paper), lengths(internal), strict=True)
+    single = ("single", np.nan, figures.single_paper, figures.single_internal)
+    mean = (
+        _mean_of(result),
+        figures.mean_total,
+        figures.mean_paper,
+        figures.mean_internal,
+    )
+    titles, *columns = zip(single, mean, strict=True)
+    header = ("", "propagated", "paper", "internal")
+    shown = [
+        (name, lengths(column))
+        for name, column in zip(header[1:], columns, strict=True)
+        if name != "propagated" or np.isfinite(figures.mean_total)
+    ]
+    rows = zip(titles, *(texts for _, texts in shown), strict=True)
     return Rows(
         "Precision of the new points (total, RMS)",
-        ("", "paper", "internal"),
+        ("", *(name for name, _ in shown)),
         tuple(rows) if figures.n_new else (),
     )
 
@@ -138,6 +160,8 @@ def precision(result) -> Rows:
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures of precision mean."""
     chosen = [TOTAL, PAPER]
+    if np.isfinite(result.figures.mean_total):
+        chosen.insert(1, PROPAGATED)
     if coverages_of_low_flight(result) > 1:
         chosen.append(INTERNAL)
         if result.settings.coverage_mean == "all":

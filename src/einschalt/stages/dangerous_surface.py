@@ -9,6 +9,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.stages.results import Result
+from einschalt.theory.relative_orientation.base_normal_planes import base_system
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.surface_verdicts import WEAK_INFLATION
 from einschalt.theory.relative_orientation.valley_flights import (
@@ -48,6 +49,34 @@ class ModelGeometry:
     xyz: np.ndarray
     base: np.ndarray
     model_start: np.ndarray
+
+
+def geometry_of_images(cameras, xyz, model_start):
+    """Bring points of models that were formed from images into their base systems.
+
+    Parameters
+    ----------
+    cameras : StereoCameras
+    xyz : ndarray, shape (n_points, 3)
+        In the systems of the models, sorted by model.
+    model_start : ndarray of int, shape (n_models + 1,)
+
+    Returns
+    -------
+    ModelGeometry
+        Without points behind the cameras, which are gross errors; in the unit of the
+        base.
+    """
+    base = cameras.right_centre - cameras.left_centre
+    upwards = cameras.left_rotation[:, 2] + cameras.right_rotation[:, 2]
+    axes = base_system(base, upwards)
+    model = np.repeat(np.arange(len(base)), np.diff(model_start))
+    reduced = xyz - cameras.left_centre[model]
+    turned = np.einsum("nij,nj->ni", axes[model], reduced)
+    is_below = turned[:, 2] < 0.0
+    count = np.bincount(model[is_below], minlength=len(base))
+    start = np.append(0, np.cumsum(count))
+    return ModelGeometry(turned[is_below], np.linalg.norm(base, axis=1), start)
 
 
 def surface_problems(surfaces, is_oriented):

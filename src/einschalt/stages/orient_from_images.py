@@ -1,14 +1,18 @@
 """Stage 2, from image coordinates: every stereo pair oriented for itself."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import encode_pairs, segments
+from einschalt.foundations import typesetting
+from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.names import CodedPairs, encode_pairs
+from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM, RADIANS_PER_GON
+from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
 from einschalt.stages.results import Result, failures_table, row_of_model
 from einschalt.theory.relative_orientation import coplanarity
 from einschalt.theory.relative_orientation.coplanarity import (
@@ -20,6 +24,7 @@ from einschalt.theory.relative_orientation.coplanarity import (
     UNDETERMINED,
     orient_pairs,
 )
+from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.model_formation import form_model
 from einschalt.theory.relative_orientation.orientation_elements import (
     CASES,
@@ -28,6 +33,7 @@ from einschalt.theory.relative_orientation.orientation_elements import (
 )
 
 STAGE = "stage2_relative_orientation"
+KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
@@ -36,6 +42,14 @@ WIDEST_FIELD, NARROWEST_FIELD = 2.5, 0.01
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
 # sigma_0 of a model against that of all models that is worth a word
 LARGE_SIGMA = 3.0
+AMBIGUOUS = (
+    "another orientation fits about as well; the one nearer to the normal case was "
+    "taken. Measure more points, at different heights."
+)
+SOME_BEHIND = "a point lies behind a camera. Look for gross errors in x."
+POOLED = "sigma_0 (an image coordinate, all models together)"
+NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
+LARGE = "sigma_0 is more than three times the median. Look for gross errors."
 MOST_LISTED = 12
 REMEDIES = {
     TOO_FEW: "Measure at least six points in the overlap, or take the model out",
@@ -104,6 +118,26 @@ class ImageOrientation(Result):
         """Points less five, Series by model_id."""
         return self._by_model("redundancy")
 
+    @cached_property
+    def dangerous_surface(self):
+        """Whether the points of each model lie near a dangerous surface, and why.
+
+        Index model_id; verdict (safe, weak or critical), inflation, and the other
+        columns of :func:`einschalt.stages.dangerous_surface.surface_table`. Models that
+        could not be oriented are critical, with the reason of their failure.
+        """
+        reason = self.models["reason"].to_numpy()
+        count = np.where(reason == "", self.models["n_points"], 0)
+        xyz = self.model_points[["x", "y", "z"]].to_numpy()
+        start = np.append(0, np.cumsum(count))
+        geometry = geometry_of_images(self.elements.cameras, xyz, start)
+        examination = examine_surfaces(
+            geometry.xyz, geometry.base, geometry.model_start, grows_with_depth=True
+        )
+        surfaces = surface_table(examination, self.models["model_id"])
+        surfaces.loc[reason != "", "reason"] = reason[reason != ""]
+        return surfaces
+
     @property
     def orientations(self):
         """One row per model: ``models`` beside ``parameters``."""
@@ -161,7 +195,7 @@ class ImageOrientation(Result):
         return self.cofactor(model_id, coverage) * self.models["sigma_0"].iloc[row] ** 2
 
     def summary(self):
-        """Say how many models were oriented, what is doubtful, and with which sigma_0."""
+        """Say how many models were oriented, how well, and what is doubtful."""
         return _summary(self)
 
 
@@ -218,42 +252,61 @@ def orient_from_images(
     [92.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
     _check_arguments(principal_distance, case, estimator)
-    checked = tables.check_table(image_pairs, tables.IMAGE_PAIRS, source="image_pairs")
+    checked = check_table(image_pairs, IMAGE_PAIRS)
     raise_problems(checked.problems)
     _check_unit(checked.frame, np.max(principal_distance))
-    names = encode_pairs(checked.frame["coverage"], checked.frame["model_id"])
-    sort = segments(names.codes, len(names))
-    rows = checked.frame.iloc[sort.order].reset_index(drop=True)
-    if "coverage" not in image_pairs.columns:
-        rows = rows.drop(columns="coverage")
-    image = rows[COORDINATES].to_numpy(dtype=float)
-    pairs = orient_pairs(image, sort.start, principal_distance, estimator)
-    models = _models_table(names.names, pairs, case)
+    measured = _Measured.of(checked.frame, "coverage" in image_pairs.columns)
+    pairs = orient_pairs(measured.image, measured.start, principal_distance, estimator)
+    models = _models_table(measured.names, pairs, case)
     length = _base_lengths(base_length, models)
     elements = orientation_elements(pairs, length, case)
     model = form_model(
-        image,
-        sort.start,
+        measured.image,
+        measured.start,
         principal_distance,
         elements.cameras,
         RULES[estimator],
         pairs.residuals,
     )
+    index = pd.Index(models["model_id"], name="model_id")
     is_kept = np.repeat(pairs.status == ORIENTED, pairs.n_points)
     return ImageOrientation(
         case=case,
         estimator=estimator,
         models=models,
-        parameters=pd.DataFrame(
-            elements.values,
-            index=pd.Index(models["model_id"], name="model_id"),
-            columns=list(elements.names),
-        ),
+        parameters=pd.DataFrame(elements.values, index, list(elements.names)),
         elements=elements,
-        residuals=_residuals_table(rows, pairs, is_kept),
-        model_points=_points_table(rows, model.xyz, is_kept),
+        residuals=_residuals_table(measured.keys, pairs)[is_kept].reset_index(
+            drop=True
+        ),
+        model_points=_points_table(measured.keys, model.xyz)[is_kept].reset_index(
+            drop=True
+        ),
         failures=_failures(models, pairs.status),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """Image coordinates and names of the rows, sorted by model."""
+
+    image: np.ndarray
+    keys: pd.DataFrame
+    start: np.ndarray
+    names: CodedPairs
+
+    @classmethod
+    def of(cls, frame, has_coverages):
+        frame = with_coverage(frame)
+        names = encode_pairs(frame["coverage"], frame["model_id"])
+        sort = segments(names.codes, len(names))
+        keys = ["coverage", *KEYS] if has_coverages else KEYS
+        return cls(
+            image=frame[COORDINATES].to_numpy(dtype=float)[sort.order],
+            keys=frame[keys].iloc[sort.order].reset_index(drop=True),
+            start=sort.start,
+            names=names,
+        )
 
 
 def _check_arguments(principal_distance, case, estimator):
@@ -317,11 +370,10 @@ def _base_lengths(base_length, models):
 
 
 def _models_table(names, pairs, case):
-    coverage, model_id = zip(*names, strict=True)
     return pd.DataFrame(
         {
-            "coverage": coverage,
-            "model_id": model_id,
+            "coverage": names.first,
+            "model_id": names.second,
             "case": case,
             "n_points": pairs.n_points,
             "redundancy": pairs.redundancy,
@@ -363,31 +415,29 @@ def _failures(models, status):
     )
 
 
-def _keys(rows):
-    return [name for name in ("coverage", "model_id", "point_id") if name in rows]
-
-
-def _residuals_table(rows, pairs, is_kept):
-    table = rows[_keys(rows)].copy()
+def _residuals_table(keys, pairs):
+    table = keys.copy()
     table[[f"residual_{name}" for name in COORDINATES]] = pairs.residuals
     table["redundancy_number"] = pairs.redundancy_numbers
-    return table[is_kept].reset_index(drop=True)
+    return table
 
 
-def _points_table(rows, xyz, is_kept):
-    table = rows[_keys(rows)].copy()
+def _points_table(keys, xyz):
+    table = keys.copy()
     table[["x", "y", "z"]] = xyz
-    return table[is_kept].reset_index(drop=True)
+    return table
 
 
 def _summary(result):
     models = result.models
     is_good = (models["reason"] == "").to_numpy()
     good = models[is_good]
+    n_models = typesetting.count(len(models), "model")
+    n_points = typesetting.count(int(good["n_points"].sum()), "point")
+    way = f"{result.case}, {result.estimator}"
     lines = [
-        f"Relative orientation of {len(good)} of "
-        f"{typesetting.count(len(models), 'model')} from image coordinates, "
-        f"{int(good['n_points'].sum())} points ({result.case}, {result.estimator})"
+        f"Relative orientation of {len(good)} of {n_models} from image coordinates",
+        f"{n_points}, {way}",
     ]
     problems = _problems(result, good)
     if problems:
@@ -410,19 +460,10 @@ def _problems(result, good):
     rest = len(result.failures) - len(problems)
     problems += [f"and {typesetting.count(rest, 'model')} more failed."] if rest else []
     for is_it, text in (
-        (
-            good["is_ambiguous"],
-            "another orientation fits about as well; the one nearer to the normal case "
-            "was taken. Measure more points, at different heights.",
-        ),
-        (
-            good["n_in_front"] < good["n_points"],
-            "a point lies behind a camera. Look for gross errors in x.",
-        ),
-        (
-            good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(),
-            "sigma_0 is more than three times that of the others. Look for gross errors.",
-        ),
+        (good["is_ambiguous"], AMBIGUOUS),
+        (good["n_in_front"] < good["n_points"], SOME_BEHIND),
+        (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
+        (_is_near_surface(result, good), NEAR_SURFACE),
     ):
         if is_it.any():
             names = typesetting.names(good.loc[is_it, "model_id"])
@@ -430,14 +471,17 @@ def _problems(result, good):
     return problems
 
 
+def _is_near_surface(result, good):
+    verdicts = result.dangerous_surface["verdict"].to_numpy()
+    return pd.Series(verdicts[good.index] != "safe", index=good.index)
+
+
 def _precision(good):
     usable = good[good["redundancy"] > 0]
     weights = usable["redundancy"]
     pooled = np.sqrt((usable["sigma_0"] ** 2 * weights).sum() / weights.sum())
-    lines = [
-        f"sigma_0 (an image coordinate, all models together)  "
-        f"{typesetting.length(pooled * METRES_PER_MM)}, redundancy {weights.sum()}"
-    ]
+    length = typesetting.length(pooled * METRES_PER_MM)
+    lines = [f"{POOLED}  {length}, redundancy {weights.sum()}"]
     if len(usable) > 1:
         steps = usable["sigma_0"].quantile([0.0, 0.5, 1.0]) * METRES_PER_MM
         low, mid, high = typesetting.lengths(steps)

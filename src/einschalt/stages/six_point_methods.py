@@ -42,7 +42,7 @@ TILT_AT = "5"
 TAKE_LEAST_SQUARES = 'Use method="least_squares"'
 NOT_SIX = "{points}, but {method} takes six"
 NOT_IN_PLANES = "not three of its points lie in each of the planes x = 0 and x = base"
-NOT_ON_SIDES = "its points do not lie three and three on the sides of the two centres"
+NOT_ON_SIDES = "not three of its points lie on the side of each projection centre"
 DIVERGES = "its points make Gruber's procedure diverge: a pass multiplies errors by {}"
 CONTRADICTION_COLUMNS = [
     *("w", "d_omega_0", "d_omega_b", "delta_omega"),

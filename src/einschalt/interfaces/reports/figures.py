@@ -19,6 +19,7 @@ from einschalt.interfaces.reports.map_sheet import (
     round_down,
     svg_of,
 )
+from einschalt.pipeline.suggestions import claim_column
 
 NEW = "#6b7c85"
 COLOURS = {"control": "#0b4f8a", "check": "#b4430b"}
@@ -60,7 +61,9 @@ def block_map(result) -> str:
 
 
 def precision_figure(result) -> str:
-    """Draw standard_error_paper of the new points over the block, and its histogram.
+    """Draw the total error of the new points over the block, and its histogram.
+
+    It is the propagated one where there is one, else that of the paper.
 
     Parameters
     ----------
@@ -72,10 +75,11 @@ def precision_figure(result) -> str:
         An ``<svg>`` element; empty where no new point has a standard error.
     """
     points = _located(result.points)
-    points = points[(points["role"] == "new") & points["standard_error_paper"].notna()]
+    claim = claim_column(result)
+    points = points[(points["role"] == "new") & points[claim].notna()]
     if points.empty:
         return ""
-    error_cm = points["standard_error_paper"].to_numpy() * 100.0
+    error_cm = points[claim].to_numpy() * 100.0
     with mpl.rc_context(STYLE):
         sheet = map_sheet(points, foot_in=0.45)
         drawn = sheet.axes.scatter(
@@ -87,8 +91,8 @@ def precision_figure(result) -> str:
             linewidths=0,
             rasterized=len(points) > MOST_DRAWN_AS_PATHS,
         )
-        _draw_histogram(sheet, error_cm, drawn)
-        return svg_of(sheet, "precision", "standard_error_paper over the block")
+        _draw_histogram(sheet, error_cm, drawn, claim)
+        return svg_of(sheet, "precision", f"{claim} over the block")
 
 
 def _norm(error_cm):
@@ -98,7 +102,7 @@ def _norm(error_cm):
     return mpl.colors.Normalize(low, high if high - low > 1e-9 else low + 1.0)
 
 
-def _draw_histogram(sheet, error_cm, drawn):
+def _draw_histogram(sheet, error_cm, drawn, claim):
     """Histogram below the map, its bars in the colours of the map: it is the key."""
     low, high = drawn.norm.vmin, drawn.norm.vmax
     edges = np.linspace(low, high, 49)
@@ -112,8 +116,7 @@ def _draw_histogram(sheet, error_cm, drawn):
     marks = np.append(np.quantile(error_cm, [0.5, 0.95]), error_cm.max())
     median, most, largest = lengths(marks / 100.0)
     axes.set_xlabel(
-        "standard_error_paper [cm], total: "
-        f"median {median}, 95 % below {most}, largest {largest}"
+        f"{claim} [cm]: median {median}, 95 % below {most}, largest {largest}"
     )
 
 

@@ -16,7 +16,11 @@ from einschalt.foundations.typesetting import (
     seconds,
 )
 from einschalt.pipeline import summary
-from einschalt.pipeline.suggestions import find_suggestions
+from einschalt.pipeline.suggestions import (
+    claim_column,
+    find_suggestions,
+    has_credible_propagation,
+)
 
 MOST_MODELS = 500
 WORST_MODELS = 100
@@ -60,6 +64,7 @@ def render(result) -> str:
         precision=summary.precision(result),
         caution=summary.too_small(result),
         remarks=summary.remarks(result),
+        claim=claim_column(result),
         differences=summary.differences(result),
         flights=summary.flights(result),
         approximations=(
@@ -81,6 +86,8 @@ def _headline(result):
     """Figures that stand large at the head of the page: number, and what it is."""
     figures = result.figures
     shown = [(f"{figures.n_new}", "new points")]
+    if has_credible_propagation(result):
+        shown.append((length(figures.mean_total), "propagated, total"))
     if np.isfinite(figures.mean_paper):
         shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
     if np.isfinite(figures.mean_internal):
@@ -100,12 +107,12 @@ def _known_points(result):
     miss = np.hypot(points["difference_easting"], points["difference_northing"])
     order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
     shown = points.loc[order]
-    names = ("easting", "northing", "total", "paper")
+    names = ("easting", "northing", "total", "claimed")
     metres = [
         shown["difference_easting"],
         shown["difference_northing"],
         miss.loc[order],
-        shown["standard_error_paper"],
+        shown[claim_column(result)],
     ]
     # one unit for all four, so that a row can be read across
     unit, texts = length_column(np.concatenate(metres))
@@ -120,14 +127,14 @@ def _spread_points(result):
     points = result.points[result.points["spread_total"].notna()]
     shown = points.nlargest(MOST_SPREAD_POINTS, "spread_total", keep="first")
     spread = length_column(shown["spread_total"])
-    paper = length_column(shown["standard_error_paper"])
+    claimed = length_column(shown[claim_column(result)])
     columns = (
         "point",
         "role",
         "models",
         "coverages",
         f"spread [{spread.unit}]",
-        f"paper [{paper.unit}]",
+        f"claimed [{claimed.unit}]",
     )
     rows = list(
         zip(
@@ -136,7 +143,7 @@ def _spread_points(result):
             map(_whole, shown["n_models"]),
             map(_whole, shown["n_coverages"]),
             spread.texts,
-            paper.texts,
+            claimed.texts,
             strict=True,
         )
     )

@@ -30,7 +30,7 @@ POSITIVE, NEGATIVE = "#0b4f8a", "#b4430b"
 CIRCLE = "#2f8f7a"
 SMALL = 8.0
 WIDTH_IN, LEFT_IN, RIGHT_IN, GAP_IN = 7.4, 0.5, 0.1, 0.35
-TOP_IN, FOOT_IN = 0.42, 0.82
+TOP_IN, FOOT_IN = 0.42, 0.98
 LARGEST_IN = 5.2
 SUPERSCRIPTS = ("⁰", "ᵇ")
 FARTHEST = 2.5
@@ -286,37 +286,25 @@ def _draw_points(axes, construction, plane):
 def _write(axes, place, text, offset, colour, **style):
     """Write beside a place, ``offset`` in points of print, over a white ground."""
     sides = {-1.0: "right", 0.0: "center", 1.0: "left"}
+    usual = {"ha": sides[np.sign(offset[0])], "fontsize": SMALL}
     axes.annotate(
         text,
         place,
         xytext=offset,
         textcoords="offset points",
-        ha=sides[np.sign(offset[0])],
         va="center",
         color=colour,
-        fontsize=SMALL,
         parse_math=False,
         zorder=8,
         bbox={"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6},
-        **style,
+        **{**usual, **style},
     )
 
 
 def _label(axes, place, away_from, text, colour):
     """Write beside a point, on the side that looks away from another place."""
-    towards = place - away_from
-    towards = towards / np.hypot(*towards)
-    axes.annotate(
-        text,
-        place,
-        xytext=tuple(11.0 * towards),
-        textcoords="offset points",
-        ha="center",
-        va="center",
-        color=colour,
-        fontsize=9.5,
-        zorder=8,
-    )
+    towards = 12.0 * (place - away_from) / np.hypot(*(place - away_from))
+    _write(axes, place, text, tuple(towards), colour, ha="center", fontsize=9.5)
 
 
 def _draw_foot(figure, construction, sheet):
@@ -329,22 +317,20 @@ def _draw_foot(figure, construction, sheet):
     figure.legend(
         handles=handles,
         loc="lower left",
-        bbox_to_anchor=(LEFT_IN / sheet[0], 0.30 / sheet[1]),
+        bbox_to_anchor=(LEFT_IN / sheet[0], 0.47 / sheet[1]),
         ncols=4,
         frameon=False,
         fontsize=SMALL,
         borderpad=0.0,
         borderaxespad=0.0,
     )
-    delta = number(construction.delta_omega / RADIANS_PER_GON, 3)
-    figure.text(
-        LEFT_IN / sheet[0],
-        0.10 / sheet[1],
-        f"p = −S·dω, S from the point to the perpendicular.  Contradiction "
-        f"dω⁰ − dωᵇ = {_signed(delta)} gon,  w = {_signed(number(construction.w, 3))},"
-        f"  σ₀ = |w|/√12 = {number(abs(construction.w) / np.sqrt(12.0))}",
-        fontsize=SMALL,
-    )
+    delta = _signed(number(construction.delta_omega / RADIANS_PER_GON, 3))
+    w, sigma_0 = construction.w, number(abs(construction.w) / np.sqrt(12.0))
+    rule = "A point lies S below the perpendicular from G on its ray; p = −S dω."
+    result = f"Contradiction dω⁰ − dωᵇ = {delta} gon;  w = {_signed(number(w, 3))}"
+    lines = (rule, f"{result},  σ₀ = |w|/√12 = {sigma_0}")
+    for height_in, line in zip((0.27, 0.09), lines, strict=True):
+        figure.text(*(np.array([LEFT_IN, height_in]) / sheet), line, fontsize=SMALL)
 
 
 def _signed(text):

@@ -229,26 +229,25 @@ def _first_of_each(rows, measure, model, n_models):
     return found
 
 
-def base_system(base, right_optical_axis):
-    """Axes of the base-normal planes in the system of the left image.
+def base_system(base, upwards):
+    """Axes of the base-normal planes: x along the base, z as far upwards as can be.
 
     Parameters
     ----------
     base : ndarray, shape (n_pairs, 3)
-        From the left to the right projection centre, of any length.
-    right_optical_axis : ndarray, shape (n_pairs, 3)
-        Unit vector from the right image backwards, away from the scene, in the system
-        of the left image, in which that of the left image is (0, 0, 1).
+        From the left to the right projection centre, in any system, of any length.
+    upwards : ndarray, shape (n_pairs, 3)
+        Direction away from the scene in the same system, of any length: for images the
+        sum of both optical axes.
 
     Returns
     -------
     ndarray, shape (n_pairs, 3, 3)
-        Rows x (along the base), y, z: z is nearest to both optical axes. NaN where
-        these are along the base, or there is no base.
+        Rows x, y, z. NaN where there is no base, or it points upwards itself.
 
     Examples
     --------
-    Two vertical images, the second one towards -y of the first:
+    A base towards -y of vertical images:
 
     >>> axes = base_system(np.array([[0.0, -2.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]))
     >>> (axes @ np.array([0.0, -2.0, -5.0]) + 0.0).tolist()
@@ -256,7 +255,6 @@ def base_system(base, right_optical_axis):
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         x = base / np.linalg.norm(base, axis=-1, keepdims=True)
-        up = right_optical_axis + np.array([0.0, 0.0, 1.0])
-        z = up - np.sum(up * x, axis=-1, keepdims=True) * x
+        z = upwards - np.sum(upwards * x, axis=-1, keepdims=True) * x
         z = z / np.linalg.norm(z, axis=-1, keepdims=True)
     return np.stack([x, np.cross(z, x), z], axis=-2)

@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from einschalt.foundations.batches import over_segments
 from einschalt.foundations.errors import SettingsError
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
@@ -172,7 +173,7 @@ def orient_pairs(image, model_start, principal_distance, estimator="rigorous"):
         redundancy_numbers=np.full(scaled.shape[1], np.nan),
     )
     right_z = -distance[:, 1] / distance[:, 0]
-    _orient_all(scaled, model_start, right_z, MODES[estimator], out)
+    over_segments(_orient_range, model_start, scaled, right_z, MODES[estimator], out)
     return PairOrientation(
         estimator=estimator,
         base=out.pose[:, :3],
@@ -201,9 +202,10 @@ class _Arrays(NamedTuple):
     redundancy_numbers: np.ndarray
 
 
-@numba.njit(parallel=True, **COMPILED)
-def _orient_all(scaled, model_start, right_z, mode, out):
-    for k in numba.prange(len(model_start) - 1):
+@numba.njit(**COMPILED)
+def _orient_range(first, last, model_start, scaled, right_z, mode, out):
+    """Orient the pairs of a range."""
+    for k in range(first, last):
         rows = model_start[k], model_start[k + 1]
         if rows[1] - rows[0] >= N_PARAMETERS:
             _orient(scaled, rows, right_z[k], mode, k, out)

@@ -174,7 +174,7 @@ def coplanarity(point, zr, base, rotation):
     """
     xl, yl, xr, yr = point
     b0, b1, b2 = base
-    r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation
+    r00, r01, _, r10, r11, _, r20, r21, _ = rotation
     v0, v1, v2 = right_ray(xr, yr, zr, rotation)
     # a = u x v and m = e x u, with u = (xl, yl, -1)
     a0, a1, a2 = yl * v2 + v1, -v0 - xl * v2, xl * v1 - yl * v0

@@ -160,6 +160,7 @@ def examine_surfaces(
         relative_base=base / unit,
         is_behind=is_behind,
         is_located=np.isfinite(segment_sum(xyz.sum(axis=1), model_start)),
+        width=figure_width(points, model_start),
         inflation=inflation,
         uncertainty=own.uncertainty,
         flat_uncertainty=twin.uncertainty,
@@ -276,6 +277,30 @@ def middle_depth(xyz, model_start):
         is_used = is_middle | np.repeat(~has_middle, n_points)
         total = segment_sum(np.where(is_used, -xyz[:, 2], 0.0), model_start)
         return total / np.where(has_middle, n_middle, n_points)
+
+
+def figure_width(xyz, model_start):
+    """Standard deviation of points across their line of best fit.
+
+    Parameters
+    ----------
+    xyz : ndarray, shape (n_points, 3)
+        Sorted by model.
+    model_start : ndarray of int, shape (n_models + 1,)
+
+    Returns
+    -------
+    ndarray, shape (n_models,)
+        Root of the middle eigenvalue of the covariance of the points, in their unit;
+        0 on a line.
+    """
+    n_points = np.diff(model_start)
+    per_point = 1.0 / np.maximum(n_points, 1)[:, np.newaxis]
+    mean = segment_sum(xyz, model_start) * per_point
+    reduced = xyz - np.repeat(mean, n_points, axis=0)
+    outer = reduced[:, :, np.newaxis] * reduced[:, np.newaxis]
+    covariance = segment_sum(outer, model_start) * per_point[:, np.newaxis]
+    return np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[:, 1], 0.0))
 
 
 def flat_twin(xyz, depth):

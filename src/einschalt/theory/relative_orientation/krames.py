@@ -238,7 +238,7 @@ def solve_krames(xyz, parallax, base, case):
     xyz, parallax = np.asarray(xyz, dtype=float), np.asarray(parallax, dtype=float)
     planes = plane_determinants(xyz)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        direction, contradiction = _contradiction(planes, parallax)
+        direction, unexplained = _unexplained(planes, parallax)
         by_plane = _best_values_of_planes(planes, direction)
         solution = elements_of_planes(base, case) @ by_plane
         condition = _condition(xyz, solution, base, case)
@@ -246,18 +246,18 @@ def solve_krames(xyz, parallax, base, case):
     is_determined = condition <= LARGEST_CONDITION
     solution = np.where(is_determined[..., None, None], solution, np.nan)
     direction = np.where(is_determined[..., None], direction, np.nan)
-    contradiction = np.where(is_determined, contradiction, np.nan)
+    unexplained = np.where(is_determined, unexplained, np.nan)
     return KramesSolution(
         elements=np.einsum("...ij,...j->...i", solution, parallax),
         cofactor=solution @ np.swapaxes(solution, -1, -2),
-        contradiction=_SQRT_12 * contradiction,
-        residuals=-contradiction[..., None] * direction,
+        contradiction=_SQRT_12 * unexplained,
+        residuals=-unexplained[..., None] * direction,
         redundancy_numbers=direction**2,
         condition=condition,
     )
 
 
-def _contradiction(planes, parallax):
+def _unexplained(planes, parallax):
     """Unit vector along t, which no orientation can clear, and its part of p."""
     other_n = planes.N[..., ::-1] * np.array([1.0, -1.0])
     direction = _flat(planes.m * other_n[..., None])
@@ -319,7 +319,7 @@ def contradiction(planes, parallax):
     """
     parallax = np.asarray(parallax, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _SQRT_12 * _contradiction(planes, parallax)[1]
+        return _SQRT_12 * _unexplained(planes, parallax)[1]
 
 
 def elements_of_planes(base, case):

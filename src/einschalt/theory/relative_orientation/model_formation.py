@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from einschalt.foundations.batches import over_segments
 from einschalt.foundations.errors import SettingsError
 
 RULES = ("adjusted_rays", "midpoint", "mean_y", "left_ray")
@@ -87,15 +88,15 @@ def form_model(image, model_start, principal_distance, cameras, rule, correction
     axes = np.stack([cameras.left_rotation, cameras.right_rotation], axis=1)
     start = np.ascontiguousarray(model_start, dtype=np.int64)
     code = MIDPOINT if rule == "adjusted_rays" else RULES.index(rule)
-    _intersect_all(used, start, distance, (stations, axes), code, model.xyz)
-    _measure_parallaxes(image, start, distance, (stations, axes), model.y_parallax)
+    over_segments(_intersect, start, used, distance, (stations, axes), code, model.xyz)
+    over_segments(_measure, start, image, distance, (stations, axes), model.y_parallax)
     return model
 
 
-@numba.njit(parallel=True, cache=True, nogil=True, error_model="numpy")
-def _intersect_all(image, model_start, distance, cameras, code, xyz):
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _intersect(first, last, model_start, image, distance, cameras, code, xyz):
     stations, axes = cameras
-    for k in numba.prange(len(model_start) - 1):
+    for k in range(first, last):
         left, right = stations[k, 0], stations[k, 1]
         base = (right[0] - left[0], right[1] - left[1], right[2] - left[2])
         for i in range(model_start[k], model_start[k + 1]):
@@ -108,10 +109,10 @@ def _intersect_all(image, model_start, distance, cameras, code, xyz):
             xyz[i, 0], xyz[i, 1], xyz[i, 2] = left[0] + x, left[1] + y, left[2] + z
 
 
-@numba.njit(parallel=True, cache=True, nogil=True, error_model="numpy")
-def _measure_parallaxes(image, model_start, distance, cameras, y_parallax):
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _measure(first, last, model_start, image, distance, cameras, y_parallax):
     stations, axes = cameras
-    for k in numba.prange(len(model_start) - 1):
+    for k in range(first, last):
         left, right = stations[k, 0], stations[k, 1]
         base = (right[0] - left[0], right[1] - left[1], right[2] - left[2])
         across, _ = _roles(base)

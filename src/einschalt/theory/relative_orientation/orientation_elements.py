@@ -11,10 +11,11 @@ dependent_left
     system, its centre is (bx, 0, 0). The left photograph is moved: its centre is
     (0, by, bz), and omega, phi, kappa are its rotation.
 independent
-    The base is the x axis of the model system, the left centre its origin; the left
-    photograph is rotated by phi_1 and kappa_1, the right one by omega_2, phi_2, kappa_2.
+    The base is the x axis of the model system, the left centre its origin. The left
+    photograph is rotated by phi_1 and kappa_1, the right one by omega_2, phi_2 and
+    kappa_2.
 
-Rotations are ``M = R3(kappa) R2(phi) R1(omega)``, from the model into the image system.
+A rotation is ``M = R3(kappa) R2(phi) R1(omega)``, from model into image system.
 The length of the base is free. In the dependent cases bx has the given length where the
 base, seen from left to right, lies within 45 degrees of the x axis of the reference
 photograph, and the base vector has it otherwise; then the covariance of by and bz is
@@ -177,7 +178,8 @@ def _independent(orientation, length):
     change[:, :2, :3] = by_base
     change[:, 2:, :3] = rates @ frame @ by_base
     change[:, 2:, 3:] = rates @ np.swapaxes(left_rotation, 1, 2)
-    right = length[:, None] * np.where(np.isnan(base), np.nan, [1.0, 0.0, 0.0])
+    right = length[:, None] * [1.0, 0.0, 0.0]
+    right[np.isnan(x)] = np.nan
     return OrientationElements(
         names=INDEPENDENT,
         values=np.column_stack([right[:, 0], phi, kappa, angles]),

@@ -51,7 +51,7 @@ def number_six_points(xyz):
 
 
 def are_on_two_sides(xyz, base):
-    """Tell whether points 1, 3, 5 lie in the left half of the base, 2, 4, 6 in the right.
+    """Tell whether points 1, 3, 5 lie left of the middle of the base, the others right.
 
     Parameters
     ----------

@@ -33,7 +33,6 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     FAST,
     FIRST_ORDER,
     SQUARES,
-    cayley,
     coplanarity,
     form_normals,
     frame_of,

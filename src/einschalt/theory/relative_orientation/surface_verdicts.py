@@ -31,7 +31,8 @@ WEAK_UNCERTAINTY = 2e3
 """A parallax error of 1e-4 of the depth turns a bundle by more than 0.2 rad."""
 CRITICAL_UNCERTAINTY = 2e4
 SHORT_BASE = 0.01
-"""In depths: a figure that determines nothing is then blamed on the base."""
+THIN = 0.01
+"""In depths: what is wrong with a figure is then blamed on its base, or its width."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,10 @@ CAUSES = {
         CRITICAL, "a point lies at or above the projection centres, z >= 0"
     ),
     "no_base": Cause(CRITICAL, "it has no base"),
-    "short_base": Cause(CRITICAL, "its base is only {base} of its depth"),
+    "short_base": Cause(CRITICAL, "its base is less than 1 % of its depth"),
     "no_figure": Cause(
         CRITICAL,
-        "its points lie on a line or close together, "
-        "and do not determine the elements on any terrain",
+        "its points lie on a line or close together, and do not determine the elements",
     ),
     "on_surface": Cause(
         CRITICAL,
@@ -69,8 +69,11 @@ CAUSES = {
     "only_relief": Cause(
         WEAK, "only its relief lets the points determine the elements"
     ),
+    "thin_figure": Cause(WEAK, "its points lie nearly on a line or close together"),
     "near_surface": Cause(WEAK, NEAR_SURFACE),
-    "weak_figure": Cause(WEAK, "its points lie nearly on a line or close together"),
+    "weak_figure": Cause(
+        WEAK, "its points cover too little of the model, or its base is short"
+    ),
 }
 
 
@@ -85,6 +88,8 @@ class Figure:
         Base over depth.
     is_behind, is_located : ndarray of bool
         Whether a point lies at or above the base; whether all points have coordinates.
+    width : ndarray
+        Standard deviation of the points across their line of best fit, over depth.
     inflation : ndarray
         sigma(omega) over that of the flat twin.
     uncertainty, flat_uncertainty : ndarray
@@ -96,6 +101,7 @@ class Figure:
     relative_base: np.ndarray
     is_behind: np.ndarray
     is_located: np.ndarray
+    width: np.ndarray
     inflation: np.ndarray
     uncertainty: np.ndarray
     flat_uncertainty: np.ndarray
@@ -135,7 +141,6 @@ class SurfaceVerdict:
         for model in np.flatnonzero(self.level != SAFE):
             reasons[model] = causes[self.cause[model]].reason.format(
                 n_points=typesetting.count(int(self.figure.n_points[model]), "point"),
-                base=typesetting.number(self.figure.relative_base[model]),
                 inflation=typesetting.number(self.figure.inflation[model]),
             )
         return reasons
@@ -153,21 +158,27 @@ def judge(figure):
     SurfaceVerdict
     """
     has_base = (figure.relative_base > 0.0) & np.isfinite(figure.relative_base)
+    is_thin = figure.width < THIN
     is_lost = figure.uncertainty > CRITICAL_UNCERTAINTY
     is_lost_in_plane = figure.flat_uncertainty > CRITICAL_UNCERTAINTY
+    is_weak = figure.uncertainty > WEAK_UNCERTAINTY
+    is_weak_in_plane = figure.flat_uncertainty > WEAK_UNCERTAINTY
+    is_near = figure.inflation >= WEAK_INFLATION * ROUNDING
+    is_at = figure.inflation >= CRITICAL_INFLATION * ROUNDING
     conditions = {
         "too_few": figure.n_points < N_ELEMENTS,
         "not_located": ~figure.is_located,
         "behind": figure.is_behind,
         "no_base": ~has_base,
         "short_base": is_lost & is_lost_in_plane & (figure.relative_base < SHORT_BASE),
-        "no_figure": is_lost & is_lost_in_plane,
+        "no_figure": (is_lost & is_lost_in_plane) | (is_thin & (is_lost | is_at)),
         "on_surface": figure.inflation > ON_SURFACE_INFLATION,
-        "at_surface": figure.inflation >= CRITICAL_INFLATION * ROUNDING,
+        "at_surface": is_at,
         "lost": is_lost,
         "only_relief": is_lost_in_plane,
-        "near_surface": figure.inflation >= WEAK_INFLATION * ROUNDING,
-        "weak_figure": figure.uncertainty > WEAK_UNCERTAINTY,
+        "thin_figure": is_thin & (is_weak | is_near),
+        "weak_figure": is_weak & (is_weak_in_plane | ~is_near),
+        "near_surface": is_near,
     }
     causes = [list(CAUSES).index(name) for name in conditions]
     cause = np.select(list(conditions.values()), causes, default=0)

@@ -1,0 +1,50 @@
+"""The README's code runs, and prints what the README says that it prints."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def fenced(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+def without_time(text):
+    return re.sub(r"Computed in .*", "Computed in …", text).strip()
+
+
+@pytest.fixture
+def at_root_with_scratch_output(monkeypatch, tmp_path):
+    # the code of the README writes to out/: let it do so elsewhere
+    for name in ("data_examples", "pipelines"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("at_root_with_scratch_output")
+def test_code_prints_what_stands_below_it():
+    (code,), (printed,) = fenced("python"), fenced("text")
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(compile(code, "README.md", "exec"), {})  # noqa: S102
+    assert without_time(said.getvalue()) == without_time(printed)
+    assert Path("out/neukirchen/report.html").exists()
+
+
+def test_linked_pages_exist():
+    targets = re.findall(r"\]\(([^)#]+)\)", README)
+    assert targets
+    assert [target for target in targets if not (ROOT / target).exists()] == []
+
+
+def test_make_targets_exist():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"\bmake (\w+)", README))
+    assert {"demo", "test", "lint", "bench"} <= targets
+    assert [t for t in targets if not re.search(rf"^{t}:", makefile, re.M)] == []
