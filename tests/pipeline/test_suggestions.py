@@ -163,7 +163,7 @@ def test_a_propagated_figure_that_the_measurements_contradict(
     assert sg.claim_column(faulty_result) == "standard_error_paper"
     found = sg.contradicted_figures(faulty_result)
     assert found.problem.startswith("The measurements contradict the propagated figure")
-    assert "m after Kovarik's budget (total" in verdict(faulty_result)
+    assert " m or worse (total, mean of two coverages)" in verdict(faulty_result)
 
 
 def test_a_high_flight_that_fits_worse_than_its_errors(good_result):

@@ -136,7 +136,7 @@ def test_summary(flight, ground):
     )
     assert lines[1] == f"m_0 (total, all models together)  {fit.m_0:.4f} m"
     assert lines[2].startswith("m_0 of single models  0.0")
-    assert "1 models failed:" in lines
+    assert "1 model failed:" in lines
     assert "no common points, but affine needs 3" in lines[-1]
 
 
@@ -316,14 +316,16 @@ def test_models_that_fail_are_rows_with_reason_and_remedy(ground, kind, expected
     failures = fit.failures.set_index("model_id")
     assert failures["reason"].to_dict() == expected
     assert failures["stage"].eq("stage3_model_transformation").all()
-    simpler = 'Use kind="helmert"' if kind == "affine" else "Measure more points"
     for model_id, remedy in failures["remedy"].items():
-        wanted = (
-            "Exchange easting and northing, or turn the sign of x"
-            if model_id == "mirror"
-            else f"{simpler}, or merge it with its neighbour"
-        )
-        assert remedy == wanted
+        reason = expected[model_id]
+        if model_id == "mirror":
+            assert remedy == "Exchange easting and northing, or turn the sign of x"
+        elif kind == "affine" and reason.startswith(("2 common", "its points lie")):
+            assert remedy == "Transform with helmert, or merge it with its neighbour"
+        else:
+            assert remedy == (
+                "Measure more common points in it, or merge it with its neighbour"
+            )
     models = fit.models.set_index("model_id")
     assert (~models["is_usable"]).sum() == len(expected)
     assert models["reason"].loc[list(expected)].to_dict() == expected
@@ -414,6 +416,18 @@ def test_minimal_model_has_coordinates_but_no_precision(ground):
     values = fit.values(flight).set_index("model_id")
     np.testing.assert_allclose(values.loc["few", "m_t"], fit.m_0, rtol=1e-9)
     np.testing.assert_array_equal(values.loc["many", "m_t"], moved.loc["many", "m_t"])
+
+
+def test_models_that_are_hardly_checked_may_take_the_m_0_of_all(ground):
+    few = model_of(ground, "few", range(5), seed=1)
+    many = model_of(ground, "many", range(25), seed=2)
+    flight = pd.concat([few, many], ignore_index=True)
+    fit = es.transform_models(flight, ground)
+    own = fit.transform(flight).set_index("model_id")["m_t"]
+    found = fit.values(flight, least_redundancy=30).set_index("model_id")["m_t"]
+    m_0 = fit.models.set_index("model_id")["m_0"]
+    np.testing.assert_allclose(found["few"], own["few"] * fit.m_0 / m_0["few"])
+    np.testing.assert_array_equal(found["many"], own["many"])
 
 
 # precision

@@ -34,7 +34,7 @@ class BlockFigures:
     Attributes
     ----------
     m_0_high, m_0_low : float
-        Standard error of unit weight of all models of a flight together.
+        Standard error of unit weight of all models of a flight together, in plan.
     approximation_internal : float
         Approximate coordinates (mean of the coverages), from the differences of the
         coverages of the high flight.
@@ -299,8 +299,8 @@ def _figures(high, low, means, points, failures):
         by_coverages = np.sqrt(high.points["n_coverages"].to_numpy())
         approximation = _rms(high.internal_single / by_coverages)
     return BlockFigures(
-        m_0_high=np.nan if high is None else high.transformation.m_0,
-        m_0_low=low.m_0,
+        m_0_high=np.nan if high is None else high.transformation.m_0_plan,
+        m_0_low=low.m_0_plan,
         approximation_internal=approximation,
         single_paper=_rms(means.used["standard_error_paper"]),
         mean_paper=_rms(new["standard_error_paper"]),

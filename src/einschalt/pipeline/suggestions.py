@@ -219,9 +219,10 @@ def has_credible_propagation(result):
 
 
 def claim_column(result):
-    """Name of the best total error that the points have."""
-    is_propagated = has_credible_propagation(result)
-    return "standard_error_total" if is_propagated else "standard_error_paper"
+    """Name of the total error to believe: the propagated one, or a larger one."""
+    figures = result.figures
+    is_larger = figures.mean_total >= figures.mean_paper
+    return "standard_error_total" if is_larger else "standard_error_paper"
 
 
 def _ratio_limits(n_points):
@@ -250,7 +251,9 @@ def shifted_block(result):
         mean = shift.mean(axis=0)
         error = shift.std(axis=0, ddof=1) / np.sqrt(len(shift))
         limit = stdtrit(len(shift) - 1, 1.0 - SIGNIFICANCE / 4.0)
-        if (np.abs(mean) > limit * error).any():
+        # errors of neighbours are alike, so that the test alone would cry too often
+        is_worth_a_word = np.hypot(*mean) > 0.5 * _rms_of_differences(rows)
+        if is_worth_a_word and (np.abs(mean) > limit * error).any():
             return Suggestion(
                 f"The block is shifted: the mean difference at "
                 f"{count(len(shift), f'{role} point')} is easting {length(mean[0])}, "
@@ -323,11 +326,11 @@ def points_that_differ(result):
 def models_with_large_m_0(result):
     """Models that fit far worse than their flight."""
     models = result.models[result.models["is_usable"].astype(bool)]
-    pooled = {
-        "high_flight": result.figures.m_0_high,
-        "low_flight": result.figures.m_0_low,
-    }
-    limit = LARGE_M_0 * models["flight"].map(pooled).astype(float)
+    squares = models["m_0"].fillna(0.0) ** 2 * models["redundancy"]
+    of_flight = models["flight"]
+    redundancy = models.groupby("flight")["redundancy"].sum().clip(lower=1)
+    pooled = np.sqrt(squares.groupby(of_flight).sum() / redundancy)
+    limit = LARGE_M_0 * of_flight.map(pooled)
     worst = models[models["m_0"] > limit].sort_values("m_0", ascending=False)
     if worst.empty:
         return None

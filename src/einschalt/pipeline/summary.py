@@ -94,14 +94,17 @@ def verdict_on(result) -> str:
 
 
 def _how_good(result):
-    """The propagated figure where it holds, and the paper's beside it."""
+    """The propagated figure where it holds, and the paper's beside it; or a bound."""
     figures = result.figures
     if not np.isfinite(figures.mean_paper):
         return ""
     paper = f"{length(figures.mean_paper)} after Kovarik's budget"
     if has_credible_propagation(result):
         return f", {length(figures.mean_total)} (total, {_mean_of(result)}; {paper})"
-    return f", {paper} (total, {_mean_of(result)})"
+    if np.isnan(figures.mean_total):
+        return f", {paper} (total, {_mean_of(result)})"
+    known = [figures.mean_total, figures.mean_paper, figures.mean_internal]
+    return f", {length(np.nanmax(known))} or worse (total, {_mean_of(result)})"
 
 
 def _mean_of(result):

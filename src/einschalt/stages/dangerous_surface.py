@@ -15,8 +15,8 @@ from einschalt.theory.relative_orientation.surface_verdicts import WEAK_INFLATIO
 from einschalt.theory.relative_orientation.valley_flights import (
     POINTS,
     critical_depth,
-    relative_depths,
     standard_points,
+    valley_depths,
 )
 
 MOST_PRINTED = 20
@@ -67,16 +67,37 @@ def geometry_of_images(cameras, xyz, model_start):
         Without points behind the cameras, which are gross errors; in the unit of the
         base.
     """
+    model = np.repeat(np.arange(len(cameras.left_centre)), np.diff(model_start))
+    turned, _ = turned_to_base(cameras, xyz, model)
+    is_below = turned[:, 2] < 0.0
+    count = np.bincount(model[is_below], minlength=len(cameras.left_centre))
+    base = np.linalg.norm(cameras.right_centre - cameras.left_centre, axis=1)
+    return ModelGeometry(turned[is_below], base, np.append(0, np.cumsum(count)))
+
+
+def turned_to_base(cameras, xyz, model):
+    """Turn points of models into the systems of their bases.
+
+    Parameters
+    ----------
+    cameras : StereoCameras
+    xyz : ndarray, shape (n_points, 3)
+        In the systems of the models.
+    model : ndarray of int, shape (n_points,)
+        To which each point belongs.
+
+    Returns
+    -------
+    xyz : ndarray, shape (n_points, 3)
+        Origin in the left projection centre, x along the base, z upwards.
+    axes : ndarray, shape (n_models, 3, 3)
+        Rows x, y, z of the base systems.
+    """
     base = cameras.right_centre - cameras.left_centre
     upwards = cameras.left_rotation[:, 2] + cameras.right_rotation[:, 2]
     axes = base_system(base, upwards)
-    model = np.repeat(np.arange(len(base)), np.diff(model_start))
     reduced = xyz - cameras.left_centre[model]
-    turned = np.einsum("nij,nj->ni", axes[model], reduced)
-    is_below = turned[:, 2] < 0.0
-    count = np.bincount(model[is_below], minlength=len(base))
-    start = np.append(0, np.cumsum(count))
-    return ModelGeometry(turned[is_below], np.linalg.norm(base, axis=1), start)
+    return np.einsum("nij,nj->ni", axes[model], reduced), axes
 
 
 def surface_problems(surfaces, is_oriented):
@@ -372,8 +393,7 @@ def forecast_dangerous_surfaces(heights, plan):
     models.loc[examination.verdict.figure.is_behind, "reason"] = REACHED
     flying_height = altitude - middle
     parallax_error = plan.parallax_error * flying_height / plan.principal_distance
-    depths = relative_depths(terrain, altitude) * (altitude[:, None] - terrain[:, :2])
-    valley = depths.mean(axis=1)
+    valley = valley_depths(terrain).mean(axis=1)
     least = WEAK_INFLATION / (WEAK_INFLATION - 1.0) * valley / plan.critical_depth
     models["standard_error_omega"] = models["sigma_omega"] * parallax_error
     models["flying_height"] = flying_height

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import segments
+from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
 from einschalt.stages.results import Result, failures_table, row_of_model
@@ -21,6 +21,7 @@ from einschalt.stages.transformation_kinds import (
 )
 from einschalt.theory.adjustment.least_squares import (
     pooled_standard_error,
+    standard_error_of_unit_weight,
     total_from_coordinate,
 )
 from einschalt.theory.adjustment.reliability import redundancy_numbers
@@ -64,15 +65,23 @@ class ModelTransformation(Result):
     @property
     def m_0(self):
         """TOTAL standard error of unit weight of all models together [m]."""
+        # a mirrored model has residuals as large as itself
+        row = self.models["is_usable"].to_numpy()
+        s_0 = pooled_standard_error(
+            self.fit.sum_of_squares[row], self.fit.redundancy[row]
+        )
+        return float(total_from_coordinate(s_0))
+
+    @property
+    def m_0_plan(self):
+        """The same from easting and northing alone, without heights [m]."""
         return float(total_from_coordinate(self._pooled_s_0))
 
     @property
     def _pooled_s_0(self):
-        # a mirrored model has residuals as large as itself
         row = self.models["is_usable"].to_numpy()
-        return pooled_standard_error(
-            self.fit.sum_of_squares[row], self.fit.redundancy[row]
-        )
+        plan = _plan_sums(self.fit, self.observed)
+        return pooled_standard_error(plan.sum_of_squares[row], plan.redundancy[row])
 
     @property
     def is_usable(self):
@@ -155,11 +164,14 @@ class ModelTransformation(Result):
         Returns
         -------
         DataFrame
-            As :meth:`transform`, always with ``coverage``, and with an m_t for models
-            without redundancy as well.
+            As :meth:`transform`, always with ``coverage``, with an m_t for models
+            without redundancy as well, and with the m_0 of the plan alone where heights
+            are transformed.
         """
         is_own = self.fit.redundancy >= least_redundancy
-        s_0 = np.where(is_own, self.fit.s_0, self._pooled_s_0)
+        plan = _plan_sums(self.fit, self.observed)
+        own = standard_error_of_unit_weight(plan.sum_of_squares, plan.redundancy)
+        s_0 = np.where(is_own, own, self._pooled_s_0)
         return self._transformed(model_points, s_0)
 
     def _transformed(self, model_points, s_0):
@@ -263,9 +275,13 @@ class ModelTransformation(Result):
                 f"models, {int(usable['n_points'].sum())} points, "
                 f"redundancy {int(usable['redundancy'].sum())}"
             ),
-            f"m_0 (total, all models together)  {self.m_0:.4f} m",
+            (
+                f"m_0 (total, all models together)  {self.m_0:.4f} m"
+                if usable["redundancy"].any()
+                else "m_0 is not known: no model has redundancy"
+            ),
         ]
-        if len(usable) > 1:
+        if usable["m_0"].count() > 1:
             low, mid, high = usable["m_0"].quantile([0.0, 0.5, 1.0])
             lines.append(
                 f"m_0 of single models  {low:.4f} to {high:.4f} m, median {mid:.4f} m"
@@ -273,7 +289,8 @@ class ModelTransformation(Result):
         if len(self.failures):
             shown = self.failures[["model_id", "reason", "remedy"]].head(5)
             table = typesetting.table(shown.to_numpy().tolist())
-            lines += ["", f"{len(self.failures)} models failed:", table]
+            failed = typesetting.count(len(self.failures), "model")
+            lines += ["", f"{failed} failed:", table]
         return "\n".join(lines)
 
 
@@ -324,7 +341,7 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     fit = KINDS[kind].fit(
         observed.source, observed.target, observed.weights, observed.start
     )
-    models = _models_table(fit, kind, observed.models)
+    models = _models_table(fit, kind, observed)
     return ModelTransformation(
         kind=kind,
         fit=fit,
@@ -452,8 +469,8 @@ def _checked(frame, schema, source):
     return checked
 
 
-def _models_table(fit, kind, models):
-    is_usable = fit.status == 0
+def _models_table(fit, kind, observed):
+    is_usable, models = fit.status == 0, observed.models
     return pd.DataFrame(
         {
             "coverage": models.first,
@@ -481,6 +498,29 @@ def _parameters_table(fit, models):
     values = np.where(models["is_usable"].to_numpy()[:, None], fit.parameters, np.nan)
     index = pd.Index(models["model_id"], name="model_id")
     return pd.DataFrame(values, index=index, columns=list(fit.parameter_names))
+
+
+@dataclass(frozen=True, eq=False)
+class _PlanSums:
+    sum_of_squares: np.ndarray
+    redundancy: np.ndarray
+
+
+def _plan_sums(fit, observed):
+    """Squares and redundancy of easting and northing alone.
+
+    Heights from a narrow base are several times worse than positions: in a common
+    s_0 they would spoil the figure for the plan.
+    """
+    if fit.residuals.shape[1] == 2:
+        return _PlanSums(fit.sum_of_squares, fit.redundancy)
+    squares = observed.weights * np.sum(fit.residuals[:, :2] ** 2, axis=1)
+    share = np.sum(1.0 - fit.leverage[:, :2], axis=1)
+    redundancy = segment_sum(share, observed.start)
+    is_redundant = fit.redundancy > 0
+    return _PlanSums(
+        segment_sum(squares, observed.start), np.where(is_redundant, redundancy, 0.0)
+    )
 
 
 def _residuals_table(fit, observed, models):

@@ -40,7 +40,6 @@ KINDS = {
         "three off a line",
     ),
 }
-SIMPLER = {"affine": 'Use kind="helmert"', "helmert_3d": 'Use kind="helmert"'}
 
 
 def model_schema(kind):
@@ -141,5 +140,8 @@ def remedy_for(reason, kind_name):
     """
     if "mirror" in reason:
         return "Exchange easting and northing, or turn the sign of x"
-    simpler = SIMPLER.get(kind_name, "Measure more points")
-    return f"{simpler}, or merge it with its neighbour"
+    # two points, or points on a line, are enough for helmert; fewer for nothing
+    is_enough_for_helmert = reason.startswith(("2 common", "its points lie"))
+    if kind_name == "affine" and is_enough_for_helmert:
+        return "Transform with helmert, or merge it with its neighbour"
+    return "Measure more common points in it, or merge it with its neighbour"

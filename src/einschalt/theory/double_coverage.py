@@ -32,7 +32,8 @@ def position_in_extent(xy, start):
 def most_central_rows(point, coverage, position):
     """Per point and coverage the row that lies most central in its model.
 
-    Source: practice of 1971 as DESIGN states it, max(abs u, abs v) smallest.
+    Source: practice of 1971, max(abs u, abs v) smallest (docs/theory/
+    double_coverage.md).
 
     Parameters
     ----------

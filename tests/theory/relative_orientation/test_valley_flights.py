@@ -7,8 +7,8 @@ from einschalt.theory.relative_orientation.base_normal_planes import examine_pla
 from einschalt.theory.relative_orientation.valley_flights import (
     critical_depth,
     critical_wing_heights,
-    relative_depths,
     standard_points,
+    valley_depths,
     valley_inflation,
     valley_over_correction,
 )
@@ -76,7 +76,6 @@ def test_standard_points_are_seen_where_they_should():
     np.testing.assert_allclose(in_image, [expected, expected], atol=1e-15)
 
 
-def test_relative_depths_of_both_planes():
+def test_depths_of_both_planes():
     heights = np.array([[600.0, 500.0, 700.0, 500.0, 800.0, 400.0]])
-    depths = relative_depths(heights, np.array([1600.0]))
-    np.testing.assert_allclose(depths, [[150.0 / 1000.0, -50.0 / 1100.0]])
+    np.testing.assert_allclose(valley_depths(heights), [[150.0, -50.0]])

@@ -112,8 +112,8 @@ def orient(
         _refuse("--principal-distance", method=method, **plan)
         options = _given({"case": case, "estimator": estimator})
         result = _from_images(measurements, principal_distance, base, options)
-        orientation_folder.write_image_orientation(result, output)
-        is_done = result.is_usable
+        orientation_folder.write_image_orientation(result, principal_distance, output)
+        is_done = bool(result.converged.any())
     else:
         _refuse("--base", estimator=estimator, **plan)
         options = _given({"case": case, "method": method})
@@ -188,10 +188,8 @@ def _from_images(file, principal_distance, base, options):
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
     from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
-    from einschalt.stages.orient_from_images import (  # noqa: PLC0415
-        IMAGE_PAIRS,
-        orient_from_images,
-    )
+    from einschalt.foundations.tables import IMAGE_PAIRS  # noqa: PLC0415
+    from einschalt.stages.orient_from_images import orient_from_images  # noqa: PLC0415
 
     _require(file, "TABLE")
     if base is not None and not is_number(base):
@@ -228,4 +226,5 @@ def _read(file, schema):
     raise_problems(checked.problems)
     for note in checked.notes:
         complain(f"note: {note}")
-    return checked.frame
+    # without the columns that the check has filled in
+    return checked.frame[[name for name in checked.frame if name in frame]]

@@ -7,7 +7,11 @@ from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.reports.parallax_figure import parallax_figure
-from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.stages.residual_parallaxes import (
+    labels,
+    parallaxes_of_images,
+    parallaxes_of_parallaxes,
+)
 from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
 
 FIGURE = "residual_parallaxes.svg"
@@ -60,8 +64,43 @@ def write_parallax_orientation(oriented, y_parallaxes, folder):
         "failures": oriented.failures,
     }
     _write(folder, tables, oriented.summary())
-    models, points = _figure_of_parallaxes(oriented, y_parallaxes)
-    _write_figure(folder, points, models)
+    points = parallaxes_of_parallaxes(oriented, y_parallaxes)
+    _write_figure(folder, oriented, points, oriented.models["base"], keys)
+
+
+def write_image_orientation(oriented, principal_distance, folder):
+    """Write orientations from image coordinates.
+
+    Parameters
+    ----------
+    oriented : ImageOrientation
+    principal_distance : float
+        [mm]
+    folder : str or Path
+        Made where it does not exist.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    folder = make_folder(folder)
+    keys = _keys(oriented.models, "coverage" in oriented.residuals)
+    elements = oriented.elements
+    tables = {
+        "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
+        "parameters": _beside(keys, oriented.parameters),
+        "cofactors": _long(keys, elements.cofactor, elements.estimated),
+        "residuals": oriented.residuals,
+        "model_points": oriented.model_points,
+        "dangerous_surface": _beside(keys, oriented.dangerous_surface),
+        "failures": oriented.failures,
+    }
+    _write(folder, tables, oriented.summary())
+    points = parallaxes_of_images(oriented, principal_distance)
+    base = points.groupby("model", sort=False)["base"].first()
+    base = base.reindex(labels(oriented.models, "coverage" in keys))
+    _write_figure(folder, oriented, points, base, keys)
 
 
 KEYS = ["coverage", "model_id"]
@@ -92,37 +131,18 @@ def _write(folder, tables, summary):
     write_text(folder / "summary.txt", f"{summary}\n")
 
 
-def _write_figure(folder, points, models):
-    svg = parallax_figure(points, models)
-    if svg:
-        write_text(folder / FIGURE, f"{svg}\n")
-    else:
-        (folder / FIGURE).unlink(missing_ok=True)
-
-
-def _labels(frame, has_coverages):
-    if not has_coverages:
-        return frame["model_id"].astype(object)
-    return (frame["coverage"] + ": " + frame["model_id"]).astype(object)
-
-
-def _figure_of_parallaxes(oriented, y_parallaxes):
-    names = list(_keys(oriented.models, oriented.has_coverages).columns)
-    places = y_parallaxes[[*names, "point_id", "x", "y"]]
-    points = oriented.residuals.merge(places, on=[*names, "point_id"])
-    adjustment = oriented.adjustment
-    is_known = np.isfinite(adjustment.sigma_0)
-    redundancy = adjustment.redundancy[is_known]
-    squares = adjustment.sigma_0[is_known] ** 2 * redundancy
-    pooled = pooled_standard_error(squares, redundancy)
-    points["model"] = _labels(points, oriented.has_coverages)
-    points["standard_error"] = pooled * np.sqrt(points["redundancy_number"])
+def _write_figure(folder, oriented, points, base, keys):
     models = pd.DataFrame(
         {
-            "model": _labels(oriented.models, oriented.has_coverages).to_numpy(),
-            "base": oriented.models["base"].to_numpy(),
+            "model": labels(oriented.models, "coverage" in keys).to_numpy(),
+            "base": base.to_numpy(),
             "sigma_0": oriented.models["sigma_0"].to_numpy(),
             "verdict": oriented.dangerous_surface["verdict"].to_numpy(),
         }
     )
-    return models, points
+    svg = parallax_figure(points, models)
+    if svg:
+        write_text(folder / FIGURE, f"{svg}\n")
+    else:
+        # an older one would show other models
+        (folder / FIGURE).unlink(missing_ok=True)

@@ -19,7 +19,6 @@ from einschalt.pipeline import summary
 from einschalt.pipeline.suggestions import (
     claim_column,
     find_suggestions,
-    has_credible_propagation,
 )
 
 MOST_MODELS = 500
@@ -86,11 +85,11 @@ def _headline(result):
     """Figures that stand large at the head of the page: number, and what it is."""
     figures = result.figures
     shown = [(f"{figures.n_new}", "new points")]
-    if has_credible_propagation(result):
+    if np.isfinite(figures.mean_total):
         shown.append((length(figures.mean_total), "propagated, total"))
     if np.isfinite(figures.mean_paper):
         shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
-    if np.isfinite(figures.mean_internal):
+    if np.isfinite(figures.mean_internal) and np.isnan(figures.mean_total):
         shown.append((length(figures.mean_internal), "internal, total"))
     if figures.n_check:
         text = f"RMS at {figures.n_check} check points, total"

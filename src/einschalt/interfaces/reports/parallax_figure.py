@@ -61,6 +61,7 @@ def parallax_figure(points, models) -> str:
         An ``<svg>`` element; empty where there are no residuals.
     """
     points = points[np.isfinite(points["residual"])]
+    models = models[models["model"].isin(points["model"])]
     chosen = _chosen(points, models)
     if chosen.empty:
         return ""
@@ -77,7 +78,6 @@ def parallax_figure(points, models) -> str:
 def _chosen(points, models):
     """Models that are shown, in their order: those with the largest residuals."""
     size = points["residual"].abs().groupby(points["model"], sort=False).max()
-    models = models[models["model"].isin(size.index)]
     order = np.argsort(-size[models["model"]].to_numpy(), kind="stable")
     return models.iloc[np.sort(order[:MOST_PANELS])]
 
@@ -135,7 +135,8 @@ def _best_grid(n_panels, size):
         has_room = scale * size[0] >= LEAST_PANEL_IN or n_columns == 1
         found.append((has_room, round(scale, 9), n_columns))
     _, scale, n_columns = max(found)
-    return n_columns, scale
+    n_rows = math.ceil(n_panels / n_columns)
+    return math.ceil(n_panels / n_rows), scale
 
 
 def _exaggeration(residuals):
@@ -266,7 +267,7 @@ def _draw_foot(sheet, points, *, n_shown, n_all):
 def _draw_bars(sheet, axes):
     model_mm = round_down(BAR_IN * sheet.mm_per_in)
     parallax_mm = round_down(BAR_IN * sheet.mm_per_in / sheet.exaggeration)
-    said_model = f"{number(model_mm)} mm (model)"
+    said_model = f"{number(model_mm)} mm in plan"
     factor = number(sheet.exaggeration)
     said_parallax = f"{number(parallax_mm * UM_PER_MM)} µm (parallax × {factor})"
     bars = (

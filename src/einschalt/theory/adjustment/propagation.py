@@ -4,7 +4,7 @@ Every stage is linear in its observations up to second order. Its error operator
 matrix of small blocks (n_axes × n_axes, one for each point and each point that it
 depends on), and the covariance of the end is L Σ Lᵀ.
 
-Source: DESIGN's settled science, docs/theory/propagation.md.
+See docs/theory/propagation.md.
 """
 
 import numpy as np

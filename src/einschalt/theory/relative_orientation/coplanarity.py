@@ -49,6 +49,7 @@ from einschalt.theory.relative_orientation.coplanarity_solution import (
     N_PARAMETERS,
     choose,
     descend,
+    pose_at,
 )
 from einschalt.theory.relative_orientation.starting_orientations import facing
 
@@ -173,7 +174,10 @@ def orient_pairs(image, model_start, principal_distance, estimator="rigorous"):
         redundancy_numbers=np.full(scaled.shape[1], np.nan),
     )
     right_z = -distance[:, 1] / distance[:, 0]
-    over_segments(_orient_range, model_start, scaled, right_z, MODES[estimator], out)
+    mode = MODES[estimator]
+    over_segments(_choose_range, model_start, scaled, right_z, out)
+    over_segments(_adjust_range, model_start, scaled, right_z, mode, out)
+    over_segments(_judge_range, model_start, scaled, right_z, mode, out)
     return PairOrientation(
         estimator=estimator,
         base=out.pose[:, :3],
@@ -190,7 +194,7 @@ def orient_pairs(image, model_start, principal_distance, estimator="rigorous"):
 
 
 class _Arrays(NamedTuple):
-    """What the kernel fills, lengths in left principal distances."""
+    """What the kernels fill, lengths in left principal distances."""
 
     pose: np.ndarray
     cofactor: np.ndarray
@@ -202,44 +206,68 @@ class _Arrays(NamedTuple):
     redundancy_numbers: np.ndarray
 
 
+# three kernels instead of one: that takes a third of the time to compile
+
+
 @numba.njit(**COMPILED)
-def _orient_range(first, last, model_start, scaled, right_z, mode, out):
-    """Orient the pairs of a range."""
+def _choose_range(first, last, model_start, scaled, right_z, out):
+    """Find the approximate orientations of a range of pairs."""
     for k in range(first, last):
-        rows = model_start[k], model_start[k + 1]
-        if rows[1] - rows[0] >= N_PARAMETERS:
-            _orient(scaled, rows, right_z[k], mode, k, out)
+        begin, end = model_start[k], model_start[k + 1]
+        if end - begin < N_PARAMETERS:
+            continue
+        image = np.ascontiguousarray(scaled[:, begin:end])
+        pose, out.is_ambiguous[k] = choose(image, right_z[k])
+        out.status[k] = NOT_CONVERGED
+        _put(pose, out.pose[k])
 
 
 @numba.njit(**COMPILED)
-def _orient(scaled, rows, zr, mode, k, out):
-    """Orient pair k and fill its places of ``out``."""
-    image = np.ascontiguousarray(scaled[:, rows[0] : rows[1]])
-    corrections = np.zeros_like(image)
-    numbers = np.empty(image.shape[1])
-    pose, out.is_ambiguous[k] = choose(image, zr)
+def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
+    """Descend to the minimum, and close the conditions there."""
     limits = (MOST_FINE_STEPS, FINE)
-    pose, _, is_converged = descend(image, corrections, zr, pose, mode, limits)
-    pose, out.n_in_front[k] = facing(image + corrections, zr, pose)
-    squares = close_conditions(image, corrections, zr, pose)
-    cofactor = estimate_precision(image, corrections, zr, pose, mode, numbers)
-    out.status[k] = ORIENTED
-    if out.n_in_front[k] < (1.0 - MOST_BEHIND) * image.shape[1]:
-        out.status[k] = BEHIND
-    if not is_converged:
-        out.status[k] = NOT_CONVERGED
-    # the comparison fails for NaN, too
-    if not np.trace(cofactor) * IMAGE_ERROR**2 <= WEAKEST**2:
-        out.status[k] = UNDETERMINED
-        return
+    for k in range(first, last):
+        begin, end = model_start[k], model_start[k + 1]
+        if end - begin < N_PARAMETERS:
+            continue
+        image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
+        corrections, pose = np.zeros_like(image), pose_at(out.pose[k])
+        pose, _, is_converged = descend(image, corrections, zr, pose, mode, limits)
+        pose, n_in_front = facing(image + corrections, zr, pose)
+        if is_converged:
+            is_behind = n_in_front < (1.0 - MOST_BEHIND) * (end - begin)
+            out.status[k] = BEHIND if is_behind else ORIENTED
+        _put(pose, out.pose[k])
+        out.n_in_front[k] = n_in_front
+        out.squares[k] = close_conditions(image, corrections, zr, pose)
+        out.corrections[:, begin:end] = corrections
+
+
+@numba.njit(**COMPILED)
+def _judge_range(first, last, model_start, scaled, right_z, mode, out):
+    """Find the precision, and blot out what is not determined."""
+    for k in range(first, last):
+        begin, end = model_start[k], model_start[k + 1]
+        if end - begin < N_PARAMETERS:
+            continue
+        at = scaled[:, begin:end] + mode.keep * out.corrections[:, begin:end]
+        numbers = out.redundancy_numbers[begin:end]
+        pose = pose_at(out.pose[k])
+        estimate_precision(at, right_z[k], pose, mode, numbers, out.cofactor[k])
+        # the comparison fails for NaN, too
+        if not np.trace(out.cofactor[k]) * IMAGE_ERROR**2 <= WEAKEST**2:
+            out.status[k] = UNDETERMINED
+            out.pose[k], out.cofactor[k], out.squares[k] = np.nan, np.nan, np.nan
+            out.corrections[:, begin:end], numbers[:] = np.nan, np.nan
+
+
+@numba.njit(**COMPILED)
+def _put(pose, place):
+    base, rotation = pose
     for i in range(3):
-        out.pose[k, i] = pose[0][i]
+        place[i] = base[i]
     for i in range(9):
-        out.pose[k, 3 + i] = pose[1][i]
-    out.squares[k] = squares
-    out.cofactor[k] = cofactor
-    out.corrections[:, rows[0] : rows[1]] = corrections
-    out.redundancy_numbers[rows[0] : rows[1]] = numbers
+        place[3 + i] = rotation[i]
 
 
 @numba.njit(**COMPILED)
@@ -266,7 +294,7 @@ def close_conditions(image, corrections, zr, pose):
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
-def estimate_precision(image, corrections, zr, pose, mode, numbers):
+def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     """Cofactors of the orientation and redundancy numbers of its conditions.
 
     With the rows j, variances q of the conditions and weights w the cofactors are
@@ -274,26 +302,22 @@ def estimate_precision(image, corrections, zr, pose, mode, numbers):
 
     Parameters
     ----------
-    image, corrections : ndarray, shape (4, n)
+    at : ndarray, shape (4, n)
+        Image coordinates at which the conditions are linearised.
     zr : float
     pose : pose
     mode : Mode
     numbers : ndarray, shape (n,)
         Filled with ``1 - w j.T N^-1 j``.
-
-    Returns
-    -------
-    ndarray, shape (6, 6)
-        Of the base vector and the turn of the right camera; NaN where the points do
-        not determine them.
+    cofactor : ndarray, shape (6, 6)
+        Filled with those of the base vector and the turn of the right camera; NaN where
+        the points do not determine them.
     """
     frame = frame_of(pose, mode.fixes_x)
-    at = image + mode.keep * corrections
-    idle = np.zeros_like(image)
-    factor = factorise(form_normals(at, idle, zr, frame, mode), 0.0)
+    factor = factorise(form_normals(at, np.zeros_like(at), zr, frame, mode), 0.0)
     base, tangents, rotation = frame
     spread = NO_SUMS
-    for i in range(image.shape[1]):
+    for i in range(at.shape[1]):
         point = at[0, i], at[1, i], at[2, i], at[3, i]
         _, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
         j0, j1, j2, j3, j4 = row = parameter_row(by_base, by_turn, tangents)
@@ -304,11 +328,11 @@ def estimate_precision(image, corrections, zr, pose, mode, numbers):
         leverage = j0 * x[0] + j1 * x[1] + j2 * x[2] + j3 * x[3] + j4 * x[4]
         numbers[i] = 1.0 - weight * leverage
         spread = add_condition(spread, row, 0.0, weight * weight * variance)
-    return spread_cofactor(factor, spread, frame_of(pose, False)[1])
+    spread_cofactor(factor, spread, frame_of(pose, False)[1], cofactor)
 
 
 @numba.njit(**COMPILED)
-def spread_cofactor(factor, spread, tangents):
+def spread_cofactor(factor, spread, tangents, cofactor):
     """Cofactors of base vector and turn from those of the five parameters."""
     middle = np.empty((N_PARAMETERS, N_PARAMETERS))
     entry = 0
@@ -316,18 +340,17 @@ def spread_cofactor(factor, spread, tangents):
         for j in range(i + 1):
             middle[i, j] = middle[j, i] = spread[entry]
             entry += 1
-    identity, inverse = np.eye(N_PARAMETERS), np.empty_like(middle)
-    for i in range(N_PARAMETERS):
-        one = identity[i]
-        column = solve(factor, (one[0], one[1], one[2], one[3], one[4]))
-        for j in range(N_PARAMETERS):
-            inverse[i, j] = column[j]
-    change = np.zeros((6, N_PARAMETERS))
+    # what the six say of the five: rows of the tangents, then the turn itself
+    gain = np.empty((6, N_PARAMETERS))
     for i in range(3):
-        change[i, 0], change[i, 1], change[3 + i, 2 + i] = (
-            tangents[i],
-            tangents[3 + i],
-            1.0,
-        )
-    gain = np.dot(change, inverse)
-    return np.dot(np.dot(gain, middle), gain.T)
+        x = solve(factor, (tangents[i], tangents[3 + i], 0.0, 0.0, 0.0))
+        y = solve(factor, (0.0, 0.0, 1.0 * (i == 0), 1.0 * (i == 1), 1.0 * (i == 2)))
+        for j in range(N_PARAMETERS):
+            gain[i, j], gain[3 + i, j] = x[j], y[j]
+    for i in range(6):
+        for j in range(6):
+            total = 0.0
+            for k in range(N_PARAMETERS):
+                for m in range(N_PARAMETERS):
+                    total += gain[i, k] * middle[k, m] * gain[j, m]
+            cofactor[i, j] = total

@@ -34,7 +34,12 @@ import numba
 
 # sums may be regrouped; NaN and infinity keep their meaning
 FAST = {"reassoc", "contract", "arcp", "nsz"}
-COMPILED = {"cache": True, "nogil": True, "error_model": "numpy"}
+COMPILED = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+}
 NO_SUMS = (0.0,) * 21
 DIAGONAL = (0, 2, 5, 9, 14)
 GRADIENT = 15

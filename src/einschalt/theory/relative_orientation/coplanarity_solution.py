@@ -24,6 +24,7 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     DIAGONAL,
     FIRST_ORDER,
     GRADIENT,
+    NO_SUMS,
     SQUARES,
     descent_step,
     factorise,
@@ -99,29 +100,25 @@ def descend(image, corrections, zr, pose, mode, limits):
     most_steps, tolerance = limits
     is_rough = mode.is_weighted and mode.keep == 0.0
     n = image.shape[1]
-    sums = form_normals(image, corrections, zr, frame_of(pose, mode.fixes_x), mode)
-    damping = 0.0
+    trial, step, gain = pose, (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
+    sums, squares, damping = NO_SUMS, np.inf, 0.0
     for _ in range(most_steps):
+        frame = frame_of(trial, mode.fixes_x)
+        trial_sums = form_normals(image, corrections, zr, frame, mode)
+        if is_short(step) and trial_sums[SQUARES] <= GROWTH * squares:
+            damping = less_damping(damping, step, sums, trial_sums)
+            pose, sums, squares = trial, trial_sums, trial_sums[SQUARES]
+            if descent_step(sums, 0.0)[1] <= tolerance * squares / n + ROUNDING * n:
+                return pose, sums, True
+        else:
+            damping = more_damping(damping, step, gain, sums, trial_sums)
+            corrections[:] = 0.0
+            if damping > LARGEST_DAMPING:
+                break
         step, gain = descent_step(sums, damping)
-        enough = tolerance * sums[SQUARES] / n + ROUNDING * n
-        if gain <= enough and (damping == 0.0 or descent_step(sums, 0.0)[1] <= enough):
-            return pose, sums, True
         trial = moved(pose, step)
         if is_rough:
             trial = with_best_base(image, zr, trial)
-        frame = frame_of(trial, mode.fixes_x)
-        trial_sums = form_normals(image, corrections, zr, frame, mode)
-        if is_short(step) and trial_sums[SQUARES] <= GROWTH * sums[SQUARES]:
-            damping = less_damping(damping, step, sums, trial_sums)
-            pose, sums = trial, trial_sums
-            continue
-        damping = more_damping(damping, step, gain, sums, trial_sums)
-        if damping > LARGEST_DAMPING:
-            break
-        if mode.keep > 0.0:
-            corrections[:] = 0.0
-            frame = frame_of(pose, mode.fixes_x)
-            sums = form_normals(image, corrections, zr, frame, mode)
     return pose, sums, False
 
 
@@ -287,47 +284,46 @@ def choose(image, zr):
     """
     idle = np.zeros_like(image)
     found = np.full((MOST_STARTS + 2, N_FOUND), np.inf)
-    pose, is_enough = find(image, idle, zr, normal_case_start(image, zr), found[0])
-    if is_enough:
-        has_twin, twin = planar_twin(image, zr, pose)
-        if not has_twin:
-            return pose, False
-        find(image, idle, zr, twin, found[1])
-    else:
-        search(image, idle, zr, found)
+    squares, bases = np.empty(0), np.empty((0, 3))
+    start, is_last = normal_case_start(image, zr), False
+    for place in range(MOST_STARTS + 2):
+        pose, is_enough = find(image, idle, zr, start, found[place])
+        if is_last:
+            break
+        if place == 0 and is_enough:
+            has_twin, start = planar_twin(image, zr, pose)
+            if not has_twin:
+                return pose, False
+            is_last = True
+            continue
+        if place == 0:
+            squares, bases = survey_lattice(image, zr)
+        is_last = is_searched(found, place, image.shape[1], squares)
+        if is_last:
+            best = pose_at(found[np.argmin(found[:, COST])])
+            start = planar_twin(image, zr, best)[1]
+        else:
+            start = next_start(squares, bases)
     best = np.argmin(found[:, COST])
     return pose_at(found[best]), has_rival(found, best)
 
 
 @numba.njit(**COMPILED)
-def search(image, idle, zr, found):
-    """Descend from the best places of the lattice of rotations.
+def is_searched(found, place, n, squares):
+    """Whether the search may end.
 
     As long as nothing convincing is found, or if there are so few points that several
-    solutions convince, from all of them.
-
-    Parameters
-    ----------
-    image, idle : ndarray, shape (4, n)
-    zr : float
-    found : ndarray, shape (MOST_STARTS + 2, 14)
-        Filled from row 1 on.
+    solutions convince, all places of the lattice are tried.
     """
-    n = image.shape[1]
+    if place == MOST_STARTS or not np.min(squares) < np.inf:
+        return True
+    if place < FEW_STARTS or n <= MOST_AMBIGUOUS:
+        return False
     limit = misfit(n * SAFE_SIGMA * SAFE_SIGMA, n)
-    is_convinced = False
-    squares, bases = survey_lattice(image, zr)
-    for place in range(1, MOST_STARTS + 1):
-        if is_convinced and n > MOST_AMBIGUOUS and place > FEW_STARTS:
-            break
-        start = next_start(squares, bases)
-        if not np.isfinite(start[0][0]):
-            break
-        find(image, idle, zr, start, found[place])
-        all_in_front = found[place, COST] < 0.5 * IN_FRONT_REWARD
-        is_convinced |= all_in_front and found[place, MISFIT] < limit
-    best = pose_at(found[np.argmin(found[:, COST])])
-    find(image, idle, zr, planar_twin(image, zr, best)[1], found[-1])
+    for row in found[: place + 1]:
+        if row[COST] < 0.5 * IN_FRONT_REWARD and row[MISFIT] < limit:
+            return True
+    return False
 
 
 @numba.njit(**COMPILED)

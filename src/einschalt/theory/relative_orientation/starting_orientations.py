@@ -358,19 +358,15 @@ def next_start(squares, bases):
     Returns
     -------
     pose
-        NaN where no place is left.
     """
     best = np.argmin(squares)
-    rotation = lattice_rotation(best)
-    if not squares[best] < np.inf:
-        return (np.nan, np.nan, np.nan), rotation
     for place in range(len(LATTICE)):
         trace = 0.0
         for i in range(9):
             trace += LATTICE[place, i] * LATTICE[best, i]
         if trace > NEIGHBOUR_TRACE:
             squares[place] = np.inf
-    return (bases[best, 0], bases[best, 1], bases[best, 2]), rotation
+    return (bases[best, 0], bases[best, 1], bases[best, 2]), lattice_rotation(best)
 
 
 @numba.njit(**COMPILED)

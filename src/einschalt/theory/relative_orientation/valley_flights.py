@@ -143,22 +143,19 @@ def standard_points(heights, altitude, principal_distance, wing, image_base):
     return np.stack([x, y, z], axis=-1), base
 
 
-def relative_depths(heights, altitude):
-    """Depth of the valley in both base-normal planes, in flying heights.
+def valley_depths(heights):
+    """Depth of the valley in both base-normal planes.
 
     Parameters
     ----------
     heights : ndarray, shape (n_models, 6)
-    altitude : ndarray, shape (n_models,)
+        Of the terrain in the points 1 to 6.
 
     Returns
     -------
     ndarray, shape (n_models, 2)
         Mean height of the wings less that of the middle, in the planes of the left
-        and of the right centre, over the flying height above the middle; negative on
-        ridges.
+        and of the right centre; negative on ridges.
     """
-    middle = heights[:, MIDDLE]
     wings = (heights[:, 2:4] + heights[:, 4:6]) / 2.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return (wings - middle) / (altitude[:, np.newaxis] - middle)
+    return wings - heights[:, MIDDLE]

@@ -1,0 +1,115 @@
+"""Residual y-parallaxes in plan, as a figure of them needs: one row per point."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.stages.dangerous_surface import turned_to_base
+from einschalt.theory.adjustment.least_squares import pooled_standard_error
+
+NAMES = ["coverage", "model_id"]
+
+
+def parallaxes_of_parallaxes(oriented, y_parallaxes):
+    """Residual parallaxes of models that were oriented by their y-parallaxes.
+
+    Parameters
+    ----------
+    oriented : ParallaxOrientation
+    y_parallaxes : DataFrame
+        The measurements that it comes from.
+
+    Returns
+    -------
+    DataFrame
+        model, point_id, x, y (in plan), residual, standard_error of the residual from
+        the sigma_0 of all models together, all in the unit of the measurements.
+    """
+    names = NAMES if oriented.has_coverages else NAMES[1:]
+    places = y_parallaxes[[*names, "point_id", "x", "y"]]
+    points = oriented.residuals.merge(places, on=[*names, "point_id"])
+    sigma_0 = _pooled(oriented.models)
+    return pd.DataFrame(
+        {
+            "model": labels(points, oriented.has_coverages),
+            **{name: points[name] for name in ("point_id", "x", "y", "residual")},
+            "standard_error": sigma_0 * np.sqrt(points["redundancy_number"]),
+        }
+    )
+
+
+def parallaxes_of_images(oriented, principal_distance):
+    """Residual parallaxes of models that were oriented by their image coordinates.
+
+    Parameters
+    ----------
+    oriented : ImageOrientation
+    principal_distance : float
+        [mm]
+
+    Returns
+    -------
+    DataFrame
+        model, point_id, x, y (in plan, at the mean image scale), residual, and the
+        standard_error of the residual from the sigma_0 of all models together [mm].
+
+    Notes
+    -----
+    The y-parallax of two images is the difference of their coordinates across the
+    base: its variance is that of two coordinates.
+    """
+    cameras = oriented.elements.cameras
+    residuals = oriented.residuals
+    count = np.where(oriented.models["reason"] == "", oriented.models["n_points"], 0)
+    model = np.repeat(np.arange(len(count)), count)
+    xyz = oriented.model_points[["x", "y", "z"]].to_numpy()
+    place, axes = turned_to_base(cameras, xyz, model)
+    depth = np.bincount(model, -place[:, 2], len(count)) / np.maximum(count, 1)
+    place *= principal_distance / depth[model][:, np.newaxis]
+    residual = 0.0
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        rotation = getattr(cameras, f"{side}_rotation")
+        across = np.einsum("nij,nj->ni", rotation, axes[:, 1])[:, :2]
+        across /= np.linalg.norm(across, axis=1)[:, np.newaxis]
+        columns = [f"residual_x_{side}", f"residual_y_{side}"]
+        both = across[model] * residuals[columns].to_numpy()
+        residual = residual + sign * both.sum(axis=1)
+    variance = 2.0 * _pooled(oriented.models) ** 2
+    return pd.DataFrame(
+        {
+            "model": labels(residuals, "coverage" in residuals),
+            "point_id": residuals["point_id"],
+            "x": place[:, 0],
+            "y": place[:, 1],
+            "residual": residual,
+            "standard_error": np.sqrt(variance * residuals["redundancy_number"]),
+            "base": _bases(cameras)[model] * principal_distance / depth[model],
+        }
+    )
+
+
+def labels(frame, has_coverages):
+    """Names of models that are unique over coverages.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        [coverage,] model_id.
+    has_coverages : bool
+
+    Returns
+    -------
+    Series of str
+    """
+    if not has_coverages:
+        return frame["model_id"].astype(object)
+    return (frame["coverage"] + ": " + frame["model_id"]).astype(object)
+
+
+def _bases(cameras):
+    return np.linalg.norm(cameras.right_centre - cameras.left_centre, axis=1)
+
+
+def _pooled(models):
+    known = models[models["sigma_0"].notna()]
+    squares = known["sigma_0"].to_numpy() ** 2 * known["redundancy"].to_numpy()
+    return pooled_standard_error(squares, known["redundancy"].to_numpy())
