@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from einschalt.foundations.errors import TableError
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
@@ -51,7 +52,7 @@ def coordinates(block, settings):
 def test_operator_of_control(block, coverage_mean):
     settings = Settings(coverage_mean=coverage_mean)
     result = densify(block, settings)
-    operator = result.errors.operators["control"].toarray()
+    operator = result.errors.operator("control").toarray()
     for place in range(0, len(block.control_points), 9):
         control = block.control_points.copy()
         control.loc[control.index[place], "easting"] += STEP
@@ -64,7 +65,7 @@ def test_operator_of_control(block, coverage_mean):
 def test_operator_of_a_measured_point(block, flight):
     settings = Settings()
     result = densify(block, settings)
-    operator = result.errors.operators[flight].toarray()
+    operator = result.errors.operator(flight).toarray()
     of_flight = getattr(block, flight)
     rows = np.random.default_rng(0).choice(len(of_flight.model_points), 4, False)
     for row in rows:
@@ -106,10 +107,10 @@ def test_covariance_between_points(block):
     first, second = errors.point_ids[:20], errors.point_ids[20:40]
     between = errors.covariance_between(first, second)
     dense = sum(
-        operator.toarray()
+        errors.operator(source).toarray()
         @ np.diag(np.repeat(errors.standard_errors[source], 2) ** 2)
-        @ operator.toarray().T
-        for source, operator in errors.operators.items()
+        @ errors.operator(source).toarray().T
+        for source in errors.chains
     )
     for k in range(20):
         expected = dense[2 * k : 2 * k + 2, 40 + 2 * k : 42 + 2 * k]
@@ -139,3 +140,9 @@ def test_metres_per_millimetre_of_the_small_block():
     flight = block.low_flight
     on_ground = flight.m_g_um * METRES_PER_MM * 1e-3 * flight.scale_number
     assert sigma == pytest.approx(on_ground / np.sqrt(2))
+
+
+def test_covariance_of_an_unknown_point(block):
+    errors = densify(block).errors
+    with pytest.raises(TableError, match=r"point 99x: it is not among the densified"):
+        errors.covariance_between(["99x"], errors.point_ids[:1])

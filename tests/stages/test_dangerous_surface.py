@@ -289,11 +289,17 @@ def test_terrain_above_the_flight_is_critical():
             "scale_number and altitude are given",
         ),
         ({"scale_number": 0}, r"scale_number = 0; expected a number above 0"),
-        ({"scale_number": 8000, "principal_distance": 152.0}, "between 0 and 2"),
-        ({"altitude": 900, "forward_overlap": 1.0}, r"forward_overlap = 1\.0"),
-        ({"altitude": 900, "wing": 0.2}, r"wing = 0\.2; expected metres within the"),
+        (
+            {"scale_number": 8000, "principal_distance": 152.0},
+            r"0\.001 and 5\. Did you mistake metres",
+        ),
+        ({"altitude": 900, "forward_overlap": 1.0}, r"forward_overlap = 1; expected"),
+        (
+            {"altitude": 900, "wing": 0.2},
+            r"wing = 0\.2; expected within the image, metres between",
+        ),
         ({"altitude": 900, "image_format": -0.2}, r"image_format = -0\.2"),
-        ({"altitude": 900, "parallax_error": 0.0}, r"parallax_error = 0\.0"),
+        ({"altitude": 900, "parallax_error": 0.0}, r"parallax_error = 0; expected"),
     ],
 )
 def test_plans_that_make_no_sense(changes, message):

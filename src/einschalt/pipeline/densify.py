@@ -81,9 +81,10 @@ class DensificationResult(Result):
     points : DataFrame
         point_id, easting, northing [, height] [, standard_error_easting,
         standard_error_northing, covariance_en, standard_error_total],
-        standard_error_paper, standard_error_internal, n_models, n_coverages, spread_total, role (new,
-        control, check), difference_easting, difference_northing [,
-        difference_height] (densified less given, control and check points only) [m].
+        standard_error_paper, standard_error_internal, n_models, n_coverages,
+        spread_total, role (new, control, check), difference_easting,
+        difference_northing [, difference_height] (densified less given, control and
+        check points only) [m].
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy, m_0, s_0,
         is_usable, reason, then the parameters.

@@ -55,7 +55,8 @@ def propagate_block(block, high, low, means):
     """
     control, check = block.control_points, _check_ids(block)
     is_control = (control["role"] != "check").to_numpy()
-    high_points, low_points = block.high_flight.model_points, block.low_flight.model_points
+    high_points = block.high_flight.model_points
+    low_points = block.low_flight.model_points
     n_high, n_low, n_approximate = len(high_points), len(low_points), len(high.points)
     of_high = flight_operator(
         high.transformation, high_points, np.flatnonzero(is_control), len(control)
@@ -64,13 +65,13 @@ def propagate_block(block, high, low, means):
     is_ground = ~high.points["point_id"].isin(check).to_numpy()
     of_low = flight_operator(low, low_points, np.flatnonzero(is_ground), n_approximate)
     final = mean_operator(means, np.arange(n_low), n_low, 2)
-    through_ground = final @ of_low.ground @ approximate
+    through_ground = (final, of_low.ground, approximate)
     return propagate(
         means.points["point_id"].to_numpy(dtype=object),
         {
-            "control": through_ground @ of_high.ground,
-            "high_flight": through_ground @ of_high.measured,
-            "low_flight": final @ of_low.measured,
+            "control": (*through_ground, of_high.ground),
+            "high_flight": (*through_ground, of_high.measured),
+            "low_flight": (final, of_low.measured),
         },
         {
             "control": control["standard_error_m"].to_numpy() / SQRT2,

@@ -23,6 +23,7 @@ MOST_PRINTED = 20
 EDGE = 0.015
 """Part of the image that standard points keep away from, at each side [m]."""
 MEASURE_ELSEWHERE = "Measure points that lie higher or lower, or farther apart"
+METRES = "metres"
 REACHED = "the terrain reaches the flying height in a standard point"
 HEIGHTS = [f"h{point}" for point in POINTS]
 TERRAIN_HEIGHTS = tables.Schema(
@@ -237,12 +238,13 @@ class FlightPlan:
     def __post_init__(self):
         """Check the values."""
         _check_heights_given(self)
-        for name in ("principal_distance", "image_format", "parallax_error"):
-            _check_range(name, getattr(self, name), 0.0, 2.0, "metres")
+        _check_range("principal_distance", self.principal_distance, 1e-3, 5.0, METRES)
+        _check_range("image_format", self.image_format, 1e-3, 1.0, METRES)
+        _check_range("parallax_error", self.parallax_error, 0.0, 1e-3, METRES)
         _check_range("forward_overlap", self.forward_overlap, 0.0, 1.0, "a part")
         if self.wing is not None:
             half = self.image_format / 2.0
-            _check_range("wing", self.wing, 0.0, half, "metres within the image")
+            _check_range("wing", self.wing, 0.0, half, "within the image, metres")
 
     @property
     def wing_in_image(self):
@@ -298,7 +300,11 @@ def _check_range(name, value, low, high, what):
     if low < value < high:
         return
     limits = "above 0" if high == np.inf else f"between {low:g} and {high:g}"
-    raise SettingsError(f"{name} = {value!r}", expected=f"{what} {limits}")
+    raise SettingsError(
+        f"{name} = {value:.6g}",
+        expected=f"{what} {limits}",
+        remedy="Did you mistake metres for millimetres?" if what == METRES else "",
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

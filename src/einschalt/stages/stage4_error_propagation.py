@@ -5,13 +5,15 @@ written as a linear function of the errors of all observations, sparsely, and it
 covariance follows from theirs: L Σ Lᵀ.
 """
 
+import operator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
-import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations.batches import segments
+from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.propagation import (
     PairLayout,
@@ -21,6 +23,8 @@ from einschalt.theory.adjustment.propagation import (
     weighted_mean,
 )
 from einschalt.theory.transformation.sensitivity import cofactors_of_rest, sensitivity
+
+POINTS_AT_ONCE = 5000
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,15 +118,16 @@ class PropagatedErrors:
     point_ids : ndarray of object, shape (n_points,)
     parts : dict of str to ndarray, shape (n_points, n_axes, n_axes)
         Covariance from each source alone [m²].
-    operators : dict of str to sparse array
-        Error operator of each source.
+    chains : dict of str to tuple of sparse arrays
+        Error operator of each source as a product, the final points on the left.
     standard_errors : dict of str to ndarray
         Of each source's observations, per coordinate [m].
+    n_axes : int
     """
 
     point_ids: np.ndarray
     parts: dict
-    operators: dict
+    chains: dict
     standard_errors: dict
     n_axes: int
 
@@ -131,8 +136,27 @@ class PropagatedErrors:
         """Covariance of each point, shape (n_points, n_axes, n_axes) [m²]."""
         return sum(self.parts.values())
 
+    def operator(self, source, places=None):
+        """Error operator of a source, for all points or for some.
+
+        Parameters
+        ----------
+        source : str
+        places : ndarray of int, shape (n,), optional
+            Which points.
+
+        Returns
+        -------
+        bsr_array, shape (n · n_axes, n_observations · n_axes)
+        """
+        if places is None:
+            places = np.arange(len(self.point_ids))
+        return _rows_of(self.chains[source], places, self.n_axes)
+
     def covariance_between(self, first, second):
         """Covariance between pairs of points.
+
+        The variance of a coordinate difference is V_first + V_second − C − Cᵀ.
 
         Parameters
         ----------
@@ -143,46 +167,43 @@ class PropagatedErrors:
         -------
         ndarray, shape (n_pairs, n_axes, n_axes)
             [m²].
+
+        Raises
+        ------
+        TableError
+            A point is not among the final points.
         """
-        index = pd.Index(self.point_ids)
-        rows = [index.get_indexer(np.asarray(ids, dtype=object)) for ids in (first, second)]
-        total = 0.0
-        for source, operator in self.operators.items():
+        one, two = self._places(first), self._places(second)
+        total = np.zeros((len(one), self.n_axes, self.n_axes))
+        for source, chain in self.chains.items():
             sigma = np.repeat(self.standard_errors[source], self.n_axes)
-            one, two = (
-                _rows_of(operator, places, self.n_axes).multiply(sigma) for places in rows
+            left, right = (
+                sparse.csr_array(_rows_of(chain, places, self.n_axes)) * sigma
+                for places in (one, two)
             )
-            total = total + _blockwise_products(one.tocsr(), two.tocsr(), self.n_axes)
+            total += _blockwise_products(left.tocsr(), right.tocsr(), self.n_axes)
         return total
 
-
-def _rows_of(operator, places, n_axes):
-    rows = (places[:, None] * n_axes + np.arange(n_axes)).ravel()
-    return sparse.csr_array(operator)[rows]
-
-
-def _blockwise_products(one, two, n_axes):
-    n_pairs = one.shape[0] // n_axes
-    result = np.empty((n_pairs, n_axes, n_axes))
-    for a in range(n_axes):
-        for b in range(n_axes):
-            product = one[a::n_axes].multiply(two[b::n_axes])
-            result[:, a, b] = product.sum(axis=1)
-    return result
+    def _places(self, point_ids):
+        asked = encode(np.asarray(point_ids, dtype=object))
+        place = encode(self.point_ids).locate(asked)
+        if (place < 0).any():
+            raise TableError(
+                "it is not among the densified points",
+                expected="a point_id of result.points",
+                point=asked.names[int(np.argmax(place < 0))],
+            )
+        return place[asked.codes]
 
 
-def _weight_sum(fit):
-    return fit.moments.weight_sum if hasattr(fit, "moments") else fit.weight_sum
-
-
-def propagate(point_ids, operators, standard_errors, n_axes):
+def propagate(point_ids, chains, standard_errors, n_axes):
     """Covariances of the final points from all sources.
 
     Parameters
     ----------
     point_ids : ndarray of object, shape (n_points,)
-    operators : dict of str to sparse array
-        Shape (n_points · n_axes, n_sources · n_axes).
+    chains : dict of str to tuple of sparse arrays
+        Error operator of each source as a product, the final points on the left.
     standard_errors : dict of str to ndarray, shape (n_sources,)
         Per coordinate [m].
     n_axes : int
@@ -192,7 +213,37 @@ def propagate(point_ids, operators, standard_errors, n_axes):
     PropagatedErrors
     """
     parts = {
-        source: point_covariances(operator, standard_errors[source], n_axes)
-        for source, operator in operators.items()
+        source: _point_covariances(chain, standard_errors[source], n_axes)
+        for source, chain in chains.items()
     }
-    return PropagatedErrors(point_ids, parts, operators, standard_errors, n_axes)
+    return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
+
+
+def _point_covariances(chain, standard_errors, n_axes):
+    # in ranges of points: the product as a whole would hold some hundred blocks a point
+    n_points = chain[0].shape[0] // n_axes
+    ranges = np.array_split(np.arange(n_points), -(-n_points // POINTS_AT_ONCE))
+    return np.concatenate(
+        [
+            point_covariances(_rows_of(chain, places, n_axes), standard_errors, n_axes)
+            for places in ranges
+        ]
+    )
+
+
+def _rows_of(chain, places, n_axes):
+    rows = selection(places, chain[0].shape[0] // n_axes, n_axes)
+    return reduce(operator.matmul, chain, rows)
+
+
+def _blockwise_products(one, two, n_axes):
+    n_pairs = one.shape[0] // n_axes
+    result = np.empty((n_pairs, n_axes, n_axes))
+    for a in range(n_axes):
+        for b in range(n_axes):
+            result[:, a, b] = (one[a::n_axes] * two[b::n_axes]).sum(axis=1)
+    return result
+
+
+def _weight_sum(fit):
+    return fit.moments.weight_sum if hasattr(fit, "moments") else fit.weight_sum

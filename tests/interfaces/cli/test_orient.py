@@ -1,0 +1,335 @@
+"""``einschalt orient``: parallaxes, image pairs, and terrain before the flight."""
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+
+BASE, DEPTH, DISTANCE = 92.0, 152.0, 153.0
+OF_PARALLAXES = {
+    *("models", "parameters", "cofactors", "residuals", "contradiction"),
+    *("dangerous_surface", "failures"),
+}
+OF_IMAGES = OF_PARALLAXES - {"contradiction"} | {"model_points"}
+
+
+def write(frame, path):
+    frame.to_csv(path, index=False)
+    return path
+
+
+def six_points(relative_depth):
+    x, side = np.array([(x, s) for s in (0.0, 1.0, -1.0) for x in (0.0, BASE)]).T
+    z = -DEPTH * (1.0 - relative_depth * np.abs(side))
+    return np.column_stack([x, -z * side * 100.0 / 152.0, z])
+
+
+@pytest.fixture
+def parallaxes(tmp_path):
+    """A flat model, a valley, and one with four points."""
+    rng = np.random.default_rng(1)
+    tables = [
+        pd.DataFrame(xyz, columns=["x", "y", "z"]).assign(
+            model_id=name,
+            point_id=list("123456")[: len(xyz)],
+            y_parallax=rng.normal(scale=0.005, size=len(xyz)),
+        )
+        for name, xyz in (
+            ("7/8", six_points(0.0)),
+            ("0012", six_points(0.25)),
+            ("9/10", six_points(0.0)[:4]),
+        )
+    ]
+    return write(pd.concat(tables), tmp_path / "parallaxes.csv")
+
+
+@pytest.fixture
+def image_pairs(tmp_path):
+    """Two vertical pairs of 20 points with 5 µm."""
+    rng = np.random.default_rng(2)
+    tables = []
+    for name in ("1/2", "2/3"):
+        xyz = rng.uniform([0, -95, -165], [BASE, 95, -140], size=(20, 3))
+        rays = (xyz, xyz - [BASE, 0.0, 0.0])
+        image = np.hstack([-DISTANCE * ray[:, :2] / ray[:, 2:] for ray in rays])
+        image += rng.normal(scale=0.005, size=image.shape)
+        columns = ["x_left", "y_left", "x_right", "y_right"]
+        table = pd.DataFrame(image, columns=columns)
+        tables.append(table.assign(model_id=name, point_id=np.arange(20).astype(str)))
+    return write(pd.concat(tables), tmp_path / "pairs.csv")
+
+
+@pytest.fixture
+def terrain(tmp_path):
+    """A plain, a valley and a peak above the flight."""
+    heights = [[600] * 6, [600, 600, *[900] * 4], [600, 600, 3000, 600, 600, 600]]
+    table = pd.DataFrame(heights, columns=[f"h{n}" for n in range(1, 7)])
+    return write(table.assign(model_id=["7/8", "0012", "p"]), tmp_path / "terrain.csv")
+
+
+def read(folder, name):
+    names = {"model_id": str, "point_id": str}
+    return pd.read_csv(folder / f"{name}.csv", dtype=names)
+
+
+def assert_tables(folder, names):
+    assert {path.stem for path in folder.glob("*.csv")} == names
+    for name in names:
+        table = pd.read_parquet(folder / f"{name}.parquet")
+        assert len(table) == len(read(folder, name))
+        assert list(table.columns) == list(read(folder, name).columns)
+
+
+def assert_figure(folder, models):
+    root = ET.parse(folder / "residual_parallaxes.svg").getroot()
+    said = {"".join(node.itertext()) for node in root.iter() if node.text}
+    assert set(models) <= said
+
+
+def assert_same(read_back, computed, rtol):
+    # whole numbers and names are read back as other types
+    loose = {"check_dtype": False, "check_index_type": False}
+    pd.testing.assert_frame_equal(read_back, computed, rtol=rtol, **loose)
+
+
+def test_parallaxes(invoke, parallaxes, tmp_path):
+    out = tmp_path / "out"
+    shown = invoke("orient", parallaxes, "--base", 92, "--output", out)
+    assert shown.exit_code == 0
+    assert shown.stderr == ""
+    assert_tables(out, OF_PARALLAXES)
+    assert_figure(out, ["7/8", "0012"])
+    assert "2 of 3 models oriented" in shown.stdout
+    assert "model 0012, weak: its points lie near a dangerous" in shown.stdout
+    assert f"Results in {out}" in shown.stdout
+    assert shown.stdout.startswith((out / "summary.txt").read_text("utf-8"))
+    given = pd.read_csv(parallaxes, dtype={"model_id": str, "point_id": str})
+    expected = orient_from_parallaxes(given, BASE)
+    parameters = read(out, "parameters").set_index("model_id")
+    assert_same(parameters, expected.parameters, rtol=1e-14)
+    cofactors = read(out, "cofactors")
+    assert "coverage" not in cofactors
+    first = cofactors[cofactors["model_id"] == "7/8"].set_index("element")
+    np.testing.assert_allclose(
+        first.drop(columns="model_id"), expected.cofactor("7/8"), rtol=1e-14
+    )
+    surfaces = read(out, "dangerous_surface").set_index("model_id")
+    assert surfaces["verdict"].tolist() == ["safe", "weak", "critical"]
+    assert read(out, "failures")["model_id"].tolist() == ["9/10"]
+    contradiction = read(out, "contradiction").set_index("model_id")
+    np.testing.assert_allclose(contradiction["w"], expected.contradiction["w"])
+
+
+@pytest.mark.parametrize("method", ["least_squares", "krames", "gruber"])
+@pytest.mark.parametrize("case", ["independent", "dependent_left", "dependent_right"])
+def test_method_and_case_are_passed_on(invoke, parallaxes, tmp_path, method, case):
+    options = ["--base", 92, "--method", method, "--case", case]
+    shown = invoke("orient", parallaxes, *options, "--output", tmp_path / "out")
+    assert shown.exit_code == 0
+    given = pd.read_csv(parallaxes, dtype={"model_id": str, "point_id": str})
+    expected = orient_from_parallaxes(given, BASE, case=case, method=method)
+    parameters = read(tmp_path / "out", "parameters").set_index("model_id")
+    assert_same(parameters, expected.parameters, rtol=1e-12)
+
+
+def test_bases_can_come_from_a_table(invoke, parallaxes, tmp_path):
+    bases = pd.DataFrame({"model_id": ["7/8", "9/10"], "base": [92.0, 92.0]})
+    file = write(bases, tmp_path / "models.csv")
+    shown = invoke("orient", parallaxes, "--base", file, "-o", tmp_path / "out")
+    assert shown.exit_code == 0
+    failures = read(tmp_path / "out", "failures").set_index("model_id")["reason"]
+    assert failures["0012"] == "its base is missing"
+    surfaces = read(tmp_path / "out", "dangerous_surface").set_index("model_id")
+    assert surfaces.loc["0012", "reason"] == "it has no base"
+
+
+def test_coverages_are_kept_apart(invoke, parallaxes, tmp_path):
+    given = pd.read_csv(parallaxes).query("model_id == '7/8'")
+    both = pd.concat([given.assign(coverage=name) for name in ("north", "south")])
+    write(both, parallaxes)
+    assert invoke("orient", parallaxes, "--base", 92, "-o", tmp_path).exit_code == 0
+    for name in OF_PARALLAXES - {"failures"}:
+        assert set(read(tmp_path, name)["coverage"]) == {"north", "south"}
+    assert_figure(tmp_path, ["north: 7/8", "south: 7/8"])
+
+
+def test_a_table_without_models_is_one_model_and_that_is_said(
+    invoke, parallaxes, tmp_path
+):
+    given = pd.read_csv(parallaxes).query("model_id == '7/8'")
+    write(given.drop(columns="model_id"), parallaxes)
+    shown = invoke("orient", parallaxes, "--base", 92, "-o", tmp_path / "out")
+    assert shown.exit_code == 0
+    assert "parallaxes.csv has no column model_id: it is one model" in shown.stderr
+    assert read(tmp_path / "out", "parameters")["model_id"].tolist() == ["1"]
+
+
+def test_images(invoke, image_pairs, tmp_path):
+    out = tmp_path / "out"
+    options = ["--principal-distance", DISTANCE, "--base", BASE]
+    shown = invoke("orient", image_pairs, *options, "--output", out)
+    assert shown.exit_code == 0
+    assert_tables(out, OF_IMAGES)
+    assert_figure(out, ["1/2", "2/3"])
+    assert "Relative orientation of 2 of 2 models" in shown.stdout
+    given = pd.read_csv(image_pairs, dtype={"model_id": str, "point_id": str})
+    expected = orient_from_images(given, DISTANCE, base_length=BASE)
+    parameters = read(out, "parameters").set_index("model_id")
+    assert_same(parameters, expected.parameters, rtol=1e-9)
+    assert (read(out, "dangerous_surface")["verdict"] == "safe").all()
+    points = read(out, "model_points")
+    np.testing.assert_allclose(points["z"], expected.model_points["z"], rtol=1e-9)
+
+
+def test_terrain(invoke, terrain, tmp_path):
+    out = tmp_path / "out"
+    options = ["--principal-distance", 152, "--flying-height", 1000]
+    shown = invoke("orient", "--terrain", terrain, *options, "--output", out)
+    assert shown.exit_code == 0
+    assert_tables(out, {"dangerous_surface"})
+    surfaces = read(out, "dangerous_surface").set_index("model_id")
+    assert surfaces["verdict"].tolist() == ["safe", "critical", "critical"]
+    np.testing.assert_allclose(
+        surfaces.loc["0012", "inflation"], 1 / (1 - 0.3 * (1 + 1.52**2)), rtol=1e-7
+    )
+    assert "3 models: 2 critical, 1 safe" in shown.stdout
+    assert "Fly 2000 m above the valley" in shown.stdout
+    assert "terrain reaches the flying height" in shown.stdout
+
+
+def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
+    def inflation(*options):
+        call = ["--terrain", terrain, "--principal-distance", 152, *options]
+        assert invoke("orient", *call, "-o", tmp_path / "out").exit_code == 0
+        surfaces = read(tmp_path / "out", "dangerous_surface").set_index("model_id")
+        return surfaces.loc["0012", "inflation"]
+
+    height = inflation("--flying-height", 1216)
+    np.testing.assert_allclose(inflation("--scale-number", 8000), height, rtol=1e-9)
+    np.testing.assert_allclose(inflation("--altitude", 1816), height, rtol=1e-9)
+    narrow = inflation("--altitude", 1816, "--wing", 70)
+    assert narrow == pytest.approx(inflation("--altitude", 1816, "--image-format", 170))
+    assert narrow != pytest.approx(height)
+    overlap = inflation("--altitude", 1816, "--forward-overlap", 0.8)
+    assert overlap == pytest.approx(height)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("{parallaxes}", "--base is missing; expected a TABLE of y-parallaxes"),
+        ("--base 92", "TABLE is missing"),
+        ("--principal-distance 153", "TABLE is missing"),
+        ("--terrain {terrain}", "--principal-distance is missing"),
+        ("{parallaxes} --terrain {terrain}", "TABLE is given beside --terrain"),
+        (
+            "{parallaxes} --base 92 --estimator rigorous",
+            "--estimator is given beside --base",
+        ),
+        (
+            "{parallaxes} --base 92 --scale-number 8000",
+            "--scale-number is given beside --base",
+        ),
+        (
+            "{pairs} --principal-distance 153 --method gruber",
+            "--method is given beside --principal-distance",
+        ),
+        ("{parallaxes} --base -92", "base = -92.0; expected a positive length"),
+        ("{parallaxes} --base none.csv", "none.csv: the file does not exist"),
+        ("{parallaxes} --base many", "many: the suffix is missing"),
+        (
+            "{pairs} --principal-distance 153 --base none.csv",
+            "--base = 'none.csv'; expected the length of the base",
+        ),
+        ("{pairs} --base 92", "column 'x' is missing"),
+        ("{parallaxes} --principal-distance 153", "'x_left' is missing"),
+        ("{pairs} --principal-distance 0.153", "Did you give metres?"),
+        ("nowhere.csv --base 92", "nowhere.csv: the file does not exist"),
+        (
+            "--terrain {terrain} --principal-distance 152",
+            "no flying height is given",
+        ),
+        (
+            "--terrain {terrain} --principal-distance 15200 --altitude 2000",
+            "principal_distance = 15.2; expected metres between 0.001 and 5. Did you",
+        ),
+        (
+            "--terrain {terrain} --principal-distance 0.152 --altitude 2000",
+            "principal_distance = 0.000152; expected metres between 0.001 and 5. Did",
+        ),
+        (
+            "--terrain {parallaxes} --principal-distance 152 --altitude 2000",
+            "parallaxes.csv, row 1: column 'h1' is missing",
+        ),
+    ],
+)
+def test_wrong_input_has_status_2_and_no_traceback(
+    arguments, message, invoke, request, tmp_path
+):
+    files = {
+        "{parallaxes}": request.getfixturevalue("parallaxes"),
+        "{pairs}": request.getfixturevalue("image_pairs"),
+        "{terrain}": request.getfixturevalue("terrain"),
+    }
+    call = [files.get(argument, argument) for argument in arguments.split()]
+    shown = invoke("orient", *call, "--output", tmp_path / "out")
+    assert shown.exit_code == 2
+    assert shown.stderr.startswith("einschalt: ")
+    assert message in shown.stderr
+    assert "Traceback" not in shown.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_wrong_values_name_file_row_and_point(invoke, parallaxes, tmp_path):
+    text = parallaxes.read_text(encoding="utf-8").split("\n")
+    row = text[3].split(",")
+    text[3] = ",".join([*row[:-1], "n/a"])
+    parallaxes.write_text("\n".join(text), encoding="utf-8")
+    shown = invoke("orient", parallaxes, "--base", 92, "-o", tmp_path / "out")
+    assert shown.exit_code == 2
+    assert (
+        "parallaxes.csv, row 4, point 3, model 7/8: y_parallax 'n/a' is not a number"
+        in shown.stderr
+    )
+
+
+def test_nothing_to_orient_has_status_2_and_still_says_why(
+    invoke, parallaxes, tmp_path
+):
+    given = pd.read_csv(parallaxes).query("model_id == '9/10'")
+    write(given, parallaxes)
+    (tmp_path / "residual_parallaxes.svg").write_text("of an older run")
+    shown = invoke("orient", parallaxes, "--base", 92, "-o", tmp_path)
+    assert shown.exit_code == 2
+    assert "no model could be oriented" in shown.stderr
+    assert read(tmp_path, "failures")["reason"].tolist() == [
+        "4 points, but five are needed"
+    ]
+    assert not (tmp_path / "residual_parallaxes.svg").exists()
+
+
+def test_parquet_is_read_as_csv_is(invoke, parallaxes, tmp_path):
+    given = pd.read_csv(parallaxes, dtype={"model_id": str, "point_id": str})
+    given.to_parquet(tmp_path / "parallaxes.parquet")
+    for suffix in ("csv", "parquet"):
+        file = tmp_path / f"parallaxes.{suffix}"
+        assert (
+            invoke("orient", file, "--base", 92, "-o", tmp_path / suffix).exit_code == 0
+        )
+    one, other = (
+        (tmp_path / suffix / "parameters.csv").read_text()
+        for suffix in ("csv", "parquet")
+    )
+    assert one == other
+
+
+def test_as_a_process(spawn, terrain, tmp_path):
+    options = ["--principal-distance", "152", "--altitude", "1600", "-o", tmp_path]
+    done = spawn("orient", "--terrain", terrain, *options)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert "Dangerous surfaces before the flight" in done.stdout
