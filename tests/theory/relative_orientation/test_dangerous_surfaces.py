@@ -281,6 +281,15 @@ def test_depth_is_that_of_the_middle():
     np.testing.assert_allclose(middle_depth(only_wings, np.array([0, 4])), 0.7 * DEPTH)
 
 
+def test_flat_twin_differs_in_the_column_of_omega_alone():
+    xyz = hilly_points(9, seed=15)
+    twin = flat_twin(xyz, DEPTH)
+    np.testing.assert_allclose(twin[:, 2], -DEPTH)
+    own, flat = (design_matrix(points, BASE, INDEPENDENT) for points in (xyz, twin))
+    np.testing.assert_allclose(own[:, 1:], flat[:, 1:], rtol=1e-14)
+    assert (np.abs(own[:, 0] / flat[:, 0] - 1.0) > 1e-3).all()
+
+
 LINE = np.linspace(-1.0, 1.0, 5)[:, np.newaxis]
 FLAT = flat_six_points(HALF_WIDTH, BASE, DEPTH)
 HOPELESS = {
