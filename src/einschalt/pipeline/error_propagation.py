@@ -4,11 +4,13 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.stages.stage4_error_propagation import (
+    GroundSources,
     flight_operator,
     mean_operator,
     propagate,
 )
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 PLANE = ("affine", "helmert", "rigid")
 
@@ -58,13 +60,23 @@ def propagate_block(block, high, low, means):
     high_points = block.high_flight.model_points
     low_points = block.low_flight.model_points
     n_high, n_low, n_approximate = len(high_points), len(low_points), len(high.points)
+    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
+    n_axes = 1 if is_conformal else 2
     of_high = flight_operator(
-        high.transformation, high_points, np.flatnonzero(is_control), len(control)
+        high.transformation,
+        high_points,
+        GroundSources(np.flatnonzero(is_control), len(control)),
+        is_conformal=is_conformal,
     )
-    approximate = mean_operator(high.means, np.arange(n_high), n_high, 2)
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
     is_ground = ~high.points["point_id"].isin(check).to_numpy()
-    of_low = flight_operator(low, low_points, np.flatnonzero(is_ground), n_approximate)
-    final = mean_operator(means, np.arange(n_low), n_low, 2)
+    of_low = flight_operator(
+        low,
+        low_points,
+        GroundSources(np.flatnonzero(is_ground), n_approximate),
+        is_conformal=is_conformal,
+    )
+    final = mean_operator(means, np.arange(n_low), n_low, n_axes)
     through_ground = (final, of_low.ground, approximate)
     return propagate(
         means.points["point_id"].to_numpy(dtype=object),
@@ -78,7 +90,7 @@ def propagate_block(block, high, low, means):
             "high_flight": np.full(n_high, _measuring_error(block.high_flight)),
             "low_flight": np.full(n_low, _measuring_error(block.low_flight)),
         },
-        2,
+        n_axes,
     )
 
 

@@ -98,9 +98,7 @@ def approximate_coordinates(
         control = control[control["role"] != "check"]
     transformation = transform_models(model_points, control, kind)
     require_usable(transformation, "high flight", STAGE)
-    values = transformation.values(
-        model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0
-    )
+    values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)
     values = with_positions(values, model_points)
     values = values.rename(columns={"m_t": "standard_error_paper"})
     means = average_coverages(values, coverage_mean=coverage_mean, weighting=weighting)

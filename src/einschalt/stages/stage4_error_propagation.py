@@ -12,7 +12,7 @@ from functools import reduce
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import segments
+from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.propagation import (
@@ -22,7 +22,12 @@ from einschalt.theory.adjustment.propagation import (
     selection,
     weighted_mean,
 )
-from einschalt.theory.transformation.sensitivity import cofactors_of_rest, sensitivity
+from einschalt.theory.transformation.sensitivity import (
+    cofactors_of_rest,
+    conformal_cofactors,
+    conformal_sensitivity,
+    sensitivity,
+)
 
 POINTS_AT_ONCE = 5000
 
@@ -45,7 +50,22 @@ class FlightOperator:
     n_axes: int
 
 
-def flight_operator(transformation, model_points, ground_places, n_ground):
+@dataclass(frozen=True, eq=False)
+class GroundSources:
+    """Which source of error stands behind each row of a table of ground points.
+
+    Attributes
+    ----------
+    places : ndarray of int, shape (n_rows,)
+    count : int
+        Number of sources.
+    """
+
+    places: np.ndarray
+    count: int
+
+
+def flight_operator(transformation, model_points, ground, *, is_conformal):
     """Error operator of all values of a flight.
 
     A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
@@ -56,10 +76,9 @@ def flight_operator(transformation, model_points, ground_places, n_ground):
     transformation : ModelTransformation
         Of ``model_points``.
     model_points : DataFrame
-    ground_places : ndarray of int
-        Which source stands behind each row of the table of ground points.
-    n_ground : int
-        Number of sources.
+    ground : GroundSources
+    is_conformal : bool
+        Whether one complex coordinate stands for easting and northing.
 
     Returns
     -------
@@ -70,19 +89,23 @@ def flight_operator(transformation, model_points, ground_places, n_ground):
     observed, fit = transformation.observed, transformation.fit
     axes = ["x", "y", "z"][: observed.source.shape[1]]
     coordinates = model_points[axes].to_numpy(dtype=float)
-    n_rows, n_axes = coordinates.shape
+    n_rows, n_axes = len(coordinates), 1 if is_conformal else len(axes)
     sort = segments(observed.models.codes, len(observed.models))
     sorted_place = np.empty(n_rows, dtype=np.int64)
     sorted_place[sort.order] = np.arange(n_rows)
     layout = PairLayout(sort.start, sorted_place[observed.row_numbers])
-    design = sensitivity(fit, layout.model_of_row, coordinates[sort.order])
-    hat = hat_operator(
-        design, cofactors_of_rest(fit), _weight_sum(fit), observed.weights, layout
+    derive, cofactors = (
+        (conformal_sensitivity, conformal_cofactors)
+        if is_conformal
+        else (sensitivity, cofactors_of_rest)
     )
+    design = derive(fit, layout.model_of_row, coordinates[sort.order])
+    weight_sum = segment_sum(observed.weights, observed.start)
+    hat = hat_operator(design, cofactors(fit), weight_sum, observed.weights, layout)
     in_given_order = selection(sorted_place, n_rows, n_axes)
     hat = in_given_order @ hat
     fitted = selection(observed.row_numbers, n_rows, n_axes)
-    onto = selection(ground_places[observed.ground_rows], n_ground, n_axes)
+    onto = selection(ground.places[observed.ground_rows], ground.count, n_axes)
     own = selection(np.arange(n_rows), n_rows, n_axes)
     return FlightOperator(own - hat @ fitted, hat @ onto, n_axes)
 
@@ -123,6 +146,7 @@ class PropagatedErrors:
     standard_errors : dict of str to ndarray
         Of each source's observations, per coordinate [m].
     n_axes : int
+        Of the operators: 1 where one complex coordinate stands for two.
     """
 
     point_ids: np.ndarray
@@ -135,23 +159,6 @@ class PropagatedErrors:
     def covariance(self):
         """Covariance of each point, shape (n_points, n_axes, n_axes) [m²]."""
         return sum(self.parts.values())
-
-    def operator(self, source, places=None):
-        """Error operator of a source, for all points or for some.
-
-        Parameters
-        ----------
-        source : str
-        places : ndarray of int, shape (n,), optional
-            Which points.
-
-        Returns
-        -------
-        bsr_array, shape (n · n_axes, n_observations · n_axes)
-        """
-        if places is None:
-            places = np.arange(len(self.point_ids))
-        return _rows_of(self.chains[source], places, self.n_axes)
 
     def covariance_between(self, first, second):
         """Covariance between pairs of points.
@@ -174,15 +181,15 @@ class PropagatedErrors:
             A point is not among the final points.
         """
         one, two = self._places(first), self._places(second)
-        total = np.zeros((len(one), self.n_axes, self.n_axes))
+        total = 0.0
         for source, chain in self.chains.items():
             sigma = np.repeat(self.standard_errors[source], self.n_axes)
             left, right = (
                 sparse.csr_array(_rows_of(chain, places, self.n_axes)) * sigma
                 for places in (one, two)
             )
-            total += _blockwise_products(left.tocsr(), right.tocsr(), self.n_axes)
-        return total
+            total = total + _blockwise_products(left, right, self.n_axes)
+        return _real_axes(total) if self.n_axes == 1 else total
 
     def _places(self, point_ids):
         asked = encode(np.asarray(point_ids, dtype=object))
@@ -223,12 +230,13 @@ def _point_covariances(chain, standard_errors, n_axes):
     # in ranges of points: the product as a whole would hold some hundred blocks a point
     n_points = chain[0].shape[0] // n_axes
     ranges = np.array_split(np.arange(n_points), -(-n_points // POINTS_AT_ONCE))
-    return np.concatenate(
+    covariances = np.concatenate(
         [
             point_covariances(_rows_of(chain, places, n_axes), standard_errors, n_axes)
             for places in ranges
         ]
     )
+    return _real_axes(covariances) if n_axes == 1 else covariances
 
 
 def _rows_of(chain, places, n_axes):
@@ -237,13 +245,17 @@ def _rows_of(chain, places, n_axes):
 
 
 def _blockwise_products(one, two, n_axes):
+    one, two = one.tocsr(), two.tocsr().conjugate()
     n_pairs = one.shape[0] // n_axes
-    result = np.empty((n_pairs, n_axes, n_axes))
+    result = np.empty((n_pairs, n_axes, n_axes), dtype=one.dtype)
     for a in range(n_axes):
         for b in range(n_axes):
             result[:, a, b] = (one[a::n_axes] * two[b::n_axes]).sum(axis=1)
     return result
 
 
-def _weight_sum(fit):
-    return fit.moments.weight_sum if hasattr(fit, "moments") else fit.weight_sum
+def _real_axes(scalar):
+    """Covariance of easting and northing from that of E + iN."""
+    same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
+    rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
+    return np.stack(rows, -2)

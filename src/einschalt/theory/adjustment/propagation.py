@@ -30,14 +30,14 @@ def hat_operator(design, cofactors, weight_sum, weights, layout):
     Returns
     -------
     bsr_array, shape (n_rows · n_axes, n_fitted · n_axes)
-        Blocks H_ij = w_j (I / Σw + D_i Q D_jᵀ).
+        Blocks H_ij = w_j (I / Σw + D_i Q D_jᴴ).
     """
     n_axes = design.shape[1]
     left = np.einsum("nau,nuv->nav", design, cofactors[layout.model_of_row])
     blocks = np.einsum(
         "pau,pbu->pab",
         left[layout.row],
-        design[layout.row_of_fitted[layout.fitted]],
+        np.conj(design[layout.row_of_fitted[layout.fitted]]),
         optimize=True,
     )
     blocks += (
@@ -138,8 +138,12 @@ def point_covariances(operator, standard_errors, n_axes):
     Returns
     -------
     ndarray, shape (n_points, n_axes, n_axes)
-        [m²].
+        [m²]. With one complex axis E + iN it is the variance of either coordinate:
+        equal and uncorrelated errors stay so under conformal operators.
     """
     blocks = sparse.bsr_array(operator, blocksize=(n_axes, n_axes))
     scaled = blocks.data * standard_errors[blocks.indices][:, None, None]
+    if n_axes == 1:
+        squares = np.abs(scaled) ** 2
+        return segment_sum(squares, blocks.indptr)
     return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)

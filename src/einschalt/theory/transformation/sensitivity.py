@@ -13,6 +13,48 @@ import numpy as np
 
 from einschalt.theory.transformation.plane_fit import without_unusable
 
+CONFORMAL = ("affine", "helmert")
+
+
+def conformal_sensitivity(fit, model, xy):
+    """The same for one complex ground coordinate E + iN, where that is enough.
+
+    Helmert is linear in complex numbers, and affine treats easting and northing alike:
+    both need a quarter of the numbers.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+        Affine or helmert.
+    model : ndarray of int, shape (n,)
+    xy : ndarray, shape (n, 2)
+
+    Returns
+    -------
+    ndarray, shape (n, 1, n_rest)
+        Real for affine (x, y), complex for helmert (x + iy).
+    """
+    d = xy - fit.moments.centroid_model[model]
+    if fit.kind == "affine":
+        return d[:, None, :]
+    return (d[:, 0] + 1j * d[:, 1])[:, None, None]
+
+
+def conformal_cofactors(fit):
+    """Cofactors that belong to :func:`conformal_sensitivity`.
+
+    Parameters
+    ----------
+    fit : PlaneFit
+        Affine or helmert.
+
+    Returns
+    -------
+    ndarray, shape (n_models, n_rest, n_rest)
+    """
+    spread = fit.solution.spread_east
+    return spread if fit.kind == "affine" else spread[:, :1, :1]
+
 
 def sensitivity(fit, model, coordinates):
     """Derivatives of ground coordinates by the parameters other than the shift.
