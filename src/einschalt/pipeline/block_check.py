@@ -244,7 +244,11 @@ class _Check:
             if flight is None:
                 continue
             unit = flight.model_unit
-            if self._sound(f"{name}.model_points") and unit in METRES_PER_UNIT:
+            # a rigid model has the size of the ground, and is judged elsewhere: a wrong
+            # unit makes its m_0 as large as itself
+            is_at_image_scale = flight.transformation != "rigid"
+            is_sound = self._sound(f"{name}.model_points") and unit in METRES_PER_UNIT
+            if is_sound and is_at_image_scale:
                 frame = flight.model_points
                 self._extent(f"{name}.model_points", frame, "model_id", unit)
             if self._sound(f"{name}.image_points"):
