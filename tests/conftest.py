@@ -5,6 +5,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# the same examples in every run: what fails here fails there. To hunt for new ones:
+# EINSCHALT_HUNT=1 make test
+settings.register_profile("fixed", derandomize=True, deadline=None)
+settings.register_profile("hunt", deadline=None)
+settings.load_profile("hunt" if os.environ.get("EINSCHALT_HUNT") else "fixed")
 
 GOLDEN = Path(__file__).parent / "golden"
 

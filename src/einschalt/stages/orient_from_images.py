@@ -11,7 +11,11 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
-from einschalt.foundations.units import METRES_PER_MM, RADIANS_PER_GON
+from einschalt.foundations.units import (
+    METRES_PER_MM,
+    METRES_PER_UM,
+    RADIANS_PER_GON,
+)
 from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
 from einschalt.stages.results import Result, failures_table, row_of_model
 from einschalt.theory.relative_orientation import coplanarity
@@ -484,7 +488,7 @@ def _precision(good):
     lines = [f"{POOLED}  {length}, redundancy {weights.sum()}"]
     if len(usable) > 1:
         steps = usable["sigma_0"].quantile([0.0, 0.5, 1.0]) * METRES_PER_MM
-        low, mid, high = typesetting.lengths(steps)
+        low, mid, high = map(typesetting.length, steps)
         lines.append(f"sigma_0 of single models  {low} to {high}, median {mid}")
     return lines
 
@@ -492,13 +496,13 @@ def _precision(good):
 def _listed(result, good):
     angles = result.parameters.columns[-3:]
     values = result.parameters[angles].to_numpy()[good.index] / RADIANS_PER_GON
-    sigma = typesetting.lengths(good["sigma_0"] * METRES_PER_MM)
+    sigma_um = good["sigma_0"] * METRES_PER_MM / METRES_PER_UM
     rows = [
-        [typesetting.shortened(name, 20), str(count), size]
+        [typesetting.shortened(name, 20), str(count), typesetting.fixed(size, 1)]
         + [typesetting.fixed(angle, 4) for angle in row]
         for name, count, size, row in zip(
-            good["model_id"], good["n_points"], sigma, values, strict=True
+            good["model_id"], good["n_points"], sigma_um, values, strict=True
         )
     ]
-    header = ["model", "points", "sigma_0", *(f"{name}/gon" for name in angles)]
+    header = ["model", "points", "sigma_0/µm", *(f"{name}/gon" for name in angles)]
     return typesetting.table(rows, header=header)

@@ -29,7 +29,10 @@ from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_text_bytes
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
-QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]')
+# a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
+QUOTE_IN_TEXT = re.compile(
+    rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""'
+)
 SPECIAL = '",\r\n'
 BLOCK_BYTES = 2**22
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print

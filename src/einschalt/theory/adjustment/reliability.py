@@ -1,6 +1,23 @@
-"""How far an observation is checked by the others."""
+"""How far an observation is checked by the others, and which of them fail the check.
 
+Residuals are adjusted less observed, so that an error ∇ of an observation shows itself
+as −r ∇. All functions take the points of all models at once.
+
+Sources: Baarda 1968 (w-test, minimal detectable bias), Pope 1976 (τ); see
+docs/theory/reliability.md.
+"""
+
+from dataclasses import dataclass
+
+import numba
 import numpy as np
+from scipy.special import chdtri, chndtrinc, stdtr, stdtrit
+
+from einschalt.foundations.batches import over_segments
+
+# below it a point alone fixes its model: nothing of it is left in its residual
+LEAST_REDUNDANCY_NUMBER = 1e-9
+AXES_OF_A_POINT = 2
 
 
 def redundancy_numbers(leverage):
@@ -20,3 +37,293 @@ def redundancy_numbers(leverage):
         Never below zero: where h is 1 up to rounding, r is 0.
     """
     return np.maximum(1.0 - np.asarray(leverage), 0.0)
+
+
+def standardized_residuals(residuals, redundancy_number, sigma):
+    """Residuals over their own standard errors: v / (σ √r).
+
+    With σ known before they are Baarda's w, standard normal; with s_0 of the same
+    adjustment they are Pope's τ, which cannot exceed √redundancy.
+
+    Parameters
+    ----------
+    residuals, redundancy_number : ndarray
+        Of one shape.
+    sigma : float or ndarray
+        Standard error of the observation itself, s_0 / √weight.
+
+    Returns
+    -------
+    ndarray
+        NaN where an observation is not checked at all.
+    """
+    r = np.asarray(redundancy_number, dtype=float)
+    is_checked = r > LEAST_REDUNDANCY_NUMBER
+    root = np.sqrt(np.where(is_checked, r, np.nan))
+    return residuals / (sigma * root)
+
+
+def external_t(tau, redundancy):
+    """Student's t of an observation against the adjustment without it.
+
+    Parameters
+    ----------
+    tau : ndarray
+        Pope's τ.
+    redundancy : int or ndarray
+        Of the adjustment with the observation.
+
+    Returns
+    -------
+    ndarray
+        τ √((f − 1) / (f − τ²)), Student's with f − 1 degrees of freedom; NaN where
+        f ≤ 1.
+    """
+    tau, f = np.asarray(tau, dtype=float), np.asarray(redundancy, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = tau * np.sqrt((f - 1.0) / np.maximum(f - tau**2, 0.0))
+    return np.where(f > 1.0, t, np.nan)
+
+
+def tau_p_value(tau, redundancy):
+    """Two-sided probability of a τ as large as this without a gross error.
+
+    Parameters
+    ----------
+    tau : ndarray
+    redundancy : int or ndarray
+
+    Returns
+    -------
+    ndarray
+        NaN where the redundancy is 1 or less.
+    """
+    degrees = np.asarray(redundancy, dtype=float) - 1.0
+    t = external_t(tau, redundancy)
+    return 2.0 * stdtr(np.where(degrees > 0.0, degrees, np.nan), -np.abs(t))
+
+
+def critical_tau(significance, redundancy):
+    """Limit that a single τ exceeds, in size, with the probability ``significance``.
+
+    Parameters
+    ----------
+    significance : float
+    redundancy : int or ndarray
+
+    Returns
+    -------
+    ndarray
+        Pope 1976: √(f t² / (f − 1 + t²)) with Student's t of f − 1 degrees of freedom.
+    """
+    f = np.asarray(redundancy, dtype=float)
+    t = stdtrit(np.where(f > 1.0, f - 1.0, np.nan), 1.0 - significance / 2.0)
+    return np.sqrt(f * t**2 / (f - 1.0 + t**2))
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPoints:
+    """What the joint test needs of the points of all models, sorted by model.
+
+    Attributes
+    ----------
+    residuals : ndarray, shape (n_points, 2)
+        Easting, northing [m].
+    weights : ndarray, shape (n_points,)
+    leverage : ndarray, shape (n_points, 2)
+    cross_leverage : ndarray, shape (n_points,)
+        Off-diagonal element of each point's block of the hat matrix; 0 for affine and
+        helmert.
+    start : ndarray of int, shape (n_models + 1,)
+    """
+
+    residuals: np.ndarray
+    weights: np.ndarray
+    leverage: np.ndarray
+    cross_leverage: np.ndarray
+    start: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class PointTests:
+    """Joint tests of both coordinates of each point.
+
+    Attributes
+    ----------
+    w : ndarray, shape (n_points,)
+        √(w_E² + w_N²), or √(vᵀ Q_vv⁻¹ v) / s_0 where the two are correlated.
+    p_value : ndarray, shape (n_points,)
+        Probability of a w as large as this without a gross error.
+    """
+
+    w: np.ndarray
+    p_value: np.ndarray
+
+
+def joint_point_tests(points, sum_of_squares, redundancy) -> PointTests:
+    """Test both coordinates of each point together, σ being taken from the model.
+
+    Without point i the sum of squares Ω falls by T = vᵀ Q_vv⁻¹ v, for affine and
+    helmert w (v_E² + v_N²) / (1 − h). T / Ω has a beta distribution whose first
+    parameter is 1, so that its tail is closed: p = (1 − T/Ω)^((f − 2) / 2). It is the
+    F test of the model with and without the point.
+
+    Parameters
+    ----------
+    points : FittedPoints
+    sum_of_squares : ndarray, shape (n_models,)
+        Ω = Σ w |v|² [m²].
+    redundancy : ndarray, shape (n_models,)
+        f of each model.
+
+    Returns
+    -------
+    PointTests
+        NaN where f ≤ 2, where a point is not checked by others, and where all
+        residuals of the model vanish.
+    """
+    w, p_value = np.empty(len(points.weights)), np.empty(len(points.weights))
+    over_segments(
+        _test_jointly,
+        points.start,
+        np.ascontiguousarray(points.residuals, dtype=float),
+        np.ascontiguousarray(points.weights, dtype=float),
+        points.leverage,
+        points.cross_leverage,
+        np.ascontiguousarray(sum_of_squares, dtype=float),
+        np.ascontiguousarray(redundancy, dtype=float),
+        w,
+        p_value,
+    )
+    return PointTests(w, p_value)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _test_jointly(first, last, start, v, weights, h, cross, omega, f, w, p):
+    for k in range(first, last):
+        is_testable = f[k] > AXES_OF_A_POINT and omega[k] > 0.0
+        half = 0.5 * (f[k] - AXES_OF_A_POINT)
+        for i in range(start[k], start[k + 1]):
+            r_e, r_n, c = 1.0 - h[i, 0], 1.0 - h[i, 1], cross[i]
+            determinant = r_e * r_n - c * c
+            least = min(r_e, r_n)
+            if not (is_testable and least > LEAST_REDUNDANCY_NUMBER):
+                w[i] = p[i] = np.nan
+                continue
+            e, n = v[i, 0], v[i, 1]
+            form = r_n * e * e + r_e * n * n + 2.0 * c * e * n
+            share = weights[i] * form / determinant / omega[k]
+            w[i] = np.sqrt(share * f[k])
+            p[i] = max(1.0 - share, 0.0) ** half
+
+
+def joint_prediction_tests(squares, sum_of_squares, redundancy) -> PointTests:
+    """Test points that took no part in the fit against what it predicts for them.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (n_points,)
+        T = vᵀ Q⁻¹ v of the two differences predicted less given, Q = I / w + Q_fit.
+    sum_of_squares, redundancy : ndarray, shape (n_points,)
+        Ω and f of each point's model.
+
+    Returns
+    -------
+    PointTests
+        w = √T / s_0 and p = (1 + T/Ω)^(−f/2), which is the joint test of the fit that
+        still had the point.
+    """
+    f = np.asarray(redundancy, dtype=float)
+    is_testable = (f > 0.0) & (np.asarray(sum_of_squares) > 0.0)
+    omega = np.where(is_testable, sum_of_squares, np.nan)
+    share = squares / omega
+    return PointTests(np.sqrt(share * f), (1.0 + share) ** (-0.5 * f))
+
+
+def noncentrality(significance=0.001, power=0.80, degrees=1):
+    """How many standard errors a bias must have to be found.
+
+    Parameters
+    ----------
+    significance : float
+        Share of good observations that the test refuses.
+    power : float
+        Share of observations with that bias that it finds.
+    degrees : int
+        1 for a coordinate, 2 for both coordinates of a point together.
+
+    Returns
+    -------
+    float
+        δ; 4.13 for one coordinate with α = 0.001 and power 0.80.
+    """
+    limit = chdtri(degrees, significance)
+    return float(np.sqrt(chndtrinc(limit, degrees, 1.0 - power)))
+
+
+def minimal_detectable_bias(
+    sigma, redundancy_number, *, significance=0.001, power=0.80
+):
+    """Smallest error of an observation that the w-test finds: σ δ / √r.
+
+    Parameters
+    ----------
+    sigma : float or ndarray
+        Standard error of the observation [m].
+    redundancy_number : ndarray
+    significance, power : float
+        As in :func:`noncentrality`.
+
+    Returns
+    -------
+    ndarray
+        [m]; infinite where nothing checks the observation.
+
+    Examples
+    --------
+    A corner of five control points under an affine transformation:
+
+    >>> round(float(minimal_detectable_bias(0.10, 0.30)), 2)
+    0.75
+    """
+    r = np.asarray(redundancy_number, dtype=float)
+    with np.errstate(divide="ignore"):
+        root = np.sqrt(np.where(r > LEAST_REDUNDANCY_NUMBER, r, 0.0))
+        return sigma * noncentrality(significance, power) / root
+
+
+def external_reliability(bias, redundancy_number):
+    """Share of an undetected error that stays in the point's own fitted value.
+
+    Parameters
+    ----------
+    bias : ndarray
+        As from :func:`minimal_detectable_bias` [m].
+    redundancy_number : ndarray
+
+    Returns
+    -------
+    ndarray
+        (1 − r) · bias [m].
+    """
+    return (1.0 - np.asarray(redundancy_number, dtype=float)) * bias
+
+
+def prediction_residuals(residuals, redundancy_number):
+    """By how much a point would be missed if it had been left out: v / (1 − h).
+
+    Exact for affine and helmert transformations without a new adjustment, both
+    coordinates being left out together.
+
+    Parameters
+    ----------
+    residuals, redundancy_number : ndarray
+        Of one shape.
+
+    Returns
+    -------
+    ndarray
+        NaN where the point alone fixes its model.
+    """
+    r = np.asarray(redundancy_number, dtype=float)
+    return residuals / np.where(r > LEAST_REDUNDANCY_NUMBER, r, np.nan)

@@ -204,6 +204,7 @@ def _scaled_base(direction, length):
     is_along_x = x >= COS_45
     factor = np.where(is_along_x, length / x, length)[:, None]
     vector = factor * direction
+    vector[:, 0] = np.where(is_along_x, length, vector[:, 0])  # without rounding
     along = np.where(is_along_x, 1.0 / x, 0.0)[:, None, None]
     first = along * vector[:, :, None] * [1.0, 0.0, 0.0]
     return vector, factor[:, :, None] * np.eye(3) - first

@@ -1,0 +1,137 @@
+"""Many tests at once: probabilities adjusted so that chance does not add up.
+
+What ``statsmodels.stats.multitest.multipletests`` does for one family of tests, done
+for the families of all models at once, without a loop over them in Python.
+
+Sources: Holm 1979; Benjamini and Hochberg 1995. See docs/theory/reliability.md.
+"""
+
+import numba
+import numpy as np
+
+from einschalt.foundations.batches import segment_sum
+
+
+def holm(p_values, start):
+    """Adjust probabilities so that a family errs at all with probability α only.
+
+    Parameters
+    ----------
+    p_values : ndarray, shape (n,)
+        Sorted by family; NaN where nothing was tested.
+    start : ndarray of int, shape (n_families + 1,)
+        Family k owns rows ``start[k]:start[k + 1]``.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Reject what is at most α.
+
+    Examples
+    --------
+    >>> holm(np.array([0.01, 0.04, 0.03]), np.array([0, 3])).round(3).tolist()
+    [0.03, 0.06, 0.06]
+    """
+    tests = _Ranked(p_values, start, count_tested(p_values, start))
+    raw = np.minimum((tests.n_tests - tests.rank) * tests.p_values, 1.0)
+    _run_maximum(raw, tests.start)
+    return tests.in_old_order(raw)
+
+
+def benjamini_hochberg(p_values, start):
+    """Adjust probabilities so that only a share α of what is rejected is good.
+
+    Parameters
+    ----------
+    p_values, start
+        As in :func:`holm`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Reject what is at most α.
+    """
+    tests = _Ranked(p_values, start, count_tested(p_values, start))
+    raw = np.minimum(tests.p_values * tests.n_tests / (tests.rank + 1), 1.0)
+    _run_minimum_from_end(raw, tests.start)
+    return tests.in_old_order(raw)
+
+
+def is_rejected_by_holm(p_values, start, significance):
+    """Whether :func:`holm` rejects; sorts only what could be rejected.
+
+    Parameters
+    ----------
+    p_values, start
+        As in :func:`holm`.
+    significance : float
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        False where nothing was tested.
+    """
+    p_values = np.asarray(p_values, dtype=float)
+    # these are the smallest of their families: their ranks are the same among all
+    candidates = np.where(p_values <= significance, p_values, np.nan)
+    tests = _Ranked(candidates, start, count_tested(p_values, start))
+    raw = (tests.n_tests - tests.rank) * tests.p_values
+    _run_maximum(raw, tests.start)
+    return tests.in_old_order(raw) <= significance
+
+
+def count_tested(p_values, start):
+    """Count the tests of each family, without those that are NaN.
+
+    Parameters
+    ----------
+    p_values, start
+        As in :func:`holm`.
+
+    Returns
+    -------
+    ndarray of int, shape (n_families,)
+    """
+    return segment_sum(np.isfinite(p_values).astype(np.int64), start)
+
+
+class _Ranked:
+    """Probabilities sorted within their families, those that are NaN left out.
+
+    Attributes
+    ----------
+    p_values : ndarray, shape (n_ranked,)
+    rank, n_tests : ndarray of int, shape (n_ranked,)
+        Rank from 0 within the family, and the size of the family.
+    start : ndarray of int, shape (n_families + 1,)
+    """
+
+    def __init__(self, p_values, start, n_tests):
+        self._n_all = len(p_values)
+        rows = np.flatnonzero(np.isfinite(p_values))
+        family = np.searchsorted(start, rows, side="right") - 1
+        self._rows = rows[np.lexsort((p_values[rows], family))]
+        self.p_values = np.asarray(p_values, dtype=float)[self._rows]
+        self.start = np.searchsorted(family, np.arange(len(start)))
+        self.rank = np.arange(len(rows)) - self.start[family]
+        self.n_tests = n_tests[family]
+
+    def in_old_order(self, values):
+        """Bring values back to their rows, NaN in the others."""
+        result = np.full(self._n_all, np.nan)
+        result[self._rows] = values
+        return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _run_maximum(values, start):
+    for k in range(len(start) - 1):
+        for i in range(start[k] + 1, start[k + 1]):
+            values[i] = max(values[i], values[i - 1])
+
+
+@numba.njit(cache=True, nogil=True)
+def _run_minimum_from_end(values, start):
+    for k in range(len(start) - 1):
+        for i in range(start[k + 1] - 2, start[k] - 1, -1):
+            values[i] = min(values[i], values[i + 1])

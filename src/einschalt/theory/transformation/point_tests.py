@@ -1,0 +1,174 @@
+"""Tests of the points that were fitted, and of points that were kept out of the fit.
+
+Both coordinates of a point are tested together, in the plan: heights from a narrow
+base are several times worse and would spoil the test.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.batches import segment_sum
+from einschalt.theory.adjustment.reliability import (
+    FittedPoints,
+    joint_point_tests,
+    joint_prediction_tests,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CommonPoints:
+    """Points that are known in both frames, sorted by model.
+
+    Attributes
+    ----------
+    source, target : ndarray, shape (n, n_axes)
+    weights : ndarray, shape (n,)
+    start : ndarray of int, shape (n_models + 1,)
+        Model k owns rows ``start[k]:start[k + 1]``.
+    """
+
+    source: np.ndarray
+    target: np.ndarray
+    weights: np.ndarray
+    start: np.ndarray
+
+    @property
+    def model(self):
+        """Model of each row, ndarray of int, shape (n,)."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    def chosen(self, is_chosen):
+        """Some of the rows, with all models, of which some may be left empty."""
+        count = segment_sum(is_chosen.astype(np.int64), self.start)
+        return CommonPoints(
+            self.source[is_chosen],
+            self.target[is_chosen],
+            self.weights[is_chosen],
+            np.concatenate([[0], np.cumsum(count)]),
+        )
+
+    def of_models(self, models):
+        """All rows of some models, which are numbered anew.
+
+        Parameters
+        ----------
+        models : ndarray of int
+            Ascending.
+
+        Returns
+        -------
+        rows : ndarray of int
+            Their rows among the old ones.
+        points : CommonPoints
+        """
+        is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
+        is_wanted[models] = True
+        rows = np.flatnonzero(is_wanted[self.model])
+        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[models])])
+        return rows, CommonPoints(
+            self.source[rows], self.target[rows], self.weights[rows], start
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PlanSums:
+    """Squares and redundancy of easting and northing alone, of each model.
+
+    Attributes
+    ----------
+    sum_of_squares : ndarray, shape (n_models,)
+        Σ w (v_E² + v_N²) [m²].
+    redundancy : ndarray, shape (n_models,)
+        Not a whole number where heights were fitted with the plan.
+    """
+
+    sum_of_squares: np.ndarray
+    redundancy: np.ndarray
+
+
+def plan_sums(fit, weights, start):
+    """Squares and redundancy of easting and northing alone.
+
+    Heights from a narrow base are several times worse than positions: in a common
+    s_0 they would spoil the figure for the plan.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    weights : ndarray, shape (n_points,)
+    start : ndarray of int, shape (n_models + 1,)
+
+    Returns
+    -------
+    PlanSums
+    """
+    if fit.residuals.shape[1] == 2:
+        return PlanSums(fit.sum_of_squares, fit.redundancy)
+    squares = weights * np.sum(fit.residuals[:, :2] ** 2, axis=1)
+    share = np.sum(1.0 - fit.leverage[:, :2], axis=1)
+    redundancy = segment_sum(share, start)
+    return PlanSums(
+        segment_sum(squares, start), np.where(fit.redundancy > 0, redundancy, 0.0)
+    )
+
+
+def fitted_point_tests(fit, points):
+    """Joint test of every point that was fitted.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    points : CommonPoints
+        Those that were fitted.
+
+    Returns
+    -------
+    PointTests
+    """
+    sums = plan_sums(fit, points.weights, points.start)
+    tested = FittedPoints(
+        residuals=fit.residuals[:, :2],
+        weights=points.weights,
+        leverage=fit.leverage[:, :2],
+        cross_leverage=_cross_leverage(fit, points),
+        start=points.start,
+    )
+    return joint_point_tests(tested, sums.sum_of_squares, sums.redundancy)
+
+
+def other_point_tests(fit, sums, model, points):
+    """Joint test of points that took no part in the fit.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    sums : PlanSums
+        Of the fit.
+    model : ndarray of int, shape (n,)
+        Model of each row.
+    points : CommonPoints
+
+    Returns
+    -------
+    residuals : ndarray, shape (n, n_axes)
+        Transformed less given [m].
+    tests : PointTests
+    """
+    residuals = fit.apply(model, points.source) - points.target
+    cofactors = fit.point_cofactors(model, points.source)[:, :2, :2].copy()
+    cofactors[:, [0, 1], [0, 1]] += 1.0 / points.weights[:, None]
+    plan = residuals[:, :2]
+    squares = np.sum(plan * np.linalg.solve(cofactors, plan[:, :, None])[:, :, 0], 1)
+    tests = joint_prediction_tests(
+        squares, sums.sum_of_squares[model], sums.redundancy[model]
+    )
+    return residuals, tests
+
+
+def _cross_leverage(fit, points):
+    """Off-diagonal of each point's block of the hat matrix, easting with northing."""
+    if fit.kind in {"affine", "helmert"}:
+        return np.zeros(len(points.weights))
+    cofactors = fit.point_cofactors(points.model, points.source)
+    return points.weights * cofactors[:, 0, 1]
