@@ -19,6 +19,7 @@ _HOME = {
     "read_block": "einschalt.interfaces.python_api",
     "Block": "einschalt.interfaces.python_api",
     "Flight": "einschalt.pipeline.block",
+    "Camera": "einschalt.theory.interior_orientation",
     "Settings": "einschalt.pipeline.settings",
     "densify": "einschalt.interfaces.python_api",
     "DensificationResult": "einschalt.interfaces.python_api",

@@ -8,7 +8,7 @@ import pytest
 
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.pipeline.block import check_block
-from einschalt.pipeline.block_check import axis_problems
+from einschalt.pipeline.axis_order import axis_problems
 
 
 def with_control(block, change):

@@ -101,6 +101,16 @@ def test_base_by_model(image_pairs):
     assert np.linalg.norm(last) == pytest.approx(30.0)
 
 
+def test_models_may_be_named_by_numbers(image_pairs):
+    numbered = image_pairs.assign(
+        model_id=image_pairs["model_id"].map({"1/2": 12, "2/3": 23, "3/4": 34})
+    )
+    length = pd.Series({12: 10.0, 23: 20.0, 34: 30.0})
+    oriented = orient_from_images(numbered, C, base_length=length)
+    assert oriented.parameters["bx"].loc[["12", "23"]].tolist() == [10.0, 20.0]
+    assert oriented.covariance(12).equals(oriented.covariance("12"))
+
+
 def test_base_by_coverage_and_model(image_pairs):
     both = pd.concat([image_pairs.assign(coverage=name) for name in "ab"])
     length = pd.Series({(c, m): 10.0 + 10.0 * (c == "b") for c in "ab" for m in TRUTH})
@@ -291,6 +301,12 @@ def test_what_is_wrong_with_the_table_is_said(image_pairs, change, message):
         ({"principal_distance": 0.152}, r"= 0.152; expected .* Did you give metres\?"),
         ({"principal_distance": -152.0}, "principal_distance = -152.0; expected 1 to"),
         ({"principal_distance": (1.0, 2.0, 3.0)}, "one number or one for each side"),
+        ({"principal_distance": "wide"}, "= 'wide'; expected millimetres"),
+        ({"base_length": "long"}, "base_length = 'long'; expected millimetres"),
+        (
+            {"base_length": pd.Series([1.0, 2.0], index=["1/2", "1/2"])},
+            "model 1/2: base_length has the model twice; .* by coverage and model_id",
+        ),
         ({"base_length": 0.0}, "model 1/2: base_length = 0.0; expected a positive"),
         (
             {"base_length": pd.Series({"1/2": 1.0, "2/3": 1.0})},

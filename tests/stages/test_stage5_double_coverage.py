@@ -165,7 +165,7 @@ def test_positions_go_by_model_and_coverage():
         },
         index=[5, 4, 3, 2, 1],
     )
-    found = with_positions(points[["point_id"]], points)
+    found = with_positions(points[["coverage", "model_id", "point_id"]], points)
     assert found.index.tolist() == [5, 4, 3, 2, 1]
     np.testing.assert_allclose(found["position_u"], [-0.5, -0.5, 0.5, 0.5, 0.0])
     np.testing.assert_allclose(found["position_v"], [-0.5, 0.0, 0.5, 0.0, -0.3])

@@ -60,6 +60,11 @@ class Schema:
         """Names of the columns that hold text."""
         return [c.name for c in self.columns if c.kind in ("id", "choice")]
 
+    def only(self, *names):
+        """Return the schema of some of the columns."""
+        columns = tuple(c for c in self.columns if c.name in names)
+        return Schema(self.name, columns, tuple(k for k in self.key if k in names))
+
     def without(self, *names):
         """Return the same schema in which some columns need not be given."""
         columns = tuple(
@@ -95,7 +100,7 @@ CONTROL_POINTS = Schema(
 )
 APPROXIMATE_POINTS = Schema(
     "approximate_points",
-    CONTROL_POINTS.columns[:5],
+    CONTROL_POINTS.columns[:4],
     key=("point_id",),
 )
 MODEL_POINTS = Schema(
@@ -108,7 +113,6 @@ MODEL_POINTS = Schema(
         _number("y", "millimetres"),
         _number("z", "millimetres", is_required=False),
         _number("n_settings", "a count", is_required=False, is_positive=True),
-        _number("weight", "a weight", is_required=False, is_positive=True),
     ),
     key=("coverage", "model_id", "point_id"),
 )

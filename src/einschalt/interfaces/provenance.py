@@ -86,15 +86,24 @@ def _inputs(block):
     return [
         {
             "table": table,
-            "file": _relative(source),
+            "file": within_block(source),
             "sha256": block.checksums.get(source),
         }
         for table, source in block.sources.items()
     ]
 
 
-def _relative(source):
-    """Keep a path within the block; of one from elsewhere only its name."""
+def within_block(source):
+    """Keep a path within the block; of one from elsewhere only its name.
+
+    Parameters
+    ----------
+    source : str
+
+    Returns
+    -------
+    str
+    """
     for kind in (PurePosixPath, PureWindowsPath):
         if kind(source).is_absolute():
             return kind(source).name
@@ -103,5 +112,5 @@ def _relative(source):
 
 def _without_paths(note, block):
     for source in block.sources.values():
-        note = note.replace(source, _relative(source))
+        note = note.replace(source, within_block(source))
     return note

@@ -35,17 +35,8 @@ class Block(checked.Block):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SimulatedBlock(simulated.SimulatedBlock):
+class SimulatedBlock(simulated.SimulatedBlock, Block):
     """A block with known ``truth``, which can be written as a folder."""
-
-    def write(self, folder):
-        """Write the block, with its truth, as a folder.
-
-        Parameters
-        ----------
-        folder : str or Path
-        """
-        write_block(self, folder)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

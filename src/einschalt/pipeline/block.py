@@ -8,12 +8,16 @@ stop a block: it is found here as well (``model_problems``), and becomes a row o
 
 from dataclasses import dataclass, field, fields
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block_check import Findings, check_block
 from einschalt.pipeline.block_facts import FLIGHTS, TRANSFORMATIONS
 from einschalt.pipeline.settings import Settings
+from einschalt.theory.interior_orientation import Camera
+from einschalt.theory.measuring_error import m_g_of_mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +25,17 @@ class Flight:
     """One flight: its measurements and what is known of them.
 
     Exactly one of ``model_points`` (machine coordinates) and ``image_points`` (image
-    coordinates, with ``models`` and ``principal_distance_mm``) is given.
+    coordinates, with ``models`` and ``camera`` or ``principal_distance_mm``) is given.
 
     Attributes
     ----------
     model_points : DataFrame, optional
-        coverage, model_id, point_id, x, y [, z] [, n_settings], in ``model_unit``.
+        coverage, model_id, point_id, x, y [, z] [, n_settings], in ``model_unit``. x
+        and y are means of ``n_settings`` settings, of one where the column is missing.
     scale_number : float
         Denominator of the image scale.
     m_g_um : float
-        TOTAL error of a measured point in the image plane [µm].
+        TOTAL error of one setting of a point in the image plane [µm].
     transformation : {"affine", "helmert", "rigid", "helmert_3d"}
     model_unit : {"mm", "cm", "m", "um"}
         Unit of x, y, z in ``model_points`` and of ``y_parallaxes``.
@@ -39,10 +44,15 @@ class Flight:
     base : DataFrame or float, optional
         With ``y_parallaxes``: coverage, model_id, base; or one base for all models.
     image_points : DataFrame, optional
-        image_id, point_id, x, y [mm], principal-point system, y up.
+        image_id, point_id, x, y [mm], principal-point system, y up; with ``camera`` as
+        that says.
     models : DataFrame, optional
         With ``image_points``: coverage, model_id, left_image, right_image.
     principal_distance_mm : float, optional
+        With ``camera`` it is that of the camera.
+    camera : Camera, optional
+        Makes image coordinates of what ``image_points`` has: pixels (column, row), or
+        millimetres from another origin, with distortion.
     """
 
     model_points: pd.DataFrame | None = None
@@ -55,6 +65,13 @@ class Flight:
     image_points: pd.DataFrame | None = field(default=None, kw_only=True)
     models: pd.DataFrame | None = field(default=None, kw_only=True)
     principal_distance_mm: float | None = field(default=None, kw_only=True)
+    camera: Camera | None = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        """Take the principal distance from the camera."""
+        if self.camera is not None and self.principal_distance_mm is None:
+            distance = self.camera.principal_distance_mm
+            object.__setattr__(self, "principal_distance_mm", distance)
 
     @property
     def has_images(self):
@@ -65,6 +82,63 @@ class Flight:
     def is_oriented_numerically(self):
         """Whether stage 2 has anything to do for this flight."""
         return self.has_images or self.y_parallaxes is not None
+
+    @property
+    def points_to_fit(self):
+        """The measured model points as their transformation takes them."""
+        return self.to_fit(self.model_points)
+
+    def to_fit(self, model_points):
+        """Model points in metres where the scale is held, else as they are.
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            Of this flight, in ``model_unit``.
+
+        Returns
+        -------
+        DataFrame
+        """
+        if self.transformation != "rigid":
+            return model_points
+        factor = METRES_PER_UNIT[self.model_unit]
+        return model_points.assign(
+            x=model_points["x"] * factor, y=model_points["y"] * factor
+        )
+
+    def image_coordinates(self):
+        """Image coordinates of ``image_points``, without distortion.
+
+        Returns
+        -------
+        DataFrame
+            image_id, point_id, x, y [mm], origin in the principal point, y up; NaN
+            where the camera's distortion has no inverse.
+        """
+        if self.camera is None:
+            return self.image_points
+        measured = self.image_points[["x", "y"]].to_numpy(dtype=float)
+        xy = self.camera.xy_from_measured(measured)
+        return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
+
+    def m_g_um_of(self, model_points):
+        """TOTAL error of each measured point, the mean of its settings [µm].
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            Of this flight; optionally with ``n_settings``.
+
+        Returns
+        -------
+        ndarray, shape (n_rows,)
+            m_g / √k for k settings.
+        """
+        n_settings = np.ones(len(model_points))
+        if "n_settings" in model_points:
+            n_settings = model_points["n_settings"].to_numpy(dtype=float)
+        return m_g_of_mean(self.m_g_um, n_settings)
 
     def model_table(self):
         """Which point lies in which model: coverage, model_id, point_id."""
@@ -134,7 +208,9 @@ class Block:
         raise_problems(found.problems)
         for name, value in found.tables.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "notes", (*self.notes, *found.notes))
+        # a block made from a block has been told before
+        notes = tuple(dict.fromkeys((*self.notes, *found.notes)))
+        object.__setattr__(self, "notes", notes)
         object.__setattr__(self, "_model_problems", found.model_problems)
 
     @property

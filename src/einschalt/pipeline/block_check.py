@@ -13,12 +13,11 @@ from einschalt.foundations import tables
 from einschalt.foundations.errors import (
     ConsistencyError,
     EinschaltError,
-    ProjectionError,
     TableError,
 )
 from einschalt.foundations.name_columns import is_among, row_codes
-from einschalt.foundations.projections import extent_of
 from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block_facts import FLIGHTS, check_facts
 
 LARGEST_MODEL_MM = 5000.0
@@ -71,65 +70,11 @@ def check_block(block, said=frozenset()) -> Findings:
     check.axes()
     check.units()
     check.images()
+    check.models_with_parallaxes()
     check.points_in_models()
     check.models_on_points()
     return Findings(
         check.checked, tuple(check.problems), tuple(check.models), tuple(check.notes)
-    )
-
-
-def axis_problems(frame, crs, source):
-    """Points whose easting and northing are exchanged, told by the area of use.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        point_id, easting, northing, as checked.
-    crs : str or None
-        System of the coordinates.
-    source : str
-        File name, said in messages.
-
-    Returns
-    -------
-    problems : list of EinschaltError
-    notes : list of str
-        How many points lie outside either way.
-    """
-    try:
-        extent = extent_of(crs) if crs else None
-    except ProjectionError:  # said by check_facts
-        extent = None
-    if extent is None:
-        return [], []
-    east, north = frame["easting"].to_numpy(), frame["northing"].to_numpy()
-    is_outside = ~_inside(east, north, extent)
-    is_swapped = is_outside & _inside(north, east, extent)
-
-    def problem(place):
-        return ConsistencyError(
-            f"easting {east[place]:.3f}, northing {north[place]:.3f} lies outside the "
-            f"area of {crs}, and inside with the two exchanged",
-            expected="easting, northing in this order",
-            remedy="Exchange the two columns",
-            file=source,
-            **tables.whereabouts(frame, place),
-        )
-
-    rest = "easting and northing are exchanged"
-    problems = tables.listed(np.flatnonzero(is_swapped), problem, rest, source)
-    n_far = int((is_outside & ~is_swapped).sum())
-    far = f"{n_far} of {len(frame)} points lie outside the area of use of {crs}"
-    return problems, [f"{source}: {far}"] if n_far else []
-
-
-def _inside(easting, northing, extent):
-    west, south, east, north = extent
-    return (
-        (easting >= west)
-        & (easting <= east)
-        & (northing >= south)
-        & (northing <= north)
     )
 
 
@@ -220,7 +165,8 @@ class _Check:
 
     @staticmethod
     def _model_points_schema(flight):
-        if flight.transformation != "helmert_3d":
+        is_spatial = flight.transformation == "helmert_3d"
+        if not is_spatial and flight.y_parallaxes is None:
             return tables.MODEL_POINTS
         columns = tuple(
             replace(c, is_required=True) if c.name == "z" else c
@@ -252,8 +198,28 @@ class _Check:
                 frame = flight.model_points
                 self._extent(f"{name}.model_points", frame, "model_id", unit)
             if self._sound(f"{name}.image_points"):
-                frame = flight.image_points
-                self._extent(f"{name}.image_points", frame, "image_id", "mm")
+                self._undistorted(f"{name}.image_points", flight)
+
+    def _undistorted(self, table, flight):
+        """Image coordinates that the camera does not know, or that have no mm."""
+        frame = flight.image_coordinates()
+        is_lost = frame["x"].isna().to_numpy()
+
+        def problem(place):
+            column, row = flight.image_points[["x", "y"]].iloc[place]
+            return ConsistencyError(
+                f"x {column:g}, y {row:g} lies where the distortion has no inverse",
+                expected="a point within the image of the camera",
+                remedy="Check the point, and the coefficients of the camera",
+                file=self._file(table),
+                **tables.whereabouts(frame, place),
+            )
+
+        places = np.flatnonzero(is_lost)
+        file = self._file(table)
+        self.problems += tables.listed(places, problem, "no inverse", file)
+        if not is_lost.all():
+            self._extent(table, frame[~is_lost], "image_id", "mm")
 
     def _extent(self, table, frame, key, unit):
         keys = [name for name in ("coverage", key) if name in frame]
@@ -300,6 +266,33 @@ class _Check:
         places = np.flatnonzero(~is_among(flight.models[side], measured))
         file = self._file(f"{name}.models")
         self.problems += tables.listed(places, problem, f"{side} is unknown", file)
+
+    def models_with_parallaxes(self):
+        """Models of a flight that is to be oriented, without measured parallaxes."""
+        for name in FLIGHTS:
+            parts = (f"{name}.model_points", f"{name}.y_parallaxes")
+            if self._sound(*parts):
+                flight = self.checked[name]
+                self._without_parallaxes(name, flight)
+
+    def _without_parallaxes(self, name, flight):
+        keys = [key for key in MODEL_KEY if key in flight.y_parallaxes]
+        frame = flight.model_points
+        both = pd.concat([frame[keys], flight.y_parallaxes[keys]], ignore_index=True)
+        codes = row_codes([both[key] for key in keys])
+        model, oriented = codes[: len(frame)], codes[len(frame) :]
+        is_first = ~pd.Series(model).duplicated().to_numpy()
+        places = np.flatnonzero(is_first & ~np.isin(model, oriented))
+        self.models += [
+            ConsistencyError(
+                "the model has no y-parallaxes",
+                expected=f"a model of {self._file(f'{name}.y_parallaxes')}",
+                remedy="Correct its name, measure them, or delete the model",
+                file=self._file(f"{name}.model_points"),
+                **tables.whereabouts(frame, place),
+            )
+            for place in places
+        ]
 
     def points_in_models(self):
         """Ground points that no model holds: most often a misspelt name."""

@@ -136,6 +136,7 @@ class _Facts:
         if flight.principal_distance_mm is not None:
             key = "principal_distance_mm"
             self._range(name, key, flight.principal_distance_mm)
+        self._camera(name, flight)
         if flight.base is not None and not isinstance(flight.base, pd.DataFrame):
             self._base(name, flight.base)
 
@@ -145,6 +146,18 @@ class _Facts:
                 f"[{section}] {key} = {value!r}",
                 expected=str(RANGES[key]),
                 remedy=_question(key, value),
+            )
+
+    def _camera(self, section, flight):
+        if flight.camera is None:
+            return
+        own, given = flight.camera.principal_distance_mm, flight.principal_distance_mm
+        if not np.isclose(given, own, rtol=1e-9):
+            self._say(
+                f"[{section}] principal_distance_mm = {given!r}, but that of the "
+                f"camera is {own:.10g}",
+                expected="one of the two",
+                remedy="Take principal_distance_mm out",
             )
 
     def _base(self, section, value):
@@ -183,10 +196,17 @@ class _Facts:
                 f"[{name}] model_points and image_points are {both}",
                 expected="one of the two",
             )
+        if has("y_parallaxes") and has("image_points"):
+            self._say(
+                f"[{name}] y_parallaxes and image_points are both given",
+                expected="y_parallaxes beside model_points only",
+                remedy=f"Take one of them out of [{name}]",
+            )
         needs = []
         if has("image_points"):
             needs = [("models", "image_points")]
-            needs += [("principal_distance_mm", "image_points")]
+            if not has("camera"):
+                needs += [("principal_distance_mm", "image_points")]
         if has("y_parallaxes"):
             needs += [("base", "y_parallaxes")]
         for key, beside in needs:

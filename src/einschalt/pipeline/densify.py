@@ -1,6 +1,7 @@
 """From a block to densified coordinates: the five stages in order."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -10,8 +11,11 @@ from einschalt.pipeline.block import Block
 from einschalt.pipeline.error_propagation import can_propagate, propagate_block
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary import summarize
+from einschalt.pipeline.variance_components import estimate_components
+from einschalt.stages.model_screening import screen_models, without_suspects
 from einschalt.stages.results import FAILURE_COLUMNS, Result
 from einschalt.stages.stage1_approximate_coordinates import (
+    ApproximateCoordinates,
     approximate_coordinates,
     require_usable,
 )
@@ -19,7 +23,11 @@ from einschalt.stages.stage2_relative_orientation import (
     ORIENTATION_COLUMNS,
     relative_orientation,
 )
-from einschalt.stages.stage3_model_transformation import STAGE, transform_models
+from einschalt.stages.stage3_model_transformation import (
+    STAGE,
+    ModelTransformation,
+    transform_models,
+)
 from einschalt.stages.stage4_error_budget import error_budget
 from einschalt.stages.stage4_error_propagation import PropagatedErrors
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
@@ -90,7 +98,8 @@ class DensificationResult(Result):
         is_usable, reason, then the parameters.
     residuals : DataFrame
         flight, coverage, model_id, point_id, residual_easting, residual_northing
-        [, residual_height] (transformed less given) [m], leverage, redundancy_number.
+        [, residual_height] (transformed less given) [m], leverage, redundancy_number,
+        w, p_value, is_suspect (of the joint test of both coordinates).
     orientations : DataFrame
         flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],
         is_converged, then the elements; no rows where nothing was oriented.
@@ -106,6 +115,10 @@ class DensificationResult(Result):
     errors : PropagatedErrors or None
         Covariances of the points, and their sources; None where the size of a source
         of error is not known.
+    high : ApproximateCoordinates or None
+        Stage 1, with the transformations of the high flight.
+    low : ModelTransformation
+        Stage 3, the transformations of the low flight.
     seconds : float
         Time of the computation.
     """
@@ -121,7 +134,20 @@ class DensificationResult(Result):
     approximations: pd.DataFrame
     figures: BlockFigures
     errors: PropagatedErrors | None
+    high: ApproximateCoordinates | None
+    low: ModelTransformation
     seconds: float
+
+    @cached_property
+    def components(self):
+        """Sizes of errors that the measurements show, BlockComponents or None.
+
+        Computed when it is asked for the first time; None where the errors cannot be
+        propagated, or the block is too small to tell.
+        """
+        if self.errors is None:
+            return None
+        return estimate_components(self.block, self.high, self.low)
 
     def summary(self):
         """Return verdict, problems and suggestions, then numbers."""
@@ -162,12 +188,14 @@ def densify(block, settings=None, *, progress=None):
     high = _high_flight(block, flights, settings)
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
-    low = _low_flight(block, flights[FLIGHT_LAST].model_points, approximations)
+    low = _low_flight(
+        block, flights[FLIGHT_LAST].model_points, approximations, settings
+    )
     said("error budget", 0.8)
     values = _single_values(block.low_flight, low, flights[FLIGHT_LAST].model_points)
     said("double coverage", 0.9)
     means = average_coverages(
-        values,
+        values if settings.outliers == "keep" else without_suspects(values, low),
         coverage_mean=settings.coverage_mean,
         weighting=settings.weighting,
     )
@@ -188,6 +216,8 @@ def densify(block, settings=None, *, progress=None):
         approximations=approximations,
         figures=_figures(high, low, means, points, failures),
         errors=errors,
+        high=high,
+        low=low,
         seconds=perf_counter() - started,
     )
 
@@ -208,13 +238,14 @@ def _high_flight(block, flights, settings):
     )
 
 
-def _low_flight(block, model_points, approximations):
+def _low_flight(block, model_points, approximations, settings):
     ground = approximations
     if block.control_points is not None:
         is_check = block.control_points["role"] == "check"
         check = block.control_points.loc[is_check, "point_id"]
         ground = ground[~ground["point_id"].isin(check)]
     low = transform_models(model_points, ground, block.low_flight.transformation)
+    low = screen_models(low, settings.outliers, settings.significance)
     require_usable(low, "low flight", STAGE)
     return low
 
@@ -222,7 +253,9 @@ def _low_flight(block, model_points, approximations):
 def _single_values(flight, low, model_points):
     values = with_positions(low.values(model_points), model_points)
     values["standard_error_paper"] = error_budget(
-        flight.m_g_um, flight.scale_number, values["m_t"].to_numpy()
+        flight.m_g_um_of(model_points),
+        flight.scale_number,
+        values["m_t"].to_numpy(),
     )
     return values
 

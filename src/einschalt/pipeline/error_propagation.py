@@ -57,8 +57,8 @@ def propagate_block(block, high, low, means):
     """
     control, check = block.control_points, _check_ids(block)
     is_control = (control["role"] != "check").to_numpy()
-    high_points = block.high_flight.model_points
-    low_points = block.low_flight.model_points
+    high_points = block.high_flight.points_to_fit
+    low_points = block.low_flight.points_to_fit
     n_high, n_low, n_approximate = len(high_points), len(low_points), len(high.points)
     is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
     n_axes = 1 if is_conformal else 2
@@ -85,13 +85,28 @@ def propagate_block(block, high, low, means):
             "high_flight": (*through_ground, of_high.measured),
             "low_flight": (final, of_low.measured),
         },
-        {
-            "control": control["standard_error_m"].to_numpy() / SQRT2,
-            "high_flight": np.full(n_high, _measuring_error(block.high_flight)),
-            "low_flight": np.full(n_low, _measuring_error(block.low_flight)),
-        },
+        given_errors(block),
         n_axes,
     )
+
+
+def given_errors(block):
+    """Sizes of the errors of all observations as they were given, by their source.
+
+    Parameters
+    ----------
+    block : Block
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
+    """
+    return {
+        "control": block.control_points["standard_error_m"].to_numpy() / SQRT2,
+        "high_flight": _measuring_errors(block.high_flight),
+        "low_flight": _measuring_errors(block.low_flight),
+    }
 
 
 def _check_ids(block):
@@ -99,6 +114,7 @@ def _check_ids(block):
     return control.loc[control["role"] == "check", "point_id"]
 
 
-def _measuring_error(flight):
-    """Error of a measured coordinate on the ground [m]; m_g is total."""
-    return flight.m_g_um * METRES_PER_UM * flight.scale_number / SQRT2
+def _measuring_errors(flight):
+    """Error of each measured coordinate on the ground [m]; m_g is total."""
+    m_g_um = flight.m_g_um_of(flight.model_points)
+    return m_g_um * METRES_PER_UM * flight.scale_number / SQRT2

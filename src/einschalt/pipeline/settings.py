@@ -22,6 +22,13 @@ class Settings(BaseModel):
         the position in the model's extent.
     weighting : {"plain", "weighted"}
         Arithmetic mean, or weights 1 / M² with the M of the error budget.
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        What happens to gross errors of the low flight: they are only named; the worst
+        of each model is taken out until none is left; or a robust norm gives them less
+        weight. Unless they are kept, the value of a suspect does not enter the mean of
+        its point where another model has one that is not suspect.
+    significance : float
+        Probability with which a model without gross errors has a suspect.
 
     Raises
     ------
@@ -39,6 +46,10 @@ class Settings(BaseModel):
     method: Literal["pipeline"] = "pipeline"
     coverage_mean: Literal["all", "most_central"] = "all"
     weighting: Literal["plain", "weighted"] = "plain"
+    outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"
+    significance: float = Field(
+        0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
+    )
 
     def __init__(self, **fields):
         checked(super().__init__, fields, section="settings", names=type(self))

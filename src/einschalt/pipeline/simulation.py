@@ -4,13 +4,14 @@ Geometry and noise are set apart and drawn apart: with one seed, other noise lea
 points, layout and control where they are, and larger noise is the same noise enlarged.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.block import Block, Flight
 from einschalt.pipeline.simulated_geometry import BlockGeometry
 from einschalt.pipeline.simulated_layout import (
@@ -47,6 +48,7 @@ FLIGHT_STREAMS = ("setting", "measurement", "gross", "height", "orientation")
 GROUND_AXES = ("easting", "northing", "height")
 # what a block without noise declares: its tables allow no error of zero
 LEAST_M_G_UM = 0.1
+LENGTHS = ("x", "y", "z", "y_parallax", "base")
 LEAST_STANDARD_ERROR = 1e-4
 
 
@@ -246,12 +248,24 @@ def _choose_check(geometry, layouts, is_control, rng):
 
 def _flight(height, measured, scene):
     geometry = scene.geometry
-    return Flight(
+    flight = Flight(
         **measured.tables,
         scale_number=getattr(geometry, f"{height}_scale_number"),
         m_g_um=max(getattr(scene.noise, f"{height}_m_g_um"), LEAST_M_G_UM),
         transformation=geometry.transformation_kind,
     )
+    return _at_ground_scale(flight) if flight.transformation == "rigid" else flight
+
+
+def _at_ground_scale(flight):
+    """The flight as a plotter that shows ground units would give it."""
+    factor = flight.scale_number * METRES_PER_MM
+    tables = {
+        name: table.assign(**{n: table[n] * factor for n in LENGTHS if n in table})
+        for name in ("model_points", "y_parallaxes", "base")
+        if isinstance(table := getattr(flight, name), pd.DataFrame)
+    }
+    return replace(flight, **tables, model_unit="m")
 
 
 def _gross_errors(measured):

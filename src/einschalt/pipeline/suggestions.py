@@ -4,9 +4,8 @@ Every function looks at one thing and returns at most one :class:`Suggestion`. N
 is judged here that was not measured: a problem states the figures that show it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+import pandas as pd
 from scipy.special import chdtri, stdtrit
 
 from einschalt.foundations.typesetting import (
@@ -18,38 +17,18 @@ from einschalt.foundations.typesetting import (
     shortened,
 )
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
+from einschalt.pipeline.suspect_suggestions import (
+    suspect_observations,
+    wrong_measuring_errors,
+)
 
-# differences must exceed what chance does in one block of a thousand
-SIGNIFICANCE = 0.001
 WORTH_A_WORD = 1.25
 DIFFERENCES = ["difference_easting", "difference_northing"]
 RAISE_M_G = "Raise m_g_um of the low flight, or look for gross errors"
 LARGE_M_0 = 3.0
 LARGE_SPREAD = 5.0
 MOST_DETAILS = 5
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """One problem and what to do about it.
-
-    Attributes
-    ----------
-    problem : str
-        One sentence without its full stop.
-    remedy : str
-        One sentence without its full stop; empty where there is nothing to do.
-    details : tuple of str
-        Parts of the problem, one a line.
-    """
-
-    problem: str
-    remedy: str = ""
-    details: tuple[str, ...] = ()
-
-    def __str__(self):
-        """Problem and remedy as sentences, without the details."""
-        return f"{self.problem}. {self.remedy}." if self.remedy else f"{self.problem}."
 
 
 def find_suggestions(result) -> tuple[Suggestion, ...]:
@@ -73,6 +52,8 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         shifted_block(result),
         high_flight_misfit(result),
         contradicted_figures(result),
+        wrong_measuring_errors(result),
+        suspect_observations(result),
         points_that_differ(result),
         models_with_large_m_0(result),
         mirrored_models(result),
@@ -142,7 +123,10 @@ def orientations_without_convergence(result):
     rows = result.orientations
     if rows.empty:
         return None
-    open_ones = rows[~rows["is_converged"].astype(bool)]
+    keys = ["flight", "coverage", "model_id"]
+    told = pd.MultiIndex.from_frame(result.failures[keys])
+    is_told = pd.MultiIndex.from_frame(rows[keys]).isin(told)
+    open_ones = rows[~rows["is_converged"].astype(bool) & ~is_told]
     if open_ones.empty:
         return None
     return Suggestion(

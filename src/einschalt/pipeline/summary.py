@@ -23,6 +23,7 @@ from einschalt.pipeline.suggestions import (
     has_credible_propagation,
     n_models,
 )
+from einschalt.pipeline.suspect_suggestions import shown_component
 
 TOTAL = (
     "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
@@ -42,6 +43,7 @@ PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
 HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
 GIVEN_SHARED = "neighbouring approximate points share errors, which is not known here"
+UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 BOTH_SHARE = "{} coverages share the approximate coordinates"
 
 
@@ -70,7 +72,14 @@ def summarize(result) -> str:
         _suggestions(find_suggestions(result)),
         _numbers(precision(result), (too_small(result), *remarks(result))),
         _numbers(differences(result)),
-        _numbers(flights(result), (*approximations(result), *orientations(result))),
+        _numbers(
+            flights(result),
+            (
+                *approximations(result),
+                *orientations(result),
+                *measured_errors(result),
+            ),
+        ),
         settings_line(result),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -272,9 +281,24 @@ def orientations(result) -> tuple[str, ...]:
     return tuple(lines)
 
 
+def measured_errors(result) -> tuple[str, ...]:
+    """Say what m_g of each flight the measurements show."""
+    if result.components is None:
+        return ()
+    return tuple(
+        f"m_g of the {flight.replace('_', ' ')}: given {number(component.given)}, "
+        f"the data say {shown_component(component)} µm."
+        for flight, component in (
+            ("high_flight", result.components.high_flight),
+            ("low_flight", result.components.low_flight),
+        )
+    )
+
+
 def settings_line(result) -> str:
     """Say with what settings the block was computed, and how long it took."""
     chosen = ", ".join(
-        f"{key} = {value}" for key, value in result.settings.model_dump().items()
+        f"{key}{UNBROKEN}{value}" for key, value in result.settings.model_dump().items()
     )
-    return f"{wrapped(f'Settings: {chosen}.')}\nComputed in {seconds(result.seconds)}."
+    lines = wrapped(f"Settings: {chosen}.").replace(UNBROKEN, " = ")
+    return f"{lines}\nComputed in {seconds(result.seconds)}."

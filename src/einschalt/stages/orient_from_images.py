@@ -1,7 +1,6 @@
 """Stage 2, from image coordinates: every stereo pair oriented for itself."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -11,13 +10,9 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
-from einschalt.foundations.units import (
-    METRES_PER_MM,
-    METRES_PER_UM,
-    RADIANS_PER_GON,
-)
-from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
-from einschalt.stages.results import Result, failures_table, row_of_model
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.stages.image_orientation import ImageOrientation
+from einschalt.stages.results import failures_table
 from einschalt.theory.relative_orientation import coplanarity
 from einschalt.theory.relative_orientation.coplanarity import (
     BEHIND,
@@ -28,11 +23,9 @@ from einschalt.theory.relative_orientation.coplanarity import (
     UNDETERMINED,
     orient_pairs,
 )
-from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.model_formation import form_model
 from einschalt.theory.relative_orientation.orientation_elements import (
     CASES,
-    OrientationElements,
     orientation_elements,
 )
 
@@ -44,163 +37,12 @@ RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
 WIDEST_FIELD, NARROWEST_FIELD = 2.5, 0.01
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
-# sigma_0 of a model against that of all models that is worth a word
-LARGE_SIGMA = 3.0
-AMBIGUOUS = (
-    "another orientation fits about as well; the one nearer to the normal case was "
-    "taken. Measure more points, at different heights."
-)
-SOME_BEHIND = "a point lies behind a camera. Look for gross errors in x."
-POOLED = "sigma_0 (an image coordinate, all models together)"
-NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
-LARGE = "sigma_0 is more than three times the median. Look for gross errors."
-MOST_LISTED = 12
 REMEDIES = {
     TOO_FEW: "Measure at least six points in the overlap, or take the model out",
     UNDETERMINED: "Measure points that are spread over the whole overlap",
     NOT_CONVERGED: "Look for exchanged points and gross errors, or measure more points",
     BEHIND: "Check that left and right image and the axes are not confused",
 }
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ImageOrientation(Result):
-    """Relative orientations of all models of a flight.
-
-    Attributes
-    ----------
-    case : str
-        Which photograph is moved; see ``orientation_elements``.
-    estimator : str
-    models : DataFrame
-        coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
-        is_ambiguous (another orientation fits as well), n_in_front, reason (empty
-        where the model is oriented).
-    parameters : DataFrame
-        Index model_id; bx, by, bz in the unit of the base, omega, phi, kappa [rad]; in
-        the independent case base, phi_1, kappa_1, omega_2, phi_2, kappa_2. NaN where
-        the points determine nothing.
-    elements : OrientationElements
-        The same as arrays, with cofactors and cameras.
-    residuals : DataFrame
-        [coverage,] model_id, point_id, residual_x_left, residual_y_left,
-        residual_x_right, residual_y_right [mm] (adjusted less measured),
-        redundancy_number (of the condition of the point).
-    model_points : DataFrame
-        [coverage,] model_id, point_id, x, y, z in the unit of the base: intersections
-        of the adjusted rays ("rigorous"), or with the mean of both y ("determinants").
-    failures : DataFrame
-        coverage, model_id, stage, reason, remedy.
-    """
-
-    case: str
-    estimator: str
-    models: pd.DataFrame
-    parameters: pd.DataFrame
-    elements: OrientationElements
-    residuals: pd.DataFrame
-    model_points: pd.DataFrame
-    failures: pd.DataFrame
-
-    @property
-    def sigma_0(self):
-        """Standard error of an image coordinate [mm], Series by model_id."""
-        return self._by_model("sigma_0")
-
-    @property
-    def converged(self):
-        """Whether the adjustment converged, Series of bool by model_id."""
-        return self._by_model("is_converged").rename("converged")
-
-    @property
-    def n_points(self):
-        """Number of points, Series by model_id."""
-        return self._by_model("n_points")
-
-    @property
-    def redundancy(self):
-        """Points less five, Series by model_id."""
-        return self._by_model("redundancy")
-
-    @cached_property
-    def dangerous_surface(self):
-        """Whether the points of each model lie near a dangerous surface, and why.
-
-        Index model_id; verdict (safe, weak or critical), inflation, and the other
-        columns of :func:`einschalt.stages.dangerous_surface.surface_table`. Models that
-        could not be oriented are critical, with the reason of their failure.
-        """
-        reason = self.models["reason"].to_numpy()
-        count = np.where(reason == "", self.models["n_points"], 0)
-        xyz = self.model_points[["x", "y", "z"]].to_numpy()
-        start = np.append(0, np.cumsum(count))
-        geometry = geometry_of_images(self.elements.cameras, xyz, start)
-        examination = examine_surfaces(
-            geometry.xyz, geometry.base, geometry.model_start, grows_with_depth=True
-        )
-        surfaces = surface_table(examination, self.models["model_id"])
-        surfaces.loc[reason != "", "reason"] = reason[reason != ""]
-        return surfaces
-
-    @property
-    def orientations(self):
-        """One row per model: ``models`` beside ``parameters``."""
-        parameters = self.parameters.reset_index(drop=True)
-        return pd.concat([self.models, parameters], axis=1)
-
-    def _by_model(self, column):
-        return self.models.set_index("model_id")[column]
-
-    def cofactor(self, model_id, coverage=None):
-        """Cofactor matrix of the five estimated elements of a model.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            Named on both sides; lengths in the unit of the base, angles in radians, for
-            an image coordinate with the variance 1 mm².
-
-        Raises
-        ------
-        TableError
-            There is no such model, or there is one in each of several coverages.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        names = list(self.elements.estimated)
-        return pd.DataFrame(self.elements.cofactor[row], index=names, columns=names)
-
-    def covariance(self, model_id, coverage=None):
-        """Covariance matrix of the five estimated elements of a model.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            by, bz, omega, phi, kappa (independent case: phi_1, kappa_1, omega_2, phi_2,
-            kappa_2) on both sides; NaN with five points, which leave no redundancy.
-
-        Raises
-        ------
-        TableError
-            There is no such model, or there is one in each of several coverages.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        return self.cofactor(model_id, coverage) * self.models["sigma_0"].iloc[row] ** 2
-
-    def summary(self):
-        """Say how many models were oriented, how well, and what is doubtful."""
-        return _summary(self)
 
 
 def orient_from_images(
@@ -322,7 +164,7 @@ def _check_arguments(principal_distance, case, estimator):
             raise SettingsError(
                 f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
             )
-    distance = np.atleast_1d(np.asarray(principal_distance, dtype=float))
+    distance = np.atleast_1d(_as_numbers("principal_distance", principal_distance))
     is_good = (distance >= SMALLEST_DISTANCE_MM) & (distance <= LARGEST_DISTANCE_MM)
     if distance.shape not in ((1,), (2,)) or not is_good.all():
         is_small = distance.size and 0.0 < distance.min() < SMALLEST_DISTANCE_MM
@@ -352,16 +194,20 @@ def _check_unit(frame, distance):
     raise TableError(found, expected=expected, remedy=remedy, file="image_pairs")
 
 
+def _as_numbers(name, value):
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise SettingsError(f"{name} = {value!r}", expected="millimetres") from None
+
+
 def _base_lengths(base_length, models):
     if base_length is None:
         return np.ones(len(models))
     if isinstance(base_length, pd.Series):
-        keys = models["model_id"]
-        if isinstance(base_length.index, pd.MultiIndex):
-            keys = pd.MultiIndex.from_frame(models[["coverage", "model_id"]])
-        length = base_length.reindex(keys).to_numpy(dtype=float)
+        length = _lengths_by_model(base_length, models)
     else:
-        length = np.full(len(models), base_length, dtype=float)
+        length = np.broadcast_to(_as_numbers("base_length", base_length), len(models))
     is_bad = ~(np.isfinite(length) & (length > 0.0))
     if is_bad.any():
         first = int(np.argmax(is_bad))
@@ -371,6 +217,24 @@ def _base_lengths(base_length, models):
             model=models["model_id"].iloc[first],
         )
     return length
+
+
+def _lengths_by_model(base_length, models):
+    by_coverage = isinstance(base_length.index, pd.MultiIndex)
+    if not base_length.index.is_unique:
+        doubled = base_length.index[base_length.index.duplicated()]
+        raise SettingsError(
+            "base_length has the model twice",
+            expected="one length for every model",
+            remedy="" if by_coverage else "Index it by coverage and model_id",
+            model=doubled[0],
+        )
+    if by_coverage:
+        keys = pd.MultiIndex.from_frame(models[["coverage", "model_id"]])
+        return base_length.reindex(keys).to_numpy(dtype=float)
+    # names are text, also where they look like numbers
+    named = base_length.set_axis(base_length.index.map(str))
+    return named.reindex(models["model_id"]).to_numpy(dtype=float)
 
 
 def _models_table(names, pairs, case):
@@ -430,79 +294,3 @@ def _points_table(keys, xyz):
     table = keys.copy()
     table[["x", "y", "z"]] = xyz
     return table
-
-
-def _summary(result):
-    models = result.models
-    is_good = (models["reason"] == "").to_numpy()
-    good = models[is_good]
-    n_models = typesetting.count(len(models), "model")
-    n_points = typesetting.count(int(good["n_points"].sum()), "point")
-    way = f"{result.case}, {result.estimator}"
-    lines = [
-        f"Relative orientation of {len(good)} of {n_models} from image coordinates",
-        f"{n_points}, {way}",
-    ]
-    problems = _problems(result, good)
-    if problems:
-        lines += ["", "Problems and suggestions"]
-        lines += [
-            typesetting.wrapped(text, first="- ", indent="  ") for text in problems
-        ]
-    if good["redundancy"].sum() > 0:
-        lines += ["", *_precision(good)]
-    if 0 < len(good) <= MOST_LISTED:
-        lines += ["", _listed(result, good)]
-    return "\n".join(lines)
-
-
-def _problems(result, good):
-    problems = [
-        f"model {row.model_id}: {row.reason}. {row.remedy}."
-        for row in result.failures.head(5).itertuples()
-    ]
-    rest = len(result.failures) - len(problems)
-    problems += [f"and {typesetting.count(rest, 'model')} more failed."] if rest else []
-    for is_it, text in (
-        (good["is_ambiguous"], AMBIGUOUS),
-        (good["n_in_front"] < good["n_points"], SOME_BEHIND),
-        (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
-        (_is_near_surface(result, good), NEAR_SURFACE),
-    ):
-        if is_it.any():
-            names = typesetting.names(good.loc[is_it, "model_id"])
-            problems.append(f"model {names}: {text}")
-    return problems
-
-
-def _is_near_surface(result, good):
-    verdicts = result.dangerous_surface["verdict"].to_numpy()
-    return pd.Series(verdicts[good.index] != "safe", index=good.index)
-
-
-def _precision(good):
-    usable = good[good["redundancy"] > 0]
-    weights = usable["redundancy"]
-    pooled = np.sqrt((usable["sigma_0"] ** 2 * weights).sum() / weights.sum())
-    length = typesetting.length(pooled * METRES_PER_MM)
-    lines = [f"{POOLED}  {length}, redundancy {weights.sum()}"]
-    if len(usable) > 1:
-        steps = usable["sigma_0"].quantile([0.0, 0.5, 1.0]) * METRES_PER_MM
-        low, mid, high = map(typesetting.length, steps)
-        lines.append(f"sigma_0 of single models  {low} to {high}, median {mid}")
-    return lines
-
-
-def _listed(result, good):
-    angles = result.parameters.columns[-3:]
-    values = result.parameters[angles].to_numpy()[good.index] / RADIANS_PER_GON
-    sigma_um = good["sigma_0"] * METRES_PER_MM / METRES_PER_UM
-    rows = [
-        [typesetting.shortened(name, 20), str(count), typesetting.fixed(size, 1)]
-        + [typesetting.fixed(angle, 4) for angle in row]
-        for name, count, size, row in zip(
-            good["model_id"], good["n_points"], sigma_um, values, strict=True
-        )
-    ]
-    header = ["model", "points", "sigma_0/µm", *(f"{name}/gon" for name in angles)]
-    return typesetting.table(rows, header=header)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.foundations.errors import GeometryError, name_some, raise_problems
+from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.stages.results import Result
 from einschalt.stages.stage3_model_transformation import (
     ModelTransformation,
@@ -92,10 +93,14 @@ def approximate_coordinates(
     ------
     GeometryError
         Not one model could be transformed.
+    TableError
+        A column is missing or a value is not what it should be.
     """
     control = control_points
     if "role" in control:
-        control = control[control["role"] != "check"]
+        checked = check_table(control, CONTROL_POINTS.only("point_id", "role"))
+        raise_problems(checked.problems)
+        control = control[(checked.frame["role"] != "check").to_numpy()]
     transformation = transform_models(model_points, control, kind)
     require_usable(transformation, "high flight", STAGE)
     values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)

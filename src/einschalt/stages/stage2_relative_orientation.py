@@ -9,12 +9,15 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
 from einschalt.stages.orient_from_images import orient_from_images
 from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
 from einschalt.stages.parallax_orientation import correct_model_points
 from einschalt.stages.results import FAILURE_COLUMNS, Result
 
 STAGE = "stage2_relative_orientation"
+LENGTHS = ("x", "y", "z", "y_parallax", "base")
 ORIENTATION_COLUMNS = [
     "coverage",
     "model_id",
@@ -33,7 +36,8 @@ class RelativeOrientation(Result):
     Attributes
     ----------
     model_points : DataFrame
-        coverage, model_id, point_id, x, y [, z] [mm].
+        coverage, model_id, point_id, x, y [, z] in the unit of the flight, in metres
+        where it is transformed rigidly; from images in mm at image scale.
     orientations : DataFrame
         coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
         then the elements [rad, mm]; no rows where nothing was to be oriented.
@@ -65,20 +69,27 @@ def relative_orientation(flight):
     ----------
     flight : Flight
         With ``model_points`` (and ``y_parallaxes``, ``base``), or ``image_points``,
-        ``models`` and ``principal_distance_mm``.
+        ``models`` and ``camera`` or ``principal_distance_mm``.
 
     Returns
     -------
     RelativeOrientation
         A model that cannot be oriented is a row of ``failures``, and its points are
         left out.
+
+    Raises
+    ------
+    GeometryError
+        Not one model could be oriented.
+    TableError
+        Model points that are to be corrected have no z.
     """
     if flight.image_points is not None:
         return _from_images(flight)
     if flight.y_parallaxes is not None:
         return _from_parallaxes(flight)
     return RelativeOrientation(
-        flight.model_points,
+        flight.points_to_fit,
         pd.DataFrame(columns=ORIENTATION_COLUMNS),
         pd.DataFrame(columns=FAILURE_COLUMNS),
     )
@@ -112,9 +123,23 @@ def image_pairs(image_points, models):
     return both.drop(columns=["left_image", "right_image"])
 
 
+def _require_points(points, failures):
+    """Refuse to go on where not one model could be oriented."""
+    if len(points):
+        return
+    raise GeometryError(
+        f"no model could be oriented: {failures['reason'].iloc[0]}",
+        expected="at least one oriented model",
+        remedy=failures["remedy"].iloc[0],
+        model=name_some(failures["model_id"]),
+        stage=STAGE,
+    )
+
+
 def _from_images(flight):
-    pairs = image_pairs(flight.image_points, flight.models)
+    pairs = image_pairs(flight.image_coordinates(), flight.models)
     oriented = orient_from_images(pairs, flight.principal_distance_mm)
+    _require_points(oriented.model_points, oriented.failures)
     points = _at_image_scale(oriented.model_points, flight.principal_distance_mm)
     return RelativeOrientation(
         points,
@@ -132,14 +157,26 @@ def _at_image_scale(points, principal_distance):
 
 
 def _from_parallaxes(flight):
-    oriented = orient_from_parallaxes(flight.y_parallaxes, flight.base)
-    corrected = correct_model_points(oriented, flight.model_points)
+    to_mm = METRES_PER_UNIT[flight.model_unit] / METRES_PER_MM
+    oriented = orient_from_parallaxes(
+        _scaled(flight.y_parallaxes, to_mm), _scaled(flight.base, to_mm)
+    )
+    corrected = correct_model_points(oriented, _scaled(flight.model_points, to_mm))
     failures = pd.concat([oriented.failures, corrected.failures], ignore_index=True)
+    _require_points(corrected.points, failures)
     return RelativeOrientation(
-        corrected.points,
+        flight.to_fit(_scaled(corrected.points, 1.0 / to_mm)),
         _orientations(oriented, oriented.models["is_usable"]),
         failures.drop_duplicates(["coverage", "model_id"]).assign(stage=STAGE),
     )
+
+
+def _scaled(lengths, factor):
+    """The same lengths in another unit, in a table or as one number."""
+    if not isinstance(lengths, pd.DataFrame):
+        return lengths * factor
+    names = [name for name in LENGTHS if name in lengths]
+    return lengths.assign(**{name: lengths[name] * factor for name in names})
 
 
 def _orientations(oriented, is_converged):

@@ -7,24 +7,30 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
-from einschalt.stages.results import Result, failures_table, row_of_model
+from einschalt.stages.residual_table import of_usable_models, residual_table
+from einschalt.stages.results import (
+    FAILURE_COLUMNS,
+    Result,
+    failures_table,
+    row_of_model,
+)
 from einschalt.stages.transformation_kinds import (
     KINDS,
     ground_schema,
     model_schema,
     placed_ground_schema,
     reasons_for,
-    remedy_for,
+    remedies_for,
 )
 from einschalt.theory.adjustment.least_squares import (
     pooled_standard_error,
     standard_error_of_unit_weight,
     total_from_coordinate,
 )
-from einschalt.theory.adjustment.reliability import redundancy_numbers
+from einschalt.theory.transformation.point_tests import CommonPoints, plan_sums
 
 STAGE = "stage3_model_transformation"
 
@@ -46,7 +52,10 @@ class ModelTransformation(Result):
     residuals : DataFrame
         coverage, model_id, point_id, residual_easting, residual_northing
         [, residual_height] [m] (transformed less given), leverage, redundancy_number
-        (means of easting and northing).
+        (means of easting and northing), w (length of the standardized residual vector,
+        √(w_E² + w_N²)), p_value (joint test of both coordinates; NaN with both where
+        the redundancy is 2 or less), is_suspect (after Holm over the points of the
+        model, with the significance 0.001).
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
     observed : Observations
@@ -80,7 +89,7 @@ class ModelTransformation(Result):
     @property
     def _pooled_s_0(self):
         row = self.models["is_usable"].to_numpy()
-        plan = _plan_sums(self.fit, self.observed)
+        plan = plan_sums(self.fit, self.observed.weights, self.observed.start)
         return pooled_standard_error(plan.sum_of_squares[row], plan.redundancy[row])
 
     @property
@@ -169,7 +178,7 @@ class ModelTransformation(Result):
             are transformed.
         """
         is_own = self.fit.redundancy >= least_redundancy
-        plan = _plan_sums(self.fit, self.observed)
+        plan = plan_sums(self.fit, self.observed.weights, self.observed.start)
         own = standard_error_of_unit_weight(plan.sum_of_squares, plan.redundancy)
         s_0 = np.where(is_own, own, self._pooled_s_0)
         return self._transformed(model_points, s_0)
@@ -302,7 +311,8 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     model_points : DataFrame
         [coverage,] model_id, point_id, x, y [, z] [, weight].
     ground_points : DataFrame
-        point_id, easting, northing [, height] [, weight] [m].
+        point_id, easting, northing [, height] [, weight] [m]. A point without height
+        takes no part where heights are transformed.
     kind : {"affine", "helmert", "rigid", "helmert_3d"}
     weights : Series or ndarray, optional
         Series by point_id, or one weight for each row of ``model_points``. Multiplies
@@ -341,16 +351,39 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     fit = KINDS[kind].fit(
         observed.source, observed.target, observed.weights, observed.start
     )
+    table = residual_table(fit, observed)
+    has_coverages = "coverage" in model_points.columns
+    return transformation_of(fit, observed, kind, table, has_coverages=has_coverages)
+
+
+def transformation_of(fit, observed, kind, residuals, *, has_coverages):
+    """Put a fit into the tables of a result.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    observed : Observations
+        The identical points that were fitted.
+    kind : str
+    residuals : DataFrame
+        Of ``observed``, row for row.
+    has_coverages : bool
+        Whether the model points came with their coverages.
+
+    Returns
+    -------
+    ModelTransformation
+    """
     models = _models_table(fit, kind, observed)
     return ModelTransformation(
         kind=kind,
         fit=fit,
         models=models,
         parameters=_parameters_table(fit, models),
-        residuals=_residuals_table(fit, observed, models),
-        failures=_failures(models, kind),
+        residuals=of_usable_models(residuals, models, observed),
+        failures=_failures(models, remedies_for(fit)),
         observed=observed,
-        has_coverages="coverage" in model_points.columns,
+        has_coverages=has_coverages,
     )
 
 
@@ -380,6 +413,11 @@ class Observations:
     ground_rows: np.ndarray
     models: CodedPairs
 
+    @property
+    def points(self):
+        """The same as plain arrays, for theory."""
+        return CommonPoints(self.source, self.target, self.weights, self.start)
+
     @classmethod
     def of(cls, checked, placed, kind, weights):
         """Find the identical points of two checked tables.
@@ -399,14 +437,16 @@ class Observations:
         points = checked.coded["point_id"]
         ground_row = placed.coded["point_id"].locate(points)[points.codes]
         model_points, ground = checked.frame, placed.frame
-        common = np.flatnonzero(ground_row >= 0)
+        target = ground[list(kind.target)].to_numpy()
+        is_whole = np.isfinite(target).all(axis=1)
+        common = np.flatnonzero((ground_row >= 0) & is_whole[ground_row])
         sort = segments(models.codes[common], len(models))
         rows = common[sort.order]
         ground_rows = ground_row[rows]
         of_rows = _weights_of_rows(model_points, weights)
         return cls(
             source=model_points[list(kind.source)].to_numpy()[rows],
-            target=ground[list(kind.target)].to_numpy()[ground_rows],
+            target=target[ground_rows],
             weights=_weights(model_points, ground, of_rows, rows, ground_rows),
             start=sort.start,
             rows=model_points[["coverage", "model_id", "point_id"]].iloc[rows],
@@ -486,50 +526,13 @@ def _models_table(fit, kind, observed):
     )
 
 
-def _failures(models, kind):
-    failed = models[~models["is_usable"]]
-    return failures_table(
-        (row.coverage, row.model_id, STAGE, row.reason, remedy_for(row.reason, kind))
-        for row in failed.itertuples()
-    )
+def _failures(models, remedies):
+    is_failed = ~models["is_usable"].to_numpy()
+    failed = models[is_failed].assign(remedy=remedies[is_failed], stage=STAGE)
+    return failures_table(failed[FAILURE_COLUMNS].itertuples(index=False))
 
 
 def _parameters_table(fit, models):
     values = np.where(models["is_usable"].to_numpy()[:, None], fit.parameters, np.nan)
     index = pd.Index(models["model_id"], name="model_id")
     return pd.DataFrame(values, index=index, columns=list(fit.parameter_names))
-
-
-@dataclass(frozen=True, eq=False)
-class _PlanSums:
-    sum_of_squares: np.ndarray
-    redundancy: np.ndarray
-
-
-def _plan_sums(fit, observed):
-    """Squares and redundancy of easting and northing alone.
-
-    Heights from a narrow base are several times worse than positions: in a common
-    s_0 they would spoil the figure for the plan.
-    """
-    if fit.residuals.shape[1] == 2:
-        return _PlanSums(fit.sum_of_squares, fit.redundancy)
-    squares = observed.weights * np.sum(fit.residuals[:, :2] ** 2, axis=1)
-    share = np.sum(1.0 - fit.leverage[:, :2], axis=1)
-    redundancy = segment_sum(share, observed.start)
-    is_redundant = fit.redundancy > 0
-    return _PlanSums(
-        segment_sum(squares, observed.start), np.where(is_redundant, redundancy, 0.0)
-    )
-
-
-def _residuals_table(fit, observed, models):
-    table = observed.rows.reset_index(drop=True)
-    names = ["residual_easting", "residual_northing", "residual_height"]
-    size = fit.residuals.shape[1]
-    table[names[:size]] = fit.residuals
-    leverage = fit.leverage[:, :2].mean(axis=1)
-    table["leverage"] = leverage
-    table["redundancy_number"] = redundancy_numbers(leverage)
-    is_usable = np.repeat(models["is_usable"].to_numpy(), fit.n_points)
-    return table if is_usable.all() else table[is_usable].reset_index(drop=True)

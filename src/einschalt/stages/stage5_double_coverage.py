@@ -9,7 +9,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
-from einschalt.foundations.tables import Column, Schema, check_table, with_coverage
+from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.stages.results import Result
 from einschalt.theory.double_coverage import (
     internal_standard_error,
@@ -142,9 +142,9 @@ def with_positions(values, model_points):
     Parameters
     ----------
     values : DataFrame
-        Row for row as ``model_points``.
+        coverage, model_id, and more; row for row as ``model_points``.
     model_points : DataFrame
-        [coverage,] model_id, point_id, x, y.
+        x, y.
 
     Returns
     -------
@@ -152,10 +152,9 @@ def with_positions(values, model_points):
         ``values`` with position_u, position_v, −½ to ½ from edge to edge of the box
         around the model's points.
     """
-    keyed = with_coverage(model_points)
-    models = encode_pairs(keyed["coverage"], keyed["model_id"])
+    models = encode_pairs(values["coverage"], values["model_id"])
     sort = segments(models.codes, len(models))
-    xy = keyed[["x", "y"]].to_numpy(dtype=float)
+    xy = model_points[["x", "y"]].to_numpy(dtype=float)
     position = np.empty_like(xy)
     position[sort.order] = position_in_extent(xy[sort.order], sort.start)
     return values.assign(position_u=position[:, 0], position_v=position[:, 1])

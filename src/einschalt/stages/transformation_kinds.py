@@ -7,7 +7,11 @@ import numpy as np
 
 from einschalt.foundations import tables
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
-from einschalt.theory.transformation.plane_fit import TOO_FEW, UNDETERMINED
+from einschalt.theory.transformation.plane_fit import (
+    OTHER_SCALE,
+    TOO_FEW,
+    UNDETERMINED,
+)
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,7 @@ class Kind:
 
 PLANE = (("x", "y"), ("easting", "northing"))
 SPACE = (("x", "y", "z"), ("easting", "northing", "height"))
+WEIGHT = tables.Column("weight", "number", "a weight", False, is_positive=True)
 KINDS = {
     "affine": Kind(
         affine.fit_affine, affine.affine_cofactors, *PLANE, 3, "three off a line"
@@ -59,7 +64,7 @@ def model_schema(kind):
         else column
         for column in tables.MODEL_POINTS.columns
     )
-    return tables.Schema("model_points", columns, tables.MODEL_POINTS.key)
+    return tables.Schema("model_points", (*columns, WEIGHT), tables.MODEL_POINTS.key)
 
 
 def ground_schema(kind):
@@ -73,12 +78,11 @@ def ground_schema(kind):
     -------
     Schema
     """
-    columns = (
-        *tables.CONTROL_POINTS.columns[:3],
-        tables.Column("weight", "number", "a weight", False, is_positive=True),
-    )
+    columns = (*tables.CONTROL_POINTS.columns[:3], WEIGHT)
     if "height" in kind.target:
-        columns = (*columns, tables.Column("height", unit="metres"))
+        # a point without height is left out, not refused
+        height = tables.Column("height", unit="metres", may_be_missing=True)
+        columns = (*columns, height)
     return tables.Schema("ground_points", columns, ("point_id",))
 
 
@@ -121,27 +125,37 @@ def reasons_for(fit, kind):
     reasons[fit.status == UNDETERMINED] = (
         f"its points lie on a line or in one place, but {fit.kind} needs {kind.needs}"
     )
+    reasons[fit.status == OTHER_SCALE] = (
+        "its scale is not near 1, at which rigid holds it"
+    )
     reasons[fit.is_mirrored] = "the model is a mirror image of the ground"
     return reasons
 
 
-def remedy_for(reason, kind_name):
-    """Say how to mend a model that is not usable.
+def remedies_for(fit):
+    """Say of each model how to mend it.
 
     Parameters
     ----------
-    reason : str
-        From :func:`reasons_for`.
-    kind_name : str
+    fit : PlaneFit or SpatialFit
 
     Returns
     -------
-    str
+    ndarray of object, shape (n_models,)
+        Means nothing for usable models.
     """
-    if "mirror" in reason:
-        return "Exchange easting and northing, or turn the sign of x"
-    # two points, or points on a line, are enough for helmert; fewer for nothing
-    is_enough_for_helmert = reason.startswith(("2 common", "its points lie"))
-    if kind_name == "affine" and is_enough_for_helmert:
-        return "Transform with helmert, or merge it with its neighbour"
-    return "Measure more common points in it, or merge it with its neighbour"
+    remedies = np.full(
+        len(fit.n_points),
+        "Measure more common points in it, or merge it with its neighbour",
+        dtype=object,
+    )
+    if fit.kind == "affine":
+        # two points, or points on a line, are enough for helmert
+        remedies[fit.n_points >= KINDS["helmert"].least_points] = (
+            "Transform with helmert, or merge it with its neighbour"
+        )
+    remedies[fit.status == OTHER_SCALE] = (
+        "Give its coordinates in ground units, or transform with helmert"
+    )
+    remedies[fit.is_mirrored] = "Exchange easting and northing, or turn the sign of x"
+    return remedies

@@ -27,6 +27,7 @@ FILES = {
         ("method", command.Method),
         ("coverage_mean", command.CoverageMean),
         ("weighting", command.Weighting),
+        ("outliers", command.Outliers),
     ],
 )
 def test_options_are_those_of_settings(field, choices):

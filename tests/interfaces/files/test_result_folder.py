@@ -91,7 +91,7 @@ def test_coordinates_have_four_decimals_and_errors_five(folder):
 
 def test_summary_and_report_are_those_of_the_result(folder, faulty_result):
     summary = (folder / "summary.txt").read_text(encoding="utf-8")
-    assert summary == faulty_result.summary() + "\n"
+    assert summary == faulty_result.summary().rstrip() + "\n"
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!")
 
 

@@ -12,6 +12,7 @@ from einschalt.interfaces.cli.progress import stage_progress
 Method = Literal["pipeline"]
 CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
+Outliers = Literal["keep", "snoop", "huber", "tukey"]
 
 
 def _option(kind, text):
@@ -36,6 +37,14 @@ def densify(
         "central one (1971).",
     ) = None,
     weighting: _option(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
+    outliers: _option(
+        Outliers,
+        "Gross errors of the low flight: named only, taken out one by one, or given "
+        "less weight by a robust norm.",
+    ) = None,
+    significance: _option(
+        float, "Probability with which a model without gross errors has a suspect."
+    ) = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -50,7 +59,13 @@ def densify(
     from einschalt.interfaces import python_api  # noqa: PLC0415
 
     read = python_api.read_block(block)
-    chosen = {"method": method, "coverage_mean": coverage_mean, "weighting": weighting}
+    chosen = {
+        "method": method,
+        "coverage_mean": coverage_mean,
+        "weighting": weighting,
+        "outliers": outliers,
+        "significance": significance,
+    }
     given = {name: value for name, value in chosen.items() if value is not None}
     settings = type(read.settings)(**{**read.settings.model_dump(), **given})
     with stage_progress(is_quiet=quiet) as progress:

@@ -67,7 +67,12 @@ def complain(text):
     text : str
     """
     try:
-        typer.echo(text, err=True)
+        # imported where something went wrong: it takes numpy along
+        from einschalt.foundations.typesetting import printable  # noqa: PLC0415
+
+        # a name from a file must not steer the terminal
+        lines = [printable(line) for line in str(text).split("\n")]
+        typer.echo("\n".join(lines), err=True)
     except BrokenPipeError:
         _forget(sys.stderr)
 

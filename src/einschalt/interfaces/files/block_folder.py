@@ -27,10 +27,12 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
     write_block_toml,
 )
+from einschalt.interfaces.files.camera_toml import camera_of, read_camera, write_camera
 from einschalt.interfaces.files.input_files import checksum, require_file
 from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 from einschalt.pipeline.block import FLIGHTS, Block, Flight
-from einschalt.pipeline.block_check import axis_problems, check_block
+from einschalt.pipeline.axis_order import axis_problems
+from einschalt.pipeline.block_check import check_block
 
 FLIGHT_TABLES = {
     "model_points": tables.MODEL_POINTS,
@@ -216,8 +218,33 @@ class _Reading:
         }
         if isinstance(section.base, (int, float)):
             given["base"] = section.base
+        if section.camera is not None:
+            given["camera"] = self._camera(name, section.camera)
+        if (name, "camera") in self.toml.said and "image_points" in given:
+            # what the camera would have made of them nobody knows
+            self.toml.said.add((name, "image_points"))
+            del given["image_points"]
         facts = {key: getattr(section, key) for key in FLIGHT_FACTS}
         return Flight(**facts, **given)
+
+    def _camera(self, section, given):
+        """Camera of a flight; None, and said, where it is wrong."""
+        source = self.toml.source
+        try:
+            if isinstance(given, dict):
+                return camera_of(given, f"{section}.camera", source)
+            source = self.sources[f"{section}.camera"] = given
+            path = self._path(source, section, "camera")
+            camera = read_camera(path, source)
+            self.checksums[source] = checksum(path)
+        except BlockError as error:
+            self.toml.said.add((section, "camera"))
+            self.toml.problems += error.problems
+        except EinschaltError as error:
+            self.toml.say(error, section, "camera")
+        else:
+            return camera
+        return None
 
     def _table(self, section, key, schema):
         """Read the table that a key names; None, and said, where that fails."""
@@ -361,6 +388,10 @@ def write_block(block, folder, *, suffix=".csv"):
 
 def _write_flight(flight, folder, name, suffix):
     section = {key: getattr(flight, key) for key in FLIGHT_FACTS}
+    if flight.camera is not None:
+        section["principal_distance_mm"] = None
+        section["camera"] = f"{name}_camera.toml"
+        write_camera(folder / section["camera"], flight.camera)
     for key in FLIGHT_TABLES:
         part = getattr(flight, key)
         if isinstance(part, pd.DataFrame):

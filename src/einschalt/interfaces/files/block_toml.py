@@ -27,7 +27,7 @@ from einschalt.pipeline.settings import Settings, setting_problem
 BLOCK_FILE = "block.toml"
 WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 KEY = re.compile(r"""^\s*["']?([\w-]+)["']?\s*=""")
-SECTION = re.compile(r"""^\s*\[\s*["']?([\w-]+)["']?\s*\]""")
+SECTION = re.compile(r"""^\s*\[\s*["']?([\w.-]+)["']?\s*\]""")
 
 
 def _text(what):
@@ -93,6 +93,17 @@ class FlightSection(_Section):
     image_points: str | None = _text("the name of a table")
     models: str | None = _text("the name of a table")
     principal_distance_mm: float | None = _measure("millimetres")
+    camera: Any = Field(
+        default=None,
+        description="a text: the name of a file such as camera.toml, or a section",
+    )
+
+    @field_validator("camera")
+    @classmethod
+    def _section_or_name(cls, value):
+        if not isinstance(value, (str, dict)):
+            raise ValueError
+        return value
 
     @field_validator("base")
     @classmethod
@@ -282,7 +293,7 @@ def with_row(problem, text, source):
     -------
     EinschaltError
     """
-    named = re.match(r"(?:\[([\w-]+)\])? ?([\w-]*)", problem.found)
+    named = re.match(r"(?:\[([\w.-]+)\])? ?([\w-]*)", problem.found)
     if problem.file != source or problem.row is not None:
         return problem
     section = None
@@ -313,14 +324,35 @@ def write_block_toml(path, sections):
     """
     parts = []
     for name, fields in sections.items():
-        lines = [
-            f"{key} = {_toml_value(value)}"
-            for key, value in fields.items()
-            if value is not None
-        ]
+        lines = _lines(fields)
         if lines:
             parts.append("\n".join([f"[{name}]", *lines]) + "\n")
     write_text(path, "\n".join(parts))
+
+
+def write_keys(path, fields):
+    """Write a TOML file without sections, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    fields : Mapping
+        Keys that are None are left out.
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
+    write_text(path, "\n".join([*_lines(fields), ""]))
+
+
+def _lines(fields):
+    return [
+        f"{key} = {_toml_value(value)}"
+        for key, value in fields.items()
+        if value is not None
+    ]
 
 
 def _toml_value(value):

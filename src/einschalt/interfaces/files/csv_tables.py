@@ -30,9 +30,7 @@ from einschalt.interfaces.files.input_files import read_text_bytes
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
-QUOTE_IN_TEXT = re.compile(
-    rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""'
-)
+QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""')
 SPECIAL = '",\r\n'
 BLOCK_BYTES = 2**22
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print

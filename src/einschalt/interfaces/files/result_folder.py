@@ -104,7 +104,7 @@ def write_result(result, folder):
     written = _write_tables(result, folder)
     write_geopackage(result, folder / "block.gpkg")
     write_text(folder / "report.html", render(result))
-    write_text(folder / "summary.txt", result.summary() + "\n")
+    write_text(folder / "summary.txt", result.summary().rstrip() + "\n")
     written += ["block.gpkg", "report.html", "summary.txt"]
     outputs = {name: checksum(folder / name) for name in written}
     origin = {**provenance(result), "outputs": outputs}

@@ -15,6 +15,7 @@ from einschalt.foundations.typesetting import (
     printable,
     seconds,
 )
+from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
 from einschalt.pipeline.suggestions import (
     claim_column,
@@ -57,6 +58,10 @@ def render(result) -> str:
 
     return _TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
+        sources={
+            table: within_block(source)
+            for table, source in result.block.sources.items()
+        },
         verdict=summary.verdict_on(result),
         headline=_headline(result),
         suggestions=find_suggestions(result),
@@ -69,6 +74,7 @@ def render(result) -> str:
         approximations=(
             *summary.approximations(result),
             *summary.orientations(result),
+            *summary.measured_errors(result),
         ),
         map=Markup(block_map(result)),
         precision_map=Markup(precision_figure(result)),

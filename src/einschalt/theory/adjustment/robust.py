@@ -133,7 +133,8 @@ def fit_robustly(points, fit_of, norm, start_weights=None):
 def _factors(fit, given, part, norm):
     """Factors of the weights that follow from the residuals of a fit."""
     n_axes = fit.residuals.shape[1]
-    length = np.sqrt(given * np.sum(fit.residuals**2, axis=1))
+    # models that cannot be fitted have no residuals
+    length = np.sqrt(given * np.sum(np.nan_to_num(fit.residuals) ** 2, axis=1))
     n_observations = n_axes * np.diff(part.start)
     share = fit.redundancy / np.maximum(n_observations, 1)
     usual = np.sqrt(chdtri(n_axes, 0.5) * share)

@@ -21,7 +21,7 @@ from einschalt.theory.adjustment.least_squares import (
     total_from_coordinate,
 )
 
-USABLE, TOO_FEW, UNDETERMINED = 0, 1, 2
+USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE = 0, 1, 2, 3
 FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
 MIRROR_RATIO = 100.0
 CLEARLY_LONGER = 1.001  # points on a line fit as well when they are turned over

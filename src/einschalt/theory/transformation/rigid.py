@@ -12,6 +12,8 @@ from einschalt.theory.transformation.helmert import (
     rotation_and_scale,
 )
 from einschalt.theory.transformation.plane_fit import (
+    OTHER_SCALE,
+    USABLE,
     PlaneFit,
     PlaneSolution,
     mirror_gain,
@@ -23,6 +25,7 @@ from einschalt.theory.transformation.plane_fit import (
 
 PARAMETER_NAMES = ("theta", "te", "tn")
 LEAST_POINTS = 2
+LARGEST_SCALE = 2.0
 
 
 def fit_rigid(xy, en, weights, start):
@@ -39,8 +42,9 @@ def fit_rigid(xy, en, weights, start):
     Returns
     -------
     PlaneFit
-        A model with fewer than two points, or with all points in one place, has NaN
-        and a ``status`` that is not USABLE.
+        A model with fewer than two points, with all points in one place, or whose scale
+        is more than twice or less than half that of the ground, has NaN and a
+        ``status`` that is not USABLE.
 
     Notes
     -----
@@ -51,6 +55,12 @@ def fit_rigid(xy, en, weights, start):
     direct, turned = correlations(moments)
     is_determined = moments.is_spread & (np.maximum(direct, turned) > 0.0)
     status = status_of(moments.n_points, LEAST_POINTS, is_determined)
+    # a scale of 1000 is a wrong unit, not an error that could be adjusted
+    strength = np.maximum(direct, turned)
+    is_other = (strength > LARGEST_SCALE * moments.polar) | (
+        strength * LARGEST_SCALE < moments.polar
+    )
+    status = np.where((status == USABLE) & is_other, OTHER_SCALE, status)
     with np.errstate(divide="ignore", invalid="ignore"):
         rotation = without_unusable(_rotation(moments), status)
         per_angle = 1.0 / moments.polar[:, None, None]

@@ -1,0 +1,86 @@
+"""Suggestions on gross errors and on wrong sizes of errors, from tests of residuals."""
+
+import numpy as np
+
+from einschalt.foundations.typesetting import (
+    count,
+    length,
+    names,
+    number,
+    round_by_error,
+    shortened,
+)
+from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
+
+# a standard error of variance components is itself uncertain, and a difference of a
+# few per cent changes nothing
+LARGE_DIFFERENCE = 4.0
+WORTH_A_WORD = 1.10
+
+
+def suspect_observations(result):
+    """Observations with residuals that chance does not explain: gross errors."""
+    residuals = result.residuals
+    p_value = residuals["p_value"].to_numpy(dtype=float)
+    # a suspect of one model in a thousand is chance: the worst must stand out of all
+    if not np.isfinite(p_value).any():
+        return None
+    if np.nanmin(p_value) * np.isfinite(p_value).sum() > SIGNIFICANCE:
+        return None
+    suspects = residuals[residuals["is_suspect"]].sort_values("p_value")
+    if suspects.empty:
+        return None
+    miss = np.hypot(suspects["residual_easting"], suspects["residual_northing"])
+    shown = names(_observations(suspects), 4)
+    problem = (
+        f"{count(len(suspects), 'residual')} of up to {length(miss.max())} that chance "
+        f"does not explain, worst first (flight, coverage, model, point): {shown}"
+    )
+    is_low = suspects["flight"] == "low_flight"
+    if result.settings.outliers == "keep" and is_low.any():
+        return Suggestion(problem, 'Measure them again, or set outliers = "snoop"')
+    return Suggestion(problem, "Measure them again")
+
+
+def _observations(rows):
+    columns = (rows[name] for name in ("flight", "coverage", "model_id", "point_id"))
+    return [
+        f"{flight.removesuffix('_flight')} {coverage} {shortened(model)} {point}"
+        for flight, coverage, model, point in zip(*columns, strict=True)
+    ]
+
+
+def wrong_measuring_errors(result):
+    """Flights whose m_g, as it was given, is not that of the measurements."""
+    if result.components is None:
+        return None
+    wrong = [
+        (flight, component)
+        for flight, component in (
+            ("high flight", result.components.high_flight),
+            ("low flight", result.components.low_flight),
+        )
+        if _is_wrong(component)
+    ]
+    if not wrong:
+        return None
+    problems = [
+        f"m_g_um of the {flight} is given as {number(component.given)}, but the "
+        f"measurements show {shown_component(component)}"
+        for flight, component in wrong
+    ]
+    is_larger = any(c.estimated > c.given for _, c in wrong)
+    cause = "Look for gross errors first, then give" if is_larger else "Give"
+    return Suggestion("; ".join(problems), f"{cause} that figure as m_g_um")
+
+
+def _is_wrong(component):
+    difference = abs(component.estimated - component.given)
+    is_significant = difference > LARGE_DIFFERENCE * component.standard_error
+    return is_significant and difference > (WORTH_A_WORD - 1.0) * component.given
+
+
+def shown_component(component):
+    """Write an estimated m_g with its standard error."""
+    value, error = round_by_error(component.estimated, component.standard_error)
+    return f"{value} ± {error}"

@@ -1,0 +1,227 @@
+"""Gross errors kept from spoiling the transformations of a flight."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.stages.residual_table import (
+    RESIDUAL_NAMES,
+    SIGNIFICANCE,
+    residual_table,
+)
+from einschalt.stages.stage3_model_transformation import transformation_of
+from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.norms import HUBER, TUKEY
+from einschalt.theory.adjustment.reliability import (
+    PointTests,
+    joint_prediction_tests,
+)
+from einschalt.theory.adjustment.robust import fit_robustly, snoop
+from einschalt.theory.transformation.point_tests import (
+    fitted_point_tests,
+    other_point_tests,
+    plan_sums,
+)
+
+KEY = ["coverage", "model_id", "point_id"]
+GROUND_NAMES = ("easting", "northing", "height")
+OUTLIERS = ("keep", "snoop", "huber", "tukey")
+
+
+def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
+    """Fit the models of a flight again so that gross errors do not spoil them.
+
+    Parameters
+    ----------
+    transformation : ModelTransformation
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        Keep all points and only name the suspects; take the worst out of each model
+        and fit again until none is left; or give large residuals less weight.
+    significance : float
+        Probability with which a model without gross errors gets a suspect.
+
+    Returns
+    -------
+    ModelTransformation
+        ``residuals`` has all points, also those that were taken out: their
+        ``leverage`` is 0, their residual is what the model misses them by, and they
+        are suspects. ``observed`` and ``models`` tell of those that were fitted, with
+        their final weights.
+
+    Raises
+    ------
+    SettingsError
+        An option is unknown, or the significance does not lie between 0 and 1.
+
+    Notes
+    -----
+    With ``huber`` and ``tukey`` a point is tested as if it had taken no part, which is
+    true of those that matter; their ``w`` and ``p_value`` are approximate, since the
+    standard error is that of what the norm left. Therefore ``is_suspect`` is what data
+    snooping finds there as well: it keeps its significance.
+    """
+    if outliers not in OUTLIERS:
+        raise SettingsError(
+            f"outliers = {outliers!r} is unknown", expected=" or ".join(OUTLIERS)
+        )
+    if not 0.0 < significance < 1.0:
+        raise SettingsError(
+            f"significance = {significance!r}", expected="a number between 0 and 1"
+        )
+    return _SCREENS[outliers](transformation, significance)
+
+
+def without_suspects(values, transformation):
+    """Take the coordinates of suspects from their values, where others remain.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Row for row as the model points that were transformed.
+    transformation : ModelTransformation
+
+    Returns
+    -------
+    DataFrame
+        NaN in the coordinates of a suspect whose point has a value that is not one. A
+        point that is suspect everywhere keeps all its values: then it is not they that
+        are wrong.
+    """
+    residuals = transformation.residuals
+    suspects = residuals.loc[residuals["is_suspect"], KEY]
+    if suspects.empty:
+        return values
+    codes = pd.MultiIndex.from_frame(values[KEY])
+    is_suspect = codes.isin(pd.MultiIndex.from_frame(suspects))
+    is_good = values["easting"].notna() & ~is_suspect
+    has_others = is_good.groupby(values["point_id"].to_numpy()).transform("any")
+    names = [name for name in GROUND_NAMES if name in values]
+    screened = values.copy()
+    screened.loc[is_suspect & has_others.to_numpy(), names] = np.nan
+    return screened
+
+
+def _only_name(transformation, significance):
+    observed = transformation.observed
+    residuals = residual_table(transformation.fit, observed, significance)
+    return _rebuilt(transformation, transformation.fit, observed, residuals)
+
+
+def _rebuilt(transformation, fit, observed, residuals):
+    return transformation_of(
+        fit,
+        observed,
+        transformation.kind,
+        residuals,
+        has_coverages=transformation.has_coverages,
+    )
+
+
+def _take_out(transformation, significance):
+    """Data snooping."""
+    observed, fit_of = transformation.observed, _fit_of(transformation.kind)
+    is_out = _snooped(observed.points, fit_of, significance)
+    if not is_out.any():
+        return _only_name(transformation, significance)
+    kept = _without(observed, is_out)
+    fit = fit_of(kept.points)
+    residuals = residual_table(fit, kept, significance)
+    out = _residuals_of_others(fit, kept, observed, is_out)
+    rows = np.concatenate([np.flatnonzero(~is_out), np.flatnonzero(is_out)])
+    table = pd.concat([residuals, out]).iloc[np.argsort(rows)].reset_index(drop=True)
+    screened = _rebuilt(transformation, fit, kept, residuals)
+    is_usable = screened.models["is_usable"].to_numpy()[observed.points.model]
+    return replace(screened, residuals=table[is_usable].reset_index(drop=True))
+
+
+def _snooped(points, fit_of, significance):
+    def tests_of(part):
+        return fitted_point_tests(fit_of(part), part)
+
+    return snoop(points, tests_of, significance)
+
+
+def _fit_of(kind):
+    def fit(points):
+        return KINDS[kind].fit(
+            points.source, points.target, points.weights, points.start
+        )
+
+    return fit
+
+
+def _without(observed, is_out):
+    """Observations without some of their rows."""
+    points = observed.points.chosen(~is_out)
+    return replace(
+        observed,
+        source=points.source,
+        target=points.target,
+        weights=points.weights,
+        start=points.start,
+        rows=observed.rows[~is_out],
+        row_numbers=observed.row_numbers[~is_out],
+        ground_rows=observed.ground_rows[~is_out],
+    )
+
+
+def _residuals_of_others(fit, kept, observed, is_out):
+    """Rows of the residual table for points that were taken out."""
+    out = observed.points.chosen(is_out)
+    sums = plan_sums(fit, kept.weights, kept.start)
+    residuals, tests = other_point_tests(fit, sums, out.model, out)
+    table = observed.rows[is_out].reset_index(drop=True)
+    table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals
+    return table.assign(
+        leverage=0.0,
+        redundancy_number=1.0,
+        w=tests.w,
+        p_value=tests.p_value,
+        is_suspect=True,
+    )
+
+
+def _weigh_less(norms, start_norms=None):
+    """Screening by a robust norm, begun with another one."""
+
+    def screen(transformation, significance):
+        observed, fit_of = transformation.observed, _fit_of(transformation.kind)
+        points, n_axes = observed.points, observed.source.shape[1]
+        begun = None
+        if start_norms is not None:
+            begun = fit_robustly(points, fit_of, start_norms[n_axes]).weights
+        robust = fit_robustly(points, fit_of, norms[n_axes], begun)
+        weighted = replace(observed, weights=robust.weights)
+        table = residual_table(robust.fit, weighted, significance)
+        tests = _tests_with_given_weights(robust, points)
+        residuals = table.assign(
+            w=tests.w,
+            p_value=tests.p_value,
+            is_suspect=_snooped(points, fit_of, significance),
+        )
+        return _rebuilt(transformation, robust.fit, weighted, residuals)
+
+    return screen
+
+
+def _tests_with_given_weights(robust, points) -> PointTests:
+    """Test residuals at the weights that the points had before."""
+    fit, model = robust.fit, points.model
+    sums = plan_sums(fit, robust.weights, points.start)
+    r = np.maximum(1.0 - fit.leverage[:, :2].mean(axis=1), 0.0)
+    squares = points.weights * np.sum(fit.residuals[:, :2] ** 2, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = squares / r
+    return joint_prediction_tests(
+        squares, sums.sum_of_squares[model], sums.redundancy[model]
+    )
+
+
+_SCREENS = {
+    "keep": _only_name,
+    "snoop": _take_out,
+    "huber": _weigh_less(HUBER),
+    "tukey": _weigh_less(TUKEY, HUBER),
+}

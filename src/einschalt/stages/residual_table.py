@@ -1,0 +1,59 @@
+"""The table of residuals of all models, and which of them are too large."""
+
+import numpy as np
+
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
+from einschalt.theory.adjustment.reliability import redundancy_numbers
+from einschalt.theory.transformation.point_tests import fitted_point_tests
+
+SIGNIFICANCE = 0.001
+RESIDUAL_NAMES = ("residual_easting", "residual_northing", "residual_height")
+
+
+def residual_table(fit, observed, significance=SIGNIFICANCE):
+    """Residuals of all points that were fitted, with the joint test of each point.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    observed : Observations
+    significance : float
+        Probability with which a model without gross errors has a suspect.
+
+    Returns
+    -------
+    DataFrame
+        coverage, model_id, point_id, residual_easting, residual_northing
+        [, residual_height] [m], leverage, redundancy_number (means of easting and
+        northing), w, p_value, is_suspect; row for row as ``observed``.
+    """
+    table = observed.rows.reset_index(drop=True)
+    size = fit.residuals.shape[1]
+    table[list(RESIDUAL_NAMES[:size])] = fit.residuals
+    leverage = fit.leverage[:, :2].mean(axis=1)
+    table["leverage"] = leverage
+    table["redundancy_number"] = redundancy_numbers(leverage)
+    tests = fitted_point_tests(fit, observed.points)
+    return table.assign(
+        w=tests.w,
+        p_value=tests.p_value,
+        is_suspect=is_rejected_by_holm(tests.p_value, observed.start, significance),
+    )
+
+
+def of_usable_models(table, models, observed):
+    """Leave out the residuals of models that are not usable.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Row for row as ``observed``.
+    models : DataFrame
+    observed : Observations
+
+    Returns
+    -------
+    DataFrame
+    """
+    is_usable = np.repeat(models["is_usable"].to_numpy(), np.diff(observed.start))
+    return table if is_usable.all() else table[is_usable].reset_index(drop=True)

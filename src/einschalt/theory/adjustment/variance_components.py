@@ -1,0 +1,182 @@
+"""How large the errors of each source are, judged by the measurements.
+
+Several sums of squares are formed of quantities that would vanish without errors. Each
+is, on the average, a known linear combination of the variances of the sources:
+
+    E[S_j] = Σ_k f_k tr(L_jk Σ_k Lᵀ_jk),
+
+f_k being the factor of the variances of source k against the given ones, and L_jk the
+error operator. The factors are estimated by least squares, weighted by the covariances
+of the sums.
+
+Source: Helmert 1907 (estimation of components from sums of squares); Rao 1971; see
+docs/theory/variance_components.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+N_DRAWS = 100
+N_ITERATIONS = 20
+TOLERANCE = 1e-4
+LEAST_FACTOR = 1e-4
+NUMBERS_AT_ONCE = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class SumOfSquares:
+    """One sum of squares, and how it comes from the errors of all sources.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n_rows,)
+        Observed quantities that vanish without errors [m]; complex where one number
+        stands for easting and northing.
+    chains : dict of str to tuple of sparse arrays
+        From errors of the given size of each source to ``values``, as a product of
+        matrices, the rows of ``values`` on the left. A source that has none does not
+        enter.
+    """
+
+    values: np.ndarray
+    chains: dict
+
+
+@dataclass(frozen=True, eq=False)
+class VarianceFactors:
+    """Factors of the given variances of all sources.
+
+    Attributes
+    ----------
+    sources : tuple of str
+    factors : ndarray, shape (n_sources,)
+        1 where the data agree with what was given.
+    covariance : ndarray, shape (n_sources, n_sources)
+        Of the factors.
+    """
+
+    sources: tuple[str, ...]
+    factors: np.ndarray
+    covariance: np.ndarray
+
+    def scaled(self, source, given):
+        """Standard error of a source, and how well it is known.
+
+        Parameters
+        ----------
+        source : str
+        given : float
+            What was given for it, in any unit.
+
+        Returns
+        -------
+        value, standard_error : float
+            In the unit of ``given``; a value of 0 has the standard error to which one
+            standard error of its factor leads.
+        """
+        place = self.sources.index(source)
+        factor, error = self.factors[place], np.sqrt(self.covariance[place, place])
+        value = float(np.sqrt(factor))
+        # σ = √f: half of the error of f where that is small, √ of it where f vanishes
+        spread = float(np.sqrt(factor + error)) - value
+        slope = error / (2.0 * value) if factor > error else spread
+        return float(given * value), float(given * slope)
+
+
+def estimate_factors(sums, standard_errors, seed=0) -> VarianceFactors:
+    """Estimate the factors of the variances of all sources from sums of squares.
+
+    Parameters
+    ----------
+    sums : sequence of SumOfSquares
+        At least as many as there are sources.
+    standard_errors : dict of str to ndarray
+        Given size of each error of each source [m]; one for each column of the
+        right-most matrices, in the order of the sources.
+    seed : int
+        Of the draws from which means and covariances of the sums are taken.
+
+    Returns
+    -------
+    VarianceFactors
+        No factor is negative.
+
+    Notes
+    -----
+    Means and covariances of the sums come from 100 draws of all errors, which need no
+    product of the matrices. Only the scalar products of the drawn parts are kept, so
+    that no draw is repeated while the factors change. The standard errors are uncertain
+    by 7 % through that, the factors by a fraction of their standard errors.
+    """
+    sources = tuple(standard_errors)
+    observed = np.array([np.sum(np.abs(part.values) ** 2) for part in sums])
+    products = _drawn_products(sums, standard_errors, seed)
+    design = np.einsum("djkk->jk", products) / N_DRAWS
+    factors = np.ones(len(sources))
+    for _ in range(N_ITERATIONS):
+        covariance = _covariance_of_sums(products, np.maximum(factors, LEAST_FACTOR))
+        root = np.linalg.inv(np.linalg.cholesky(covariance))
+        before, factors = factors, nnls(root @ design, root @ observed)[0]
+        if np.max(np.abs(factors - before)) < TOLERANCE:
+            break
+    whitened = root @ design
+    return VarianceFactors(sources, factors, np.linalg.inv(whitened.T @ whitened))
+
+
+def _drawn_products(sums, standard_errors, seed):
+    """Scalar products of drawn parts, shape (n_draws, n_sums, n_sources, n_sources)."""
+    rng = np.random.default_rng(seed)
+    n_sources = len(standard_errors)
+    longest = max(len(sizes) for sizes in standard_errors.values())
+    at_once = max(1, min(N_DRAWS, NUMBERS_AT_ONCE // longest))
+    products = np.empty((N_DRAWS, len(sums), n_sources, n_sources))
+    for first in range(0, N_DRAWS, at_once):
+        n_draws = min(at_once, N_DRAWS - first)
+        errors = {
+            source: _draw(rng, sizes, n_draws, is_complex=_is_complex(sums))
+            for source, sizes in standard_errors.items()
+        }
+        for place, part in enumerate(sums):
+            stacked = np.stack([_drawn(part, name, errors) for name in errors])
+            products[first : first + n_draws, place] = np.real(
+                np.einsum("knd,mnd->dkm", stacked.conj(), stacked)
+            )
+    return products
+
+
+def _is_complex(sums):
+    return any(np.iscomplexobj(part.values) for part in sums)
+
+
+def _draw(rng, sizes, n_draws, *, is_complex):
+    shape = (len(sizes), n_draws)
+    drawn = rng.standard_normal(shape)
+    if is_complex:
+        drawn = drawn + 1j * rng.standard_normal(shape)
+    return sizes[:, None] * drawn
+
+
+def _drawn(part, source, errors):
+    """What the errors of a source make of the values; zero where they do not enter."""
+    moved = errors[source]
+    if source not in part.chains:
+        return np.zeros((len(part.values), moved.shape[1]), dtype=moved.dtype)
+    for matrix in reversed(part.chains[source]):
+        moved = _multiplied(matrix, moved)
+    return moved
+
+
+def _multiplied(matrix, columns):
+    rows = matrix.tocsr()
+    if np.iscomplexobj(columns) and not np.iscomplexobj(rows):
+        # two real columns for each complex one: half the work
+        return (rows @ columns.view(float)).view(complex)
+    return rows @ columns
+
+
+def _covariance_of_sums(products, factors):
+    size = np.sqrt(factors)
+    drawn = np.einsum("djkm,k,m->dj", products, size, size)
+    return np.cov(drawn, rowvar=False)

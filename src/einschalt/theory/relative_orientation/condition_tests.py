@@ -1,0 +1,231 @@
+"""Which points contradict the orientation of their pair.
+
+Each point gives one condition, so one number can be tested: the length of its four
+corrections, which is its misclosure over √q, q being the sum of squares of dF/d(image
+coordinates). Its variance is sigma_0² r in the adjustment of the point itself, and
+sigma_0² (1 + s) in one that it took no part in, with ``s = j.T C j / q``: j is the row
+of the condition, C the cofactor matrix of the orientation. Along the epipolar ray a
+gross error stays unseen: a pair knows nothing of x-parallaxes.
+
+Sources: Baarda 1968, Pope 1976; see docs/theory/reliability.md.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numba
+import numpy as np
+from scipy.special import stdtr
+
+from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.theory.adjustment.reliability import (
+    PointTests,
+    standardized_residuals,
+    tau_p_value,
+)
+from einschalt.theory.relative_orientation.coplanarity import orient_pairs
+from einschalt.theory.relative_orientation.coplanarity_condition import (
+    COMPILED,
+    coplanarity,
+)
+from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
+
+# residuals below it are those of rounding [mm]
+LEAST_SIGMA_MM = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class StereoPairs:
+    """Image coordinates of many pairs.
+
+    Attributes
+    ----------
+    image : ndarray, shape (n_points, 4)
+        x', y', x", y" [mm], sorted by pair.
+    start : ndarray of int, shape (n_pairs + 1,)
+    distance : ndarray, shape (n_pairs, 2)
+        Principal distances of the left and the right photograph [mm].
+    """
+
+    image: np.ndarray
+    start: np.ndarray
+    distance: np.ndarray
+
+    @property
+    def weights(self):
+        """Weight 1 for each point."""
+        return np.ones(len(self.image))
+
+    @cached_property
+    def model(self):
+        """Pair of each point."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    def chosen(self, is_chosen):
+        """Some of the points, with all pairs, of which some may be left empty."""
+        count = segment_sum(np.asarray(is_chosen).astype(np.int64), self.start)
+        start = np.concatenate([[0], np.cumsum(count)])
+        return StereoPairs(self.image[is_chosen], start, self.distance)
+
+    def of_models(self, models):
+        """All points of some pairs, which are numbered anew.
+
+        Parameters
+        ----------
+        models : ndarray of int
+            Ascending.
+
+        Returns
+        -------
+        rows : ndarray of int
+            Where they are among the points of all pairs.
+        pairs : StereoPairs
+        """
+        is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
+        is_wanted[models] = True
+        rows = np.flatnonzero(is_wanted[self.model])
+        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[is_wanted])])
+        return rows, StereoPairs(self.image[rows], start, self.distance[is_wanted])
+
+    def orient(self, estimator="rigorous"):
+        """Orient all pairs; PairOrientation."""
+        return orient_pairs(self.image, self.start, self.distance, estimator)
+
+
+@dataclass(frozen=True, eq=False)
+class Misclosures:
+    """What points lack of their conditions in orientations that are given.
+
+    Attributes
+    ----------
+    corrections : ndarray, shape (n_points, 4)
+        Smallest corrections that close the linearised condition [mm].
+    spread : ndarray, shape (n_points,)
+        Variance of the misclosure that comes from the orientation, over that which
+        comes from the point's own image coordinates.
+    """
+
+    corrections: np.ndarray
+    spread: np.ndarray
+
+    @property
+    def size(self):
+        """Length of the corrections, shape (n_points,) [mm]."""
+        return np.sqrt(np.sum(self.corrections**2, axis=1))
+
+
+def misclosures(orientation, pairs) -> Misclosures:
+    """Compare points with orientations in which they need not have taken part.
+
+    Parameters
+    ----------
+    orientation : PairOrientation
+    pairs : StereoPairs
+        Any points of the same pairs.
+
+    Returns
+    -------
+    Misclosures
+        NaN where a pair is not oriented.
+    """
+    left = pairs.distance[:, :1]
+    found = Misclosures(np.empty((len(pairs.image), 4)), np.empty(len(pairs.image)))
+    turned = np.swapaxes(orientation.rotation, 1, 2).reshape(-1, 9)
+    over_segments(
+        _compare,
+        np.ascontiguousarray(pairs.start, dtype=np.int64),
+        np.ascontiguousarray(pairs.image, dtype=float),
+        np.ascontiguousarray(pairs.distance),
+        np.hstack([orientation.base, turned]),
+        np.ascontiguousarray(orientation.cofactor * left[:, :, None] ** 2),
+        found.corrections,
+        found.spread,
+    )
+    return found
+
+
+def test_conditions(orientation, pairs) -> PointTests:
+    """Test the points of an adjustment against its other points.
+
+    Parameters
+    ----------
+    orientation : PairOrientation
+        Of just these points.
+    pairs : StereoPairs
+
+    Returns
+    -------
+    PointTests
+        w is the length of the corrections over its standard error (Pope's τ without its
+        sign), p_value that of Student's t of the adjustment without the point. NaN
+        where the redundancy is 1 or less, the point is not checked by others, or
+        nothing but rounding is left.
+
+    Notes
+    -----
+    For "determinants" the variance is that of this estimator; sigma_0 then is not quite
+    independent of the numerator, and p_value an approximation.
+    """
+    r = orientation.redundancy_numbers
+    if orientation.estimator == "determinants":
+        # (1 - h)² q plus the part of the others: 1 - 2 h + s in units of q
+        r = 2.0 * r - 1.0 + misclosures(orientation, pairs).spread
+    size = np.sqrt(np.sum(orientation.residuals**2, axis=1))
+    w = standardized_residuals(size, r, _sigma(orientation)[pairs.model])
+    return PointTests(w, tau_p_value(w, orientation.redundancy[pairs.model]))
+
+
+def test_predictions(orientation, pairs) -> PointTests:
+    """Test points against an adjustment in which they took no part.
+
+    Parameters
+    ----------
+    orientation : PairOrientation
+    pairs : StereoPairs
+        Other points of the same pairs.
+
+    Returns
+    -------
+    PointTests
+        w is the misclosure over its predicted standard error, p_value that of Student's
+        t; NaN without redundancy.
+    """
+    found = misclosures(orientation, pairs)
+    sigma = _sigma(orientation)[pairs.model]
+    w = found.size / (sigma * np.sqrt(1.0 + found.spread))
+    degrees = orientation.redundancy[pairs.model].astype(float)
+    return PointTests(w, 2.0 * stdtr(np.where(degrees > 0, degrees, np.nan), -w))
+
+
+def _sigma(orientation):
+    sigma = orientation.sigma_0
+    # the comparison fails for NaN, too
+    return np.where(sigma > LEAST_SIGMA_MM, sigma, np.nan)
+
+
+@numba.njit(**COMPILED)
+def _compare(first, last, start, image, distance, poses, cofactors, corrections, spread):
+    row = np.empty(6)
+    for k in range(first, last):
+        base, rotation = pose_at(poses[k])
+        left, zr = distance[k, 0], -distance[k, 1] / distance[k, 0]
+        for i in range(start[k], start[k + 1]):
+            point = (
+                image[i, 0] / left,
+                image[i, 1] / left,
+                image[i, 2] / left,
+                image[i, 3] / left,
+            )
+            f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+            d0, d1, d2, d3 = by_image
+            q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
+            closing = -left * f / q
+            corrections[i, 0], corrections[i, 1] = closing * d0, closing * d1
+            corrections[i, 2], corrections[i, 3] = closing * d2, closing * d3
+            row[0], row[1], row[2] = by_base
+            row[3], row[4], row[5] = by_turn
+            total = 0.0
+            for m in range(6):
+                for n in range(6):
+                    total += row[m] * cofactors[k, m, n] * row[n]
+            spread[i] = total / q
