@@ -16,6 +16,7 @@ from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 # few per cent changes nothing
 LARGE_DIFFERENCE = 4.0
 WORTH_A_WORD = 1.10
+GROSS = 3.0
 
 
 def suspect_observations(result):
@@ -69,9 +70,11 @@ def wrong_measuring_errors(result):
         f"measurements show {shown_component(component)}"
         for flight, component in wrong
     ]
-    is_larger = any(c.estimated > c.given for _, c in wrong)
-    cause = "Look for gross errors first, then give" if is_larger else "Give"
-    return Suggestion("; ".join(problems), f"{cause} that figure as m_g_um")
+    if any(c.estimated > GROSS * c.given for _, c in wrong):
+        return Suggestion("; ".join(problems), "Look for gross errors")
+    return Suggestion(
+        "; ".join(problems), "Give that figure, if no gross error made it"
+    )
 
 
 def _is_wrong(component):

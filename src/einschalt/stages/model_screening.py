@@ -14,10 +14,6 @@ from einschalt.stages.residual_table import (
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
-from einschalt.theory.adjustment.reliability import (
-    PointTests,
-    joint_prediction_tests,
-)
 from einschalt.theory.adjustment.robust import fit_robustly, snoop
 from einschalt.theory.transformation.point_tests import (
     fitted_point_tests,
@@ -27,6 +23,7 @@ from einschalt.theory.transformation.point_tests import (
 
 KEY = ["coverage", "model_id", "point_id"]
 GROUND_NAMES = ("easting", "northing", "height")
+TESTS = ["w", "p_value", "is_suspect"]
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 
 
@@ -57,10 +54,9 @@ def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
 
     Notes
     -----
-    With ``huber`` and ``tukey`` a point is tested as if it had taken no part, which is
-    true of those that matter; their ``w`` and ``p_value`` are approximate, since the
-    standard error is that of what the norm left. Therefore ``is_suspect`` is what data
-    snooping finds there as well: it keeps its significance.
+    Residuals of a robust fit have no distribution that is known in small models.
+    Therefore ``w``, ``p_value`` and ``is_suspect`` are those of data snooping with
+    ``huber`` and ``tukey`` as well.
     """
     if outliers not in OUTLIERS:
         raise SettingsError(
@@ -121,26 +117,52 @@ def _rebuilt(transformation, fit, observed, residuals):
 
 def _take_out(transformation, significance):
     """Data snooping."""
-    observed, fit_of = transformation.observed, _fit_of(transformation.kind)
-    is_out = _snooped(observed.points, fit_of, significance)
-    if not is_out.any():
-        return _only_name(transformation, significance)
-    kept = _without(observed, is_out)
-    fit = fit_of(kept.points)
-    residuals = residual_table(fit, kept, significance)
-    out = _residuals_of_others(fit, kept, observed, is_out)
-    rows = np.concatenate([np.flatnonzero(~is_out), np.flatnonzero(is_out)])
-    table = pd.concat([residuals, out]).iloc[np.argsort(rows)].reset_index(drop=True)
-    screened = _rebuilt(transformation, fit, kept, residuals)
-    is_usable = screened.models["is_usable"].to_numpy()[observed.points.model]
-    return replace(screened, residuals=table[is_usable].reset_index(drop=True))
+    snooped = _Snooped(transformation, significance)
+    kept = snooped.table[~snooped.is_out]
+    screened = _rebuilt(transformation, snooped.fit, snooped.kept, kept)
+    is_usable = screened.models["is_usable"].to_numpy()[snooped.points.model]
+    residuals = snooped.table[is_usable].reset_index(drop=True)
+    return replace(screened, residuals=residuals)
 
 
-def _snooped(points, fit_of, significance):
-    def tests_of(part):
-        return fitted_point_tests(fit_of(part), part)
+class _Snooped:
+    """Gross errors that data snooping finds.
 
-    return snoop(points, tests_of, significance)
+    Attributes
+    ----------
+    points : CommonPoints
+        All of them.
+    is_out : ndarray of bool, shape (n_points,)
+    kept : Observations
+        The others.
+    fit : PlaneFit or SpatialFit
+        Of these.
+    table : DataFrame
+        Residuals and tests of all points.
+    """
+
+    def __init__(self, transformation, significance):
+        observed, fit_of = transformation.observed, _fit_of(transformation.kind)
+
+        def tests_of(points):
+            return fitted_point_tests(fit_of(points), points)
+
+        self.points = observed.points
+        self.is_out = snoop(self.points, tests_of, significance)
+        self.kept, self.fit = observed, transformation.fit
+        if self.is_out.any():
+            self.kept = _without(observed, self.is_out)
+            self.fit = fit_of(self.kept.points)
+        self.table = residual_table(self.fit, self.kept, significance)
+        if self.is_out.any():
+            out = _residuals_of_others(self.fit, self.kept, observed, self.is_out)
+            place = np.argsort(
+                np.concatenate(
+                    [np.flatnonzero(~self.is_out), np.flatnonzero(self.is_out)]
+                )
+            )
+            both = pd.concat([self.table, out])
+            self.table = both.iloc[place].reset_index(drop=True)
 
 
 def _fit_of(kind):
@@ -195,28 +217,11 @@ def _weigh_less(norms, start_norms=None):
         robust = fit_robustly(points, fit_of, norms[n_axes], begun)
         weighted = replace(observed, weights=robust.weights)
         table = residual_table(robust.fit, weighted, significance)
-        tests = _tests_with_given_weights(robust, points)
-        residuals = table.assign(
-            w=tests.w,
-            p_value=tests.p_value,
-            is_suspect=_snooped(points, fit_of, significance),
-        )
+        snooped = _Snooped(transformation, significance).table
+        residuals = table.assign(**{name: snooped[name] for name in TESTS})
         return _rebuilt(transformation, robust.fit, weighted, residuals)
 
     return screen
-
-
-def _tests_with_given_weights(robust, points) -> PointTests:
-    """Test residuals at the weights that the points had before."""
-    fit, model = robust.fit, points.model
-    sums = plan_sums(fit, robust.weights, points.start)
-    r = np.maximum(1.0 - fit.leverage[:, :2].mean(axis=1), 0.0)
-    squares = points.weights * np.sum(fit.residuals[:, :2] ** 2, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        squares = squares / r
-    return joint_prediction_tests(
-        squares, sums.sum_of_squares[model], sums.redundancy[model]
-    )
 
 
 _SCREENS = {

@@ -13,7 +13,14 @@ from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.image_orientation import ImageOrientation
 from einschalt.stages.results import failures_table
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.relative_orientation import coplanarity
+from einschalt.theory.relative_orientation.condition_tests import (
+    StereoPairs,
+    misclosures,
+    test_conditions,
+    test_predictions,
+)
 from einschalt.theory.relative_orientation.coplanarity import (
     BEHIND,
     MODES,
@@ -21,8 +28,8 @@ from einschalt.theory.relative_orientation.coplanarity import (
     ORIENTED,
     TOO_FEW,
     UNDETERMINED,
-    orient_pairs,
 )
+from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
 from einschalt.theory.relative_orientation.model_formation import form_model
 from einschalt.theory.relative_orientation.orientation_elements import (
     CASES,
@@ -32,6 +39,9 @@ from einschalt.theory.relative_orientation.orientation_elements import (
 STAGE = "stage2_relative_orientation"
 KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
+OUTLIERS = ("keep", "snoop")
+# probability with which a model without gross errors gets a suspect
+SIGNIFICANCE = 0.001
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
@@ -52,6 +62,7 @@ def orient_from_images(
     base_length=None,
     case="dependent_right",
     estimator="rigorous",
+    outliers="keep",
 ):
     """Orient every stereo pair from its image coordinates; no start value is needed.
 
@@ -70,6 +81,9 @@ def orient_from_images(
     estimator : {"rigorous", "determinants"}
         Gauss-Helmert with equal weights of the four image coordinates, or the least sum
         of squares of the unweighted determinants, as in lecture notes.
+    outliers : {"keep", "snoop"}
+        Only name the points that contradict their model, or take them out: first those
+        that most of the points contradict, then the worst one until none is left.
 
     Returns
     -------
@@ -97,37 +111,42 @@ def orient_from_images(
     >>> (oriented.parameters.loc["7/8"].round(9) + 0.0).tolist()
     [92.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
-    _check_arguments(principal_distance, case, estimator)
+    _check_arguments(principal_distance, case, estimator, outliers)
     checked = check_table(image_pairs, IMAGE_PAIRS)
     raise_problems(checked.problems)
     _check_unit(checked.frame, np.max(principal_distance))
     measured = _Measured.of(checked.frame, "coverage" in image_pairs.columns)
-    pairs = orient_pairs(measured.image, measured.start, principal_distance, estimator)
+    points = measured.pairs(principal_distance)
+    is_out = np.zeros(len(points.image), dtype=bool)
+    if outliers == "snoop":
+        is_out = find_gross_errors(points, estimator, SIGNIFICANCE)
+    used = points.chosen(~is_out)
+    pairs = used.orient(estimator)
     models = _models_table(measured.names, pairs, case)
     length = _base_lengths(base_length, models)
     elements = orientation_elements(pairs, length, case)
     model = form_model(
-        measured.image,
-        measured.start,
-        principal_distance,
+        used.image,
+        used.start,
+        used.distance,
         elements.cameras,
         RULES[estimator],
         pairs.residuals,
     )
     index = pd.Index(models["model_id"], name="model_id")
-    is_kept = np.repeat(pairs.status == ORIENTED, pairs.n_points)
+    is_good = pairs.status == ORIENTED
     return ImageOrientation(
         case=case,
         estimator=estimator,
         models=models,
         parameters=pd.DataFrame(elements.values, index, list(elements.names)),
         elements=elements,
-        residuals=_residuals_table(measured.keys, pairs)[is_kept].reset_index(
-            drop=True
-        ),
-        model_points=_points_table(measured.keys, model.xyz)[is_kept].reset_index(
-            drop=True
-        ),
+        residuals=_residuals_table(measured.keys, points, is_out, pairs)[
+            is_good[points.model]
+        ].reset_index(drop=True),
+        model_points=_points_table(measured.keys[~is_out], model.xyz)[
+            is_good[used.model]
+        ].reset_index(drop=True),
         failures=_failures(models, pairs.status),
     )
 
@@ -154,11 +173,18 @@ class _Measured:
             names=names,
         )
 
+    def pairs(self, principal_distance):
+        """Pairs of all models, with the principal distances of both photographs."""
+        distance = np.empty((len(self.names), 2))
+        distance[:] = principal_distance
+        return StereoPairs(self.image, self.start, distance)
 
-def _check_arguments(principal_distance, case, estimator):
+
+def _check_arguments(principal_distance, case, estimator, outliers):
     for name, value, allowed in (
         ("case", case, CASES),
         ("estimator", estimator, MODES),
+        ("outliers", outliers, OUTLIERS),
     ):
         if value not in allowed:
             raise SettingsError(
@@ -283,11 +309,32 @@ def _failures(models, status):
     )
 
 
-def _residuals_table(keys, pairs):
+def _residuals_table(keys, points, is_out, pairs):
+    others = points.chosen(is_out)
+    residuals, numbers = np.empty((len(is_out), 4)), np.ones(len(is_out))
+    residuals[~is_out] = pairs.residuals
+    residuals[is_out] = misclosures(pairs, others).corrections
+    numbers[~is_out] = pairs.redundancy_numbers
+    tests = test_conditions(pairs, points.chosen(~is_out))
+    predicted = test_predictions(pairs, others)
+    used = points.chosen(~is_out)
+    is_suspect = is_out.copy()
+    is_suspect[~is_out] = is_rejected_by_holm(tests.p_value, used.start, SIGNIFICANCE)
     table = keys.copy()
-    table[[f"residual_{name}" for name in COORDINATES]] = pairs.residuals
-    table["redundancy_number"] = pairs.redundancy_numbers
-    return table
+    table[[f"residual_{name}" for name in COORDINATES]] = residuals
+    return table.assign(
+        redundancy_number=numbers,
+        weight=np.where(is_out, np.nan, 1.0),
+        w=_merged(is_out, tests.w, predicted.w),
+        p_value=_merged(is_out, tests.p_value, predicted.p_value),
+        is_suspect=is_suspect,
+    )
+
+
+def _merged(is_out, of_used, of_others):
+    values = np.empty(len(is_out))
+    values[~is_out], values[is_out] = of_used, of_others
+    return values
 
 
 def _points_table(keys, xyz):

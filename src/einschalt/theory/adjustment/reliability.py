@@ -237,7 +237,8 @@ def joint_prediction_tests(squares, sum_of_squares, redundancy) -> PointTests:
     is_testable = (f > 0.0) & (np.asarray(sum_of_squares) > 0.0)
     omega = np.where(is_testable, sum_of_squares, np.nan)
     share = squares / omega
-    return PointTests(np.sqrt(share * f), (1.0 + share) ** (-0.5 * f))
+    p_value = np.where(is_testable, (1.0 + share) ** (-0.5 * f), np.nan)
+    return PointTests(np.sqrt(share * f), p_value)
 
 
 def noncentrality(significance=0.001, power=0.80, degrees=1):

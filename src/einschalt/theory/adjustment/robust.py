@@ -61,7 +61,8 @@ def _worst_rows(p_values, start, significance):
     """The point with the smallest probability in each model that the test refuses."""
     tested = np.where(np.isfinite(p_values), p_values, np.inf)
     smallest = segment_min_max(tested, start)[0]
-    is_refused = smallest * count_tested(p_values, start) <= significance
+    n_tested = np.maximum(count_tested(p_values, start), 1)
+    is_refused = smallest * n_tested <= significance
     limit = np.where(is_refused, smallest, -np.inf)
     rows = np.flatnonzero(tested <= np.repeat(limit, np.diff(start)))
     # of equal points the first: the other may be good without it

@@ -204,7 +204,9 @@ def _sigma(orientation):
 
 
 @numba.njit(**COMPILED)
-def _compare(first, last, start, image, distance, poses, cofactors, corrections, spread):
+def _compare(
+    first, last, start, image, distance, poses, cofactors, corrections, spread
+):
     row = np.empty(6)
     for k in range(first, last):
         base, rotation = pose_at(poses[k])

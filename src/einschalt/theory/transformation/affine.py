@@ -8,14 +8,14 @@ import numba
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneFit,
+    PlaneKind,
     PlaneSolution,
+    assemble_fit,
     plane_moments,
-    plane_residuals,
     status_of,
 )
 
-PARAMETER_NAMES = ("a0", "a1", "a2", "b0", "b1", "b2")
+KIND = PlaneKind("affine", ("a0", "a1", "a2", "b0", "b1", "b2"))
 LEAST_POINTS = 3
 THINNEST = 1e-10
 
@@ -69,20 +69,15 @@ def fit_affine(xy, en, weights, start):
         spread_cross=np.zeros_like(inverse),
         status=status,
     )
-    residuals, leverage, sum_of_squares = plane_residuals(
-        xy, en, weights, start, moments, solution
-    )
-    return PlaneFit(
-        kind="affine",
-        moments=moments,
-        solution=solution,
-        residuals=residuals,
-        leverage=leverage,
-        sum_of_squares=sum_of_squares,
-        redundancy=np.where(status == 0, 2 * moments.n_points - 6, 0),
-        parameter_names=PARAMETER_NAMES,
-        parameters=_parameters(moments, solution.linear),
-        mirror_gain=np.full(len(status), np.nan),
+    points = (xy, en, weights, start)
+    parameters = _parameters(moments, solution.linear)
+    return assemble_fit(
+        KIND,
+        points,
+        moments,
+        solution,
+        parameters,
+        np.full(len(status), np.nan),
     )
 
 

@@ -7,16 +7,16 @@ it is z ↦ (a + ib) z + t, which is why easting and northing are uncorrelated.
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneFit,
+    PlaneKind,
     PlaneSolution,
+    assemble_fit,
     mirror_gain,
     plane_moments,
-    plane_residuals,
     status_of,
     without_unusable,
 )
 
-PARAMETER_NAMES = ("a", "b", "te", "tn")
+KIND = PlaneKind("helmert", ("a", "b", "te", "tn"))
 LEAST_POINTS = 2
 
 
@@ -60,23 +60,18 @@ def fit_helmert(xy, en, weights, start):
         spread_cross=np.zeros_like(spread),
         status=status,
     )
-    residuals, leverage, sum_of_squares = plane_residuals(
-        xy, en, weights, start, moments, solution
-    )
     direct, turned = correlations(moments)
     with np.errstate(divide="ignore", invalid="ignore"):
         gain = (turned**2 - direct**2) / polar
-    return PlaneFit(
-        kind="helmert",
-        moments=moments,
-        solution=solution,
-        residuals=residuals,
-        leverage=leverage,
-        sum_of_squares=sum_of_squares,
-        redundancy=np.where(status == 0, 2 * moments.n_points - 4, 0),
-        parameter_names=PARAMETER_NAMES,
-        parameters=_parameters(moments, solution.linear),
-        mirror_gain=mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
+    points = (xy, en, weights, start)
+    parameters = _parameters(moments, solution.linear)
+    return assemble_fit(
+        KIND,
+        points,
+        moments,
+        solution,
+        parameters,
+        mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
     )
 
 

@@ -89,6 +89,14 @@ class PlaneSolution:
     status: np.ndarray
 
 
+@dataclass(frozen=True)
+class PlaneKind:
+    """Name of a kind of transformation, and those of its parameters."""
+
+    name: str
+    parameter_names: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class PlaneFit:
     """Plane transformations of all models of a flight.
@@ -345,6 +353,40 @@ def plane_residuals(xy, en, weights, start, moments, solution):
         sum_of_squares,
     )
     return residuals, np.broadcast_to(leverage, residuals.shape), sum_of_squares
+
+
+def assemble_fit(kind, points, moments, solution, parameters, gain):
+    """Put the fit of one kind together from its solution.
+
+    Parameters
+    ----------
+    kind : PlaneKind
+    points : tuple of ndarray
+        xy, en, weights, start, as in :func:`plane_moments`.
+    moments : PlaneMoments
+    solution : PlaneSolution
+    parameters : ndarray, shape (n_models, n_parameters)
+    gain : ndarray, shape (n_models,)
+        From :func:`mirror_gain`.
+
+    Returns
+    -------
+    PlaneFit
+    """
+    residuals, leverage, sum_of_squares = plane_residuals(*points, moments, solution)
+    spare = 2 * moments.n_points - len(kind.parameter_names)
+    return PlaneFit(
+        kind=kind.name,
+        moments=moments,
+        solution=solution,
+        residuals=residuals,
+        leverage=leverage,
+        sum_of_squares=sum_of_squares,
+        redundancy=np.where(solution.status == USABLE, spare, 0),
+        parameter_names=kind.parameter_names,
+        parameters=parameters,
+        mirror_gain=gain,
+    )
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -14,16 +14,16 @@ from einschalt.theory.transformation.helmert import (
 from einschalt.theory.transformation.plane_fit import (
     OTHER_SCALE,
     USABLE,
-    PlaneFit,
+    PlaneKind,
     PlaneSolution,
+    assemble_fit,
     mirror_gain,
     plane_moments,
-    plane_residuals,
     status_of,
     without_unusable,
 )
 
-PARAMETER_NAMES = ("theta", "te", "tn")
+KIND = PlaneKind("rigid", ("theta", "te", "tn"))
 LEAST_POINTS = 2
 LARGEST_SCALE = 2.0
 
@@ -73,20 +73,15 @@ def fit_rigid(xy, en, weights, start):
             spread_cross=_symmetric(_outer(g_east, g_north)) * per_angle,
             status=status,
         )
-    residuals, leverage, sum_of_squares = plane_residuals(
-        xy, en, weights, start, moments, solution
-    )
-    return PlaneFit(
-        kind="rigid",
-        moments=moments,
-        solution=solution,
-        residuals=residuals,
-        leverage=leverage,
-        sum_of_squares=sum_of_squares,
-        redundancy=np.where(status == 0, 2 * moments.n_points - 3, 0),
-        parameter_names=PARAMETER_NAMES,
-        parameters=_parameters(moments, rotation),
-        mirror_gain=mirror_gain(
+    points = (xy, en, weights, start)
+    parameters = _parameters(moments, rotation)
+    return assemble_fit(
+        KIND,
+        points,
+        moments,
+        solution,
+        parameters,
+        mirror_gain(
             2.0 * (turned - direct), direct, turned, moments.n_points > LEAST_POINTS
         ),
     )

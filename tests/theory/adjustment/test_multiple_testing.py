@@ -1,0 +1,56 @@
+"""Families of tests, each as statsmodels adjusts it alone."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from statsmodels.stats.multitest import multipletests
+
+from einschalt.theory.adjustment.multiple_testing import (
+    benjamini_hochberg,
+    count_tested,
+    holm,
+    is_rejected_by_holm,
+)
+
+METHODS = [(holm, "holm"), (benjamini_hochberg, "fdr_bh")]
+
+
+@pytest.fixture(scope="module")
+def families():
+    """Sixty families of 0 to 12 tests, some of them NaN, some probabilities equal."""
+    rng = np.random.default_rng(2)
+    count = rng.integers(0, 13, 60)
+    p_values = rng.uniform(size=count.sum()) ** 4
+    p_values[::7] = np.round(p_values[::7], 1)
+    p_values[::11] = np.nan
+    return p_values, np.concatenate([[0], np.cumsum(count)])
+
+
+@pytest.mark.parametrize(("adjust", "method"), METHODS)
+def test_each_family_is_adjusted_as_statsmodels_does(families, adjust, method):
+    p_values, start = families
+    adjusted = adjust(p_values, start)
+    for first, last in pairwise(start):
+        own = p_values[first:last]
+        is_tested = np.isfinite(own)
+        assert np.isnan(adjusted[first:last][~is_tested]).all()
+        if is_tested.any():
+            expected = multipletests(own[is_tested], method=method)[1]
+            found = adjusted[first:last][is_tested]
+            np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("significance", [0.001, 0.05, 0.3])
+def test_rejection_needs_only_the_small_ones(families, significance):
+    p_values, start = families
+    expected = holm(p_values, start) <= significance
+    found = is_rejected_by_holm(p_values, start, significance)
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_nothing_tested_nothing_rejected():
+    nothing = np.full(3, np.nan)
+    assert not is_rejected_by_holm(nothing, np.array([0, 2, 3]), 0.05).any()
+    assert np.isnan(benjamini_hochberg(nothing, np.array([0, 2, 3]))).all()
+    assert count_tested(nothing, np.array([0, 2, 3])).tolist() == [0, 0]

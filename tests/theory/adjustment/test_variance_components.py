@@ -1,0 +1,99 @@
+"""Variance components of a design whose true components are known."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from einschalt.theory.adjustment.variance_components import (
+    SumOfSquares,
+    VarianceFactors,
+    estimate_factors,
+)
+
+N_GROUPS, PER_GROUP = 60, 5
+TRUE = {"shared": 2.0, "own": 0.5}  # standard errors
+GIVEN = {"shared": 1.0, "own": 1.0}
+
+
+def operators():
+    """Means of groups, and deviations from them, from shared and own errors."""
+    group = np.repeat(np.arange(N_GROUPS), PER_GROUP)
+    n = len(group)
+    spread = sparse.csr_array((np.ones(n), (np.arange(n), group)))
+    mean = spread.T / PER_GROUP
+    return spread.tocsr(), mean.tocsr(), sparse.eye_array(n).tocsr()
+
+
+def measured(seed, *, is_complex=False):
+    rng = np.random.default_rng(seed)
+    spread, mean, own = operators()
+
+    def draw(size, sigma):
+        drawn = rng.normal(0.0, sigma, size)
+        return drawn + 1j * rng.normal(0.0, sigma, size) if is_complex else drawn
+
+    values = spread @ draw(N_GROUPS, TRUE["shared"])
+    values = values + draw(N_GROUPS * PER_GROUP, TRUE["own"])
+    deviation = own - spread @ mean
+    return [
+        SumOfSquares(mean @ values, {"shared": (mean, spread), "own": (mean,)}),
+        SumOfSquares(deviation @ values, {"own": (deviation,)}),
+    ]
+
+
+def sizes():
+    n_own = N_GROUPS * PER_GROUP
+    return {"shared": np.ones(N_GROUPS), "own": np.ones(n_own)}
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["real", "complex"])
+def found(request):
+    """Estimates of forty drawn experiments."""
+    return [
+        estimate_factors(measured(seed, is_complex=request.param), sizes())
+        for seed in range(40)
+    ]
+
+
+@pytest.mark.parametrize("source", TRUE)
+def test_true_components_lie_within_their_standard_errors(found, source):
+    values, errors = np.array([f.scaled(source, GIVEN[source]) for f in found]).T
+    z = (values - TRUE[source]) / errors
+    # forty experiments: mean within 0.5, spread within 0.75 and 1.3
+    assert abs(z.mean()) < 0.5
+    assert 0.75 < z.std() < 1.3
+    assert np.abs(z).max() < 3.5
+
+
+def test_standard_error_of_a_simple_case_is_that_of_theory(found):
+    # own errors from n − g deviations: σ / √(2 (n − g)), half of it as variance for √2
+    value, error = found[0].scaled("own", 1.0)
+    degrees = N_GROUPS * (PER_GROUP - 1)
+    n_axes = 2 if len(found[0].factors) and error < 0.5 / np.sqrt(3 * degrees) else 1
+    # uncertain by 7 % through the draws: three times that
+    assert error == pytest.approx(value / np.sqrt(2 * degrees * n_axes), rel=0.25)
+
+
+def test_factors_do_not_depend_on_what_was_given():
+    sums = measured(3)
+    plain = estimate_factors(sums, sizes())
+    doubled = {name: 2.0 * errors for name, errors in sizes().items()}
+    again = estimate_factors(sums, doubled)
+    np.testing.assert_allclose(again.factors * 4.0, plain.factors, rtol=2e-3)
+
+
+def test_a_source_without_errors_gets_zero_not_less():
+    sums = measured(1)
+    none = [SumOfSquares(np.zeros_like(part.values), part.chains) for part in sums]
+    found = estimate_factors(none, sizes())
+    np.testing.assert_array_equal(found.factors, 0.0)
+    value, error = found.scaled("own", 5.0)
+    assert value == 0.0
+    assert error > 0.0
+
+
+def test_scaled_is_the_root_of_the_factor():
+    factors = VarianceFactors(("a", "b"), np.array([4.0, 0.0]), np.diag([0.04, 0.09]))
+    assert factors.scaled("a", 5.0) == pytest.approx((10.0, 5.0 * 0.2 / 4.0))
+    # where nothing is left: up to a factor of one standard error
+    assert factors.scaled("b", 5.0) == pytest.approx((0.0, 5.0 * np.sqrt(0.3)))
