@@ -122,7 +122,8 @@ def test_residuals_and_points_have_a_row_per_point(image_pairs):
     oriented = orient_from_images(image_pairs, C)
     residuals = oriented.residuals
     keys = ["model_id", "point_id"]
-    assert list(residuals.columns) == [*keys, *RESIDUALS, "redundancy_number"]
+    tests = ["redundancy_number", "weight", "w", "p_value", "is_suspect"]
+    assert list(residuals.columns) == [*keys, *RESIDUALS, *tests]
     assert residuals[keys].equals(image_pairs[keys])
     squares = (residuals[RESIDUALS] ** 2).sum(axis=1)
     total = squares.groupby(residuals["model_id"]).sum()
@@ -297,6 +298,7 @@ def test_what_is_wrong_with_the_table_is_said(image_pairs, change, message):
     ("arguments", "message"),
     [
         ({"case": "right"}, "case = 'right' is unknown; expected dependent_right or"),
+        ({"outliers": "ransac"}, "outliers = 'ransac' is unknown; expected keep or sn"),
         ({"estimator": "best"}, "estimator = 'best' is unknown; expected rigorous or"),
         ({"principal_distance": 0.152}, r"= 0.152; expected .* Did you give metres\?"),
         ({"principal_distance": -152.0}, "principal_distance = -152.0; expected 1 to"),
@@ -351,3 +353,74 @@ def test_summary_without_any_oriented_model(image_pairs):
     summary = orient_from_images(few, C).summary()
     assert summary.startswith("Relative orientation of 0 of 3 models")
     assert "model 3/4: 4 points, but relative orientation needs 5" in summary
+
+
+# ------------------------------------------------------------------ tests and blunders
+
+
+def test_a_suspect_is_named(faulty_pairs):
+    residuals = orient_from_images(faulty_pairs, C).residuals
+    suspects = residuals[residuals["is_suspect"]]
+    assert suspects[["model_id", "point_id"]].to_numpy().tolist() == [["blunder", "p3"]]
+    assert suspects["p_value"].item() < 1e-4
+    assert (residuals["weight"] == 1.0).all()
+
+
+def test_suspects_are_taken_out(faulty_pairs, image_pairs):
+    oriented = orient_from_images(faulty_pairs, C, outliers="snoop")
+    assert oriented.n_points["blunder"] == 14
+    assert oriented.sigma_0["blunder"] < 9e-3
+    is_it = (faulty_pairs["model_id"] == "blunder") & (faulty_pairs["point_id"] == "p3")
+    without = orient_from_images(faulty_pairs[~is_it], C)
+    pd.testing.assert_frame_equal(oriented.parameters, without.parameters)
+    pd.testing.assert_frame_equal(oriented.model_points, without.model_points)
+    row = oriented.residuals.set_index(["model_id", "point_id"]).loc[("blunder", "p3")]
+    assert row["is_suspect"]
+    assert np.isnan(row["weight"])
+    assert row["redundancy_number"] == 1.0
+    # the millimetre is shared among the coordinates: a half to y of each photograph
+    missed = np.linalg.norm(row[RESIDUALS].astype(float))
+    assert 0.5 < missed < 1.0
+    assert row["w"] > 40.0
+    good = orient_from_images(image_pairs, C, outliers="snoop")
+    plain = orient_from_images(image_pairs, C)
+    pd.testing.assert_frame_equal(good.parameters, plain.parameters)
+
+
+def test_summary_names_what_was_taken_out(faulty_pairs):
+    said = orient_from_images(faulty_pairs, C, outliers="snoop").summary()
+    assert "blunder p3. They were taken out: measure them" in " ".join(said.split())
+
+
+# ----------------------------------------------------------- precision of model points
+
+
+@pytest.mark.parametrize("case", ["dependent_right", "dependent_left", "independent"])
+def test_precision_of_model_points(image_pairs, case):
+    oriented = orient_from_images(image_pairs, C, base_length=92.0, case=case)
+    precision = oriented.model_precision
+    keys = ["model_id", "point_id"]
+    names = ["sigma_x", "sigma_y", "sigma_z"]
+    assert list(precision.columns) == [*keys, *names, "sigma_z_image", "base_to_height"]
+    assert precision[keys].equals(oriented.model_points[keys])
+    assert (precision["sigma_z_image"] < precision["sigma_z"]).all()
+    # 130 to 170 mm below a base of about 92 mm, seen askew by up to 60 mm
+    assert precision["base_to_height"].between(0.45, 0.75).all()
+    for model_id in TRUTH:
+        covariance = oriented.model_covariance(model_id)
+        assert covariance.index.equals(covariance.columns)
+        assert covariance.index[1] == ("p0", "y")
+        own = precision.loc[precision["model_id"] == model_id, names]
+        np.testing.assert_allclose(np.sqrt(np.diag(covariance)), own.to_numpy().ravel())
+
+
+def test_covariance_of_an_unknown_model(image_pairs):
+    with pytest.raises(TableError, match="model 9: there is no such model"):
+        orient_from_images(image_pairs, C).model_covariance("9")
+
+
+def test_models_that_failed_have_no_precision(faulty_pairs):
+    oriented = orient_from_images(faulty_pairs, C)
+    assert len(oriented.model_precision) == 30
+    assert oriented.model_precision.notna().all().all()
+    assert oriented.model_covariance("line").shape == (0, 0)

@@ -8,6 +8,8 @@ from pyproj import Transformer
 import einschalt as es
 from einschalt.foundations.errors import BlockError, SettingsError, TableError
 from einschalt.foundations.rotations import rotation_from_angles
+from einschalt.stages import transformation_kinds
+from einschalt.theory.transformation import sensitivity
 
 KINDS = ["affine", "helmert", "rigid", "helmert_3d"]
 PLAN = ["easting", "northing"]
@@ -600,3 +602,13 @@ def test_pipeline_says_the_same_to_proj(fitted):
     source = [model[c].to_numpy() for c in ("x", "y", "z")[: len(names)]]
     found = Transformer.from_pipeline(fit.proj_pipeline("2/3")).transform(*source)
     np.testing.assert_allclose(np.column_stack(found), wanted[names], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", transformation_kinds.KINDS)
+def test_every_kind_has_its_sensitivity(ground, kind):
+    """What propagates errors must know every kind that can be fitted."""
+    fit = es.transform_models(unit_scale(faulty_flight(ground), kind), ground, kind).fit
+    axes = len(transformation_kinds.KINDS[kind].target)
+    derived = sensitivity.sensitivity(fit, np.zeros(1, dtype=int), np.ones((1, axes)))
+    cofactors = sensitivity.cofactors_of_rest(fit)
+    assert derived.shape == (1, axes, cofactors.shape[1])

@@ -14,8 +14,9 @@ from einschalt.foundations.errors import ProjectionError, SettingsError
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.value_ranges import Range
+from einschalt.stages.transformation_kinds import KINDS
 
-TRANSFORMATIONS = ("affine", "helmert", "rigid", "helmert_3d")
+TRANSFORMATIONS = tuple(KINDS)
 FLIGHTS = ("high_flight", "low_flight")
 
 

@@ -9,10 +9,11 @@ from einschalt.stages.stage4_error_propagation import (
     mean_operator,
     propagate,
 )
+from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
-PLANE = ("affine", "helmert", "rigid")
+PLANE = [name for name, kind in KINDS.items() if len(kind.target) == 2]
 
 
 def can_propagate(block):

@@ -15,6 +15,11 @@ from einschalt.foundations.units import (
 from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
 from einschalt.stages.results import Result, row_of_model
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
+from einschalt.theory.relative_orientation.model_precision import (
+    N_CHANGES,
+    OrientedPairs,
+    model_precision,
+)
 from einschalt.theory.relative_orientation.orientation_elements import (
     OrientationElements,
 )
@@ -29,6 +34,9 @@ SOME_BEHIND = "a point lies behind a camera. Look for gross errors in x."
 POOLED = "sigma_0 (an image coordinate, all models together)"
 NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
 LARGE = "sigma_0 is more than three times the median. Look for gross errors."
+CONTRADICT = "Points that contradict their models, worst first (model, point):"
+MEASURE_AGAIN = "Measure them again, or take them out with outliers = 'snoop'."
+TAKEN_OUT = "They were taken out: measure them again."
 MOST_LISTED = 12
 
 
@@ -54,12 +62,18 @@ class ImageOrientation(Result):
     residuals : DataFrame
         [coverage,] model_id, point_id, residual_x_left, residual_y_left,
         residual_x_right, residual_y_right [mm] (adjusted less measured),
-        redundancy_number (of the condition of the point).
+        redundancy_number (of the condition of the point), weight (1, NaN where the
+        point was taken out), w (length of the four residuals over its standard error),
+        p_value, is_suspect. Of a point that was taken out the residuals are what the
+        model misses it by, its redundancy number is 1, and it is a suspect.
     model_points : DataFrame
         [coverage,] model_id, point_id, x, y, z in the unit of the base: intersections
-        of the adjusted rays ("rigorous"), or with the mean of both y ("determinants").
+        of the adjusted rays ("rigorous"), or with the mean of both y ("determinants");
+        without points that were taken out.
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
+    pairs : OrientedPairs
+        What ``model_precision`` is computed from.
     """
 
     case: str
@@ -70,6 +84,7 @@ class ImageOrientation(Result):
     residuals: pd.DataFrame
     model_points: pd.DataFrame
     failures: pd.DataFrame
+    pairs: OrientedPairs
 
     @property
     def sigma_0(self):
@@ -100,10 +115,7 @@ class ImageOrientation(Result):
         could not be oriented are critical, with the reason of their failure.
         """
         reason = self.models["reason"].to_numpy()
-        count = np.where(reason == "", self.models["n_points"], 0)
-        xyz = self.model_points[["x", "y", "z"]].to_numpy()
-        start = np.append(0, np.cumsum(count))
-        geometry = geometry_of_images(self.elements.cameras, xyz, start)
+        geometry = geometry_of_images(self.elements.cameras, *self._points_of_models())
         examination = examine_surfaces(
             geometry.xyz, geometry.base, geometry.model_start, grows_with_depth=True
         )
@@ -167,6 +179,75 @@ class ImageOrientation(Result):
         row = row_of_model(self.models, model_id, coverage)
         return self.cofactor(model_id, coverage) * self.models["sigma_0"].iloc[row] ** 2
 
+    @cached_property
+    def model_precision(self):
+        """Standard errors of the model points, row for row as ``model_points``.
+
+        [coverage,] model_id, point_id, sigma_x, sigma_y, sigma_z (of intersection and
+        orientation together), sigma_z_image (of the intersection alone), in the unit of
+        the base; base_to_height, the base over the distance of the point from it. NaN
+        where a model has no redundancy.
+        """
+        xyz, start = self._points_of_models()
+        model = np.repeat(np.arange(len(start) - 1), np.diff(start))
+        sigma_0 = self.models["sigma_0"].to_numpy()[model]
+        of_axes = np.sqrt(np.diagonal(self._precision.cofactor, axis1=1, axis2=2))
+        of_rays = np.sqrt(self._precision.image_part[:, 2, 2])
+        cameras = self.elements.cameras
+        base = (cameras.right_centre - cameras.left_centre)[model]
+        across = np.cross(base, xyz - cameras.left_centre[model])
+        table = self.model_points.drop(columns=["x", "y", "z"])
+        table[["sigma_x", "sigma_y", "sigma_z"]] = of_axes * sigma_0[:, None]
+        table["sigma_z_image"] = of_rays * sigma_0
+        squares = [np.sum(vector**2, axis=1) for vector in (base, across)]
+        # |base| over |base x place| / |base|
+        table["base_to_height"] = squares[0] / np.sqrt(squares[1])
+        return table
+
+    def model_covariance(self, model_id, coverage=None):
+        """Covariance matrix of all points of a model.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        DataFrame
+            Named by point_id and axis on both sides, in the unit of the base squared:
+            the points share the errors of the orientation.
+
+        Raises
+        ------
+        TableError
+            There is no such model, or there is one in each of several coverages.
+        """
+        place = row_of_model(self.models, model_id, coverage)
+        _, start = self._points_of_models()
+        rows = slice(start[place], start[place + 1])
+        gain = self._precision.gain[rows].reshape(-1, N_CHANGES)
+        covariance = gain @ self.pairs.orientation.cofactor[place] @ gain.T
+        for first, part in enumerate(self._precision.image_part[rows]):
+            block = slice(3 * first, 3 * first + 3)
+            covariance[block, block] += part
+        names = [self.model_points["point_id"].iloc[rows], list("xyz")]
+        index = pd.MultiIndex.from_product(names, names=["point_id", "axis"])
+        sigma_0 = self.models["sigma_0"].iloc[place]
+        return pd.DataFrame(covariance * sigma_0**2, index=index, columns=index)
+
+    @cached_property
+    def _precision(self):
+        return model_precision(self.pairs, *self._points_of_models())
+
+    def _points_of_models(self):
+        """Places of the model points, and the first row of every model."""
+        is_good = self.models["reason"].to_numpy() == ""
+        count = np.where(is_good, self.models["n_points"], 0)
+        xyz = self.model_points[["x", "y", "z"]].to_numpy()
+        return xyz, np.append(0, np.cumsum(count))
+
     def summary(self):
         """Say how many models were oriented, how well, and what is doubtful."""
         return _summary(self)
@@ -212,7 +293,17 @@ def _problems(result, good):
         if is_it.any():
             names = typesetting.names(good.loc[is_it, "model_id"])
             problems.append(f"model {names}: {text}")
-    return problems
+    return [*problems, *_suspects(result)]
+
+
+def _suspects(result):
+    residuals = result.residuals
+    rows = residuals[residuals["is_suspect"]].sort_values("w", ascending=False)
+    if rows.empty:
+        return []
+    named = [f"{row.model_id} {row.point_id}" for row in rows.itertuples()]
+    remedy = TAKEN_OUT if rows["weight"].isna().any() else MEASURE_AGAIN
+    return [f"{CONTRADICT} {typesetting.names(named)}. {remedy}"]
 
 
 def _is_near_surface(result, good):

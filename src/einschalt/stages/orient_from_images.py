@@ -17,9 +17,9 @@ from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.relative_orientation import coplanarity
 from einschalt.theory.relative_orientation.condition_tests import (
     StereoPairs,
+    condition_tests,
     misclosures,
-    test_conditions,
-    test_predictions,
+    prediction_tests,
 )
 from einschalt.theory.relative_orientation.coplanarity import (
     BEHIND,
@@ -31,6 +31,7 @@ from einschalt.theory.relative_orientation.coplanarity import (
 )
 from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
 from einschalt.theory.relative_orientation.model_formation import form_model
+from einschalt.theory.relative_orientation.model_precision import OrientedPairs
 from einschalt.theory.relative_orientation.orientation_elements import (
     CASES,
     orientation_elements,
@@ -148,6 +149,7 @@ def orient_from_images(
             is_good[used.model]
         ].reset_index(drop=True),
         failures=_failures(models, pairs.status),
+        pairs=OrientedPairs(pairs, length, case, used.distance),
     )
 
 
@@ -315,8 +317,8 @@ def _residuals_table(keys, points, is_out, pairs):
     residuals[~is_out] = pairs.residuals
     residuals[is_out] = misclosures(pairs, others).corrections
     numbers[~is_out] = pairs.redundancy_numbers
-    tests = test_conditions(pairs, points.chosen(~is_out))
-    predicted = test_predictions(pairs, others)
+    tests = condition_tests(pairs, points.chosen(~is_out))
+    predicted = prediction_tests(pairs, others)
     used = points.chosen(~is_out)
     is_suspect = is_out.copy()
     is_suspect[~is_out] = is_rejected_by_holm(tests.p_value, used.start, SIGNIFICANCE)

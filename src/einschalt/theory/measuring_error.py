@@ -55,11 +55,11 @@ def m_g_from_repeated_settings(xy, start):
     -----
     It sees the setting alone: not the deformation of film, lens and model.
     """
-    xy = np.asarray(xy, dtype=float)
+    xy, start = np.asarray(xy, dtype=float), np.asarray(start)
     count = np.diff(start)
     is_set = count > 0
     # about the first setting of each point, so that large coordinates lose nothing
-    first = np.repeat(np.asarray(start[:-1])[is_set], count[is_set])
+    first = np.repeat(start[:-1][is_set], count[is_set])
     offset = xy - xy[first]
     mean = segment_sum(offset, start) / np.maximum(count, 1)[:, None]
     squares = np.sum((offset - np.repeat(mean, count, axis=0)) ** 2)

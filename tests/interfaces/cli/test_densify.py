@@ -72,6 +72,14 @@ def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_p
     assert "coverage_mean = all, weighting = weighted" in said
 
 
+def test_outliers_and_significance_are_options(invoke, block_folder, tmp_path):
+    options = ["--outliers", "snoop", "--significance", "0.01"]
+    said = invoke("densify", block_folder, "-o", tmp_path, *options).stdout
+    assert "outliers = snoop, significance = 0.01" in " ".join(said.split())
+    header = (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header.endswith("leverage,redundancy_number,w,p_value,is_suspect")
+
+
 def test_failed_models_are_said_and_the_status_is_0(invoke, block_folder, tmp_path):
     folder = tmp_path / "block"
     shutil.copytree(block_folder, folder)

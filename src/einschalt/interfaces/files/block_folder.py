@@ -30,8 +30,8 @@ from einschalt.interfaces.files.block_toml import (
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera, write_camera
 from einschalt.interfaces.files.input_files import checksum, require_file
 from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
-from einschalt.pipeline.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.axis_order import axis_problems
+from einschalt.pipeline.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block_check import check_block
 
 FLIGHT_TABLES = {

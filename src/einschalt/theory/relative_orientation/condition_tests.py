@@ -144,7 +144,7 @@ def misclosures(orientation, pairs) -> Misclosures:
     return found
 
 
-def test_conditions(orientation, pairs) -> PointTests:
+def condition_tests(orientation, pairs) -> PointTests:
     """Test the points of an adjustment against its other points.
 
     Parameters
@@ -175,7 +175,7 @@ def test_conditions(orientation, pairs) -> PointTests:
     return PointTests(w, tau_p_value(w, orientation.redundancy[pairs.model]))
 
 
-def test_predictions(orientation, pairs) -> PointTests:
+def prediction_tests(orientation, pairs) -> PointTests:
     """Test points against an adjustment in which they took no part.
 
     Parameters

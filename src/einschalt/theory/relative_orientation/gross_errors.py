@@ -26,8 +26,8 @@ from scipy.special import betaln, fdtrc
 from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.theory.adjustment.robust import snoop
 from einschalt.theory.relative_orientation.condition_tests import (
-    test_conditions,
-    test_predictions,
+    condition_tests,
+    prediction_tests,
 )
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
@@ -74,7 +74,7 @@ def find_gross_errors(pairs, estimator="rigorous", significance=0.001):
     is_out = _put_aside(pairs, estimator, significance)
 
     def tests_of(part):
-        return test_conditions(part.orient(estimator), part)
+        return condition_tests(part.orient(estimator), part)
 
     kept = np.flatnonzero(~is_out)
     is_out[kept] = snoop(pairs.chosen(~is_out), tests_of, significance)
@@ -93,7 +93,7 @@ def _put_aside(pairs, estimator, significance):
         is_aside = is_out[rows]
         orientation = part.chosen(~is_aside).orient(estimator)
         others = part.chosen(is_aside)
-        p_value = test_predictions(orientation, others).p_value
+        p_value = prediction_tests(orientation, others).p_value
         limit = significance / n_points[active][others.model]
         # the comparison fails for NaN, too: what cannot be tested comes back
         is_back = ~(p_value <= limit)

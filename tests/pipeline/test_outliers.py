@@ -1,0 +1,113 @@
+"""Gross errors of the low flight in a whole block."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulated_noise import BlockNoise
+from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.suspect_suggestions import suspect_observations
+
+KEY = ["flight", "coverage", "model_id", "point_id"]
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Neukirchen with 1 % gross errors of 50 µm in the low flight."""
+    noise = BlockNoise(low_gross_error_share=0.01, low_gross_error_um=50.0)
+    return simulate_block("neukirchen", seed=4, noise=noise)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """The same without gross errors."""
+    return simulate_block("neukirchen", seed=4)
+
+
+def rms(result, truth):
+    columns = ["easting", "northing"]
+    true = truth.set_index("point_id").loc[result.points["point_id"], columns]
+    off = result.points[columns].to_numpy() - true.to_numpy()
+    return np.sqrt(np.mean(np.sum(off**2, axis=1)))
+
+
+def suspects(result):
+    rows = result.residuals[result.residuals["is_suspect"]]
+    return set(rows[KEY].itertuples(index=False, name=None))
+
+
+def test_gross_errors_are_named_worst_first(block):
+    result = densify(block)
+    gross = set(block.gross_errors[KEY].itertuples(index=False, name=None))
+    found = suspects(result)
+    assert len(found & gross) >= 0.7 * len(gross)
+    assert len(found - gross) <= 2
+    said = suspect_observations(result)
+    rows = result.residuals.loc[result.residuals["is_suspect"]]
+    worst = rows.loc[rows["p_value"].idxmin()]
+    first = f"low {worst['coverage']} {worst['model_id']} {worst['point_id']}"
+    assert f"(flight, coverage, model, point): {first}" in said.problem
+    assert said.remedy == 'Measure them again, or set outliers = "snoop"'
+
+
+@pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
+def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers):
+    screened = densify(block, Settings(outliers=outliers))
+    assert rms(screened, block.truth) < 1.05 * rms(densify(clean), clean.truth)
+    assert rms(densify(block), block.truth) > 1.04 * rms(screened, block.truth)
+    said = suspect_observations(screened)
+    assert said.remedy == "Measure them again"
+
+
+def test_suspects_do_not_enter_the_mean(block):
+    screened = densify(block, Settings(outliers="snoop"))
+    plain = densify(block)
+    n_less = plain.points["n_models"].sum() - screened.points["n_models"].sum()
+    assert 0 < n_less <= len(suspects(screened))
+    # but every point keeps a value, and every residual its row
+    assert len(screened.points) == len(plain.points)
+    assert len(screened.residuals) == len(plain.residuals)
+
+
+def test_propagation_knows_of_the_points_that_were_taken_out(block):
+    screened = densify(block, Settings(outliers="snoop"))
+    assert screened.figures.mean_total > densify(block).figures.mean_total
+    assert len(screened.low.observed.weights) < len(screened.low.residuals)
+
+
+def test_clean_blocks_lose_nothing(clean):
+    for outliers in ("keep", "snoop"):
+        result = densify(clean, Settings(outliers=outliers))
+        assert suspect_observations(result) is None
+        assert len(suspects(result)) <= 2  # 0.3 are expected, in 314 models
+
+
+def test_without_redundancy_there_is_no_suspicion(good_result):
+    residuals = good_result.residuals.assign(p_value=np.nan, is_suspect=False)
+    result = type("R", (), {"residuals": residuals})
+    assert suspect_observations(result) is None
+
+
+def test_significance_decides_who_is_suspect(clean):
+    result = densify(clean, Settings(significance=0.5))
+    assert len(suspects(result)) > 3
+    # what the summary says does not depend on it
+    assert suspect_observations(result) is None
+    with pytest.raises(
+        SettingsError, match=r"\[settings\] significance = 0; expected a"
+    ):
+        Settings(significance=0)
+    with pytest.raises(SettingsError, match="outliers = 'ransac'; expected 'keep'"):
+        Settings(outliers="ransac")
+
+
+def test_columns_are_in_both_flights(clean):
+    residuals = densify(clean).residuals
+    assert {"w", "p_value", "is_suspect"} <= set(residuals)
+    assert residuals["is_suspect"].dtype == bool
+    by_flight = residuals.groupby("flight")["p_value"].count()
+    assert (by_flight > 0).all()
+    assert pd.api.types.is_float_dtype(residuals["w"])

@@ -1,0 +1,142 @@
+"""Gross errors in the models of a flight: named, taken out, or given less weight."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import SettingsError
+from einschalt.stages.model_screening import (
+    OUTLIERS,
+    screen_models,
+    without_suspects,
+)
+
+NOISE = 0.02
+GROSS = [("1/2", "0004"), ("3/4", "0022")]
+KINDS = ["affine", "helmert", "rigid", "helmert_3d"]
+
+
+@pytest.fixture(scope="module")
+def ground():
+    """Thirty points, 4 to 5 thousand kilometres from the origin."""
+    rng = np.random.default_rng(0)
+    origin = np.array([4.5e6, 5.3e6, 400.0])
+    enh = origin + rng.uniform(0, 1000, (30, 3))
+    table = pd.DataFrame(enh, columns=["easting", "northing", "height"])
+    return table.assign(point_id=[f"{place:04d}" for place in range(30)])
+
+
+@pytest.fixture(scope="module")
+def flight(ground):
+    """Three models of 18 points; in two of them one point is 1 m wrong."""
+    rng = np.random.default_rng(1)
+    parts = []
+    for k in range(1, 4):
+        points = ground.iloc[6 * (k - 1) : 6 * (k - 1) + 18]
+        xyz = points[["easting", "northing", "height"]].to_numpy() - [4.5e6, 5.3e6, 0]
+        xyz = xyz + rng.normal(0, NOISE, xyz.shape)
+        part = pd.DataFrame(xyz, columns=["x", "y", "z"])
+        model = f"{k}/{k + 1}"
+        parts.append(part.assign(model_id=model, point_id=points["point_id"].array))
+    table = pd.concat(parts, ignore_index=True)
+    for model, point in GROSS:
+        is_it = (table["model_id"] == model) & (table["point_id"] == point)
+        table.loc[is_it, "x"] += 1.0
+    return table
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def transformation(request, flight, ground):
+    return es.transform_models(flight, ground, kind=request.param)
+
+
+def suspects_of(fit):
+    rows = fit.residuals[fit.residuals["is_suspect"]]
+    return list(zip(rows["model_id"], rows["point_id"], strict=True))
+
+
+def test_residuals_have_tests_in_the_order_of_the_points(transformation, flight):
+    residuals = transformation.residuals
+    assert residuals["point_id"].tolist() == flight["point_id"].tolist()
+    assert residuals["is_suspect"].dtype == bool
+    assert residuals["w"].notna().all()
+    assert residuals["p_value"].between(0, 1).all()
+    assert suspects_of(transformation) == GROSS
+
+
+@pytest.mark.parametrize("outliers", OUTLIERS)
+def test_every_way_names_the_gross_errors(transformation, flight, outliers):
+    screened = screen_models(transformation, outliers)
+    assert suspects_of(screened) == GROSS
+    residuals = screened.residuals
+    assert residuals["point_id"].tolist() == flight["point_id"].tolist()
+    assert residuals["model_id"].tolist() == flight["model_id"].tolist()
+
+
+def test_keeping_changes_no_more_than_who_is_named(transformation):
+    kept = screen_models(transformation, "keep", 0.05)
+    columns = ["residual_easting", "leverage", "w", "p_value"]
+    pd.testing.assert_frame_equal(
+        kept.residuals[columns], transformation.residuals[columns]
+    )
+    assert kept.residuals["is_suspect"].sum() >= len(GROSS)
+
+
+def test_snooping_fits_as_if_the_points_had_not_been_measured(
+    transformation, flight, ground
+):
+    screened = screen_models(transformation, "snoop")
+    is_gross = pd.MultiIndex.from_frame(flight[["model_id", "point_id"]]).isin(GROSS)
+    without = es.transform_models(flight[~is_gross], ground, kind=transformation.kind)
+    pd.testing.assert_frame_equal(screened.parameters, without.parameters)
+    pd.testing.assert_frame_equal(screened.models, without.models)
+    assert screened.models["n_points"].tolist() == [17, 18, 17]
+    out = screened.residuals[is_gross]
+    np.testing.assert_allclose(np.abs(out["residual_easting"]), 1.0, atol=0.1)
+    assert (out["leverage"] == 0.0).all()
+    assert (out["redundancy_number"] == 1.0).all()
+    assert (out["p_value"] < 1e-9).all()
+    # what propagates errors sees the points that were fitted
+    assert len(screened.observed.weights) == len(flight) - 2
+
+
+@pytest.mark.parametrize("outliers", ["huber", "tukey"])
+def test_robust_norms_leave_gross_errors_little_weight(transformation, outliers):
+    screened = screen_models(transformation, outliers)
+    is_gross = screened.residuals["is_suspect"].to_numpy()
+    weights = screened.observed.weights
+    assert weights[is_gross].max() < 0.15
+    assert np.median(weights[~is_gross]) > 0.85
+    assert screened.models["m_0"].max() < 0.1
+    assert transformation.models["m_0"].max() > 0.15
+
+
+def test_values_of_suspects_go_where_others_remain(transformation, flight):
+    screened = screen_models(transformation, "snoop")
+    values = screened.values(flight)
+    found = without_suspects(values, screened)
+    is_gone = found["easting"].isna()
+    gone = found.loc[is_gone, ["model_id", "point_id"]]
+    # point 0004 lies in one model only: nothing is better than its value
+    assert gone.to_numpy().tolist() == [["3/4", "0022"]] or gone.empty
+    in_models = flight.groupby("point_id")["model_id"].nunique()
+    assert len(gone) == sum(in_models[point] > 1 for _, point in GROSS)
+    pd.testing.assert_frame_equal(found[~is_gone], values[~is_gone])
+
+
+def test_models_that_fail_stay_failures(flight, ground):
+    few = flight[~((flight["model_id"] == "2/3") & (flight.index % 9 != 0))]
+    fit = es.transform_models(few, ground)
+    for outliers in OUTLIERS:
+        screened = screen_models(fit, outliers)
+        assert screened.failures["model_id"].tolist() == ["2/3"]
+        assert "2/3" not in set(screened.residuals["model_id"])
+        assert suspects_of(screened) == GROSS
+
+
+def test_options_are_checked(transformation):
+    with pytest.raises(SettingsError, match=r"outliers = 'ransac' is unknown"):
+        screen_models(transformation, "ransac")
+    with pytest.raises(SettingsError, match=r"significance = 1\.5; expected a number"):
+        screen_models(transformation, "snoop", 1.5)

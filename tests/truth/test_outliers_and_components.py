@@ -1,0 +1,122 @@
+"""Tests of residuals and variance components, over simulated blocks with known truth.
+
+No false alarms in clean blocks, gross errors that do no harm once they are looked for,
+and sizes of errors that are those of the simulation.
+"""
+
+from dataclasses import fields
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulated_noise import BlockNoise
+from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.suspect_suggestions import (
+    suspect_observations,
+    wrong_measuring_errors,
+)
+
+SEEDS = range(20)
+
+
+def errors_of(result, truth):
+    columns = ["easting", "northing"]
+    true = truth.set_index("point_id").loc[result.points["point_id"], columns]
+    return result.points[columns].to_numpy() - true.to_numpy()
+
+
+def with_low_m_g(block, m_g_um):
+    plain = {f.name: getattr(block, f.name) for f in fields(Block)}
+    low = block.low_flight
+    plain["low_flight"] = type(low)(**{**plain_fields(low), "m_g_um": m_g_um})
+    return Block(**plain)
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """Twenty blocks without gross errors, screened by data snooping."""
+    runs = []
+    for seed in SEEDS:
+        block = simulate_block("neukirchen", seed=seed)
+        result = densify(block, Settings(outliers="snoop"))
+        runs.append(
+            SimpleNamespace(result=result, error=errors_of(result, block.truth))
+        )
+    return runs
+
+
+def test_clean_blocks_raise_no_alarm(clean):
+    # at 0.001 a block, none of twenty; two would have the probability 0.0002
+    assert sum(suspect_observations(run.result) is not None for run in clean) <= 1
+    assert sum(wrong_measuring_errors(run.result) is not None for run in clean) == 0
+
+
+def test_few_points_of_clean_models_are_suspects(clean):
+    n_suspects = sum(run.result.residuals["is_suspect"].sum() for run in clean)
+    n_models = sum(len(run.result.models) for run in clean)
+    # 0.001 a model, 6.3 in all, if approximate coordinates were equally good: those
+    # from one model of the high flight are worse, and the share is twice that
+    assert n_suspects <= 3 * 0.001 * n_models
+
+
+def test_probabilities_of_the_low_flight_are_nearly_those_that_are_said(clean):
+    p_value = np.concatenate(
+        [
+            run.result.residuals.query("flight == 'low_flight'")["p_value"]
+            for run in clean
+        ]
+    )
+    for alpha, most in ((0.05, 0.06), (0.01, 0.013), (0.001, 0.0018)):
+        assert 0.8 * alpha < np.mean(p_value < alpha) < most
+
+
+def test_snooping_keeps_the_propagated_precision_true(clean):
+    squares = [
+        np.einsum(
+            "ni,nij,nj->n",
+            run.error,
+            np.linalg.inv(run.result.errors.covariance),
+            run.error,
+        ).mean()
+        / 2
+        for run in clean
+    ]
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.05)
+
+
+def test_gross_errors_do_no_harm_once_they_are_looked_for(clean):
+    noise = BlockNoise(low_gross_error_share=0.01, low_gross_error_um=50.0)
+    screened, kept = [], []
+    for seed in list(SEEDS)[:8]:
+        block = simulate_block("neukirchen", seed=seed, noise=noise)
+        for squares, outliers in ((screened, "snoop"), (kept, "keep")):
+            error = errors_of(densify(block, Settings(outliers=outliers)), block.truth)
+            squares.append(np.mean(np.sum(error**2, axis=1)))
+    expected = np.mean([np.mean(np.sum(run.error**2, axis=1)) for run in clean[:8]])
+    assert np.sqrt(np.mean(screened) / expected) < 1.05
+    assert np.sqrt(np.mean(kept) / expected) > 1.05
+
+
+@pytest.mark.parametrize("source", ["control", "high_flight", "low_flight"])
+def test_sizes_of_errors_come_out_as_they_were_simulated(clean, source):
+    true = {"control": 0.03, "high_flight": 7.5, "low_flight": 5.0}[source]
+    found = [getattr(run.result.components, source) for run in clean]
+    z = np.array([(c.estimated - true) / c.standard_error for c in found])
+    assert np.mean(np.abs(z) < 2) >= 0.85
+    assert abs(z.mean()) < 3.3 / np.sqrt(len(z))
+
+
+def test_a_given_m_g_that_is_wrong_by_half_is_always_called_out():
+    for seed in range(5):
+        block = simulate_block("neukirchen", seed=seed)
+        for m_g_um in (7.5, 5.0 / 1.5):
+            result = densify(with_low_m_g(block, m_g_um))
+            said = str(wrong_measuring_errors(result))
+            assert "m_g_um of the low flight is given as" in said
+            assert "high flight" not in said
+            found = result.components.low_flight
+            assert abs(found.estimated - 5.0) < 3 * found.standard_error
