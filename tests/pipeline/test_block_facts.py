@@ -54,6 +54,14 @@ def changed(block, flight="low_flight", **facts):
         ),
         ({"base": np.inf}, "base = inf; expected a positive number"),
         ({"model_points": None}, "model_points and image_points are both missing"),
+        (
+            {"orientation_case": "dependent"},
+            r"orientation_case = 'dependent' is unknown; .*Write '(in)?dependent",
+        ),
+        (
+            {"orientation_method": "gruber"},
+            r"y_parallaxes is missing; expected y_parallaxes beside orientation_method",
+        ),
     ],
 )
 def test_wrong_fact_of_a_flight(demo_block, facts, said):

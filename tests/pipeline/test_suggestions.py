@@ -48,6 +48,27 @@ def test_orientations_that_did_not_converge_are_named(oriented_result):
     assert found.problem.endswith(f"low {rows['model_id'].iloc[-1]}")
 
 
+def test_models_near_a_dangerous_surface_are_named(oriented_result):
+    assert sg.models_near_a_dangerous_surface(oriented_result) is None
+    rows = oriented_result.orientations.copy()
+    rows.loc[:2, "verdict"] = ["weak", "critical", "weak"]
+    rows.loc[:2, "inflation"] = [2.5, 12.34, 3.0]
+    names = rows["model_id"].to_numpy()
+    changed = replace(oriented_result, orientations=rows)
+    assert str(sg.models_near_a_dangerous_surface(changed)) == (
+        f"Relative orientation near a dangerous surface: 1 model critical (high "
+        f"{names[1]}), 2 models weak (high {names[0]}, high {names[2]}); omega is up "
+        "to 12.3 times as uncertain as on flat terrain. Measure points in them that "
+        "lie higher or lower, or farther apart."
+    )
+    rows.loc[1, "inflation"] = np.inf
+    said = str(sg.models_near_a_dangerous_surface(changed))
+    assert "; omega is not determined. Measure" in said
+    # models that did not converge are named as such
+    rows["is_converged"] = False
+    assert sg.models_near_a_dangerous_surface(changed) is None
+
+
 def test_figures_of_relative_orientation_are_said(oriented_result):
     high, low = orientations(oriented_result)
     assert high.startswith("Relative orientation, high flight: 7 models, sigma_0 ")

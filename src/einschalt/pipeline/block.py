@@ -53,6 +53,13 @@ class Flight:
     camera : Camera, optional
         Makes image coordinates of what ``image_points`` has: pixels (column, row), or
         millimetres from another origin, with distortion.
+    orientation_case : {"independent", "dependent_left", "dependent_right"}, optional
+        Which bundles the relative orientation moves: with y-parallaxes both where
+        nothing is said, with image coordinates the right one. It fixes the sign of
+        the y-parallaxes as well, see :func:`orient_from_parallaxes`.
+    orientation_method : {"least_squares", "krames", "gruber"}, optional
+        How the elements are found from y-parallaxes: by least squares where nothing
+        is said.
     """
 
     model_points: pd.DataFrame | None = None
@@ -66,6 +73,8 @@ class Flight:
     models: pd.DataFrame | None = field(default=None, kw_only=True)
     principal_distance_mm: float | None = field(default=None, kw_only=True)
     camera: Camera | None = field(default=None, kw_only=True)
+    orientation_case: str | None = field(default=None, kw_only=True)
+    orientation_method: str | None = field(default=None, kw_only=True)
 
     def __post_init__(self):
         """Take the principal distance from the camera."""

@@ -18,6 +18,8 @@ from einschalt.stages.transformation_kinds import KINDS
 
 TRANSFORMATIONS = tuple(KINDS)
 FLIGHTS = ("high_flight", "low_flight")
+ORIENTATION_CASES = ("independent", "dependent_left", "dependent_right")
+ORIENTATION_METHODS = ("least_squares", "krames", "gruber")
 
 
 RANGES = {
@@ -174,14 +176,17 @@ class _Facts:
         for key, allowed in (
             ("transformation", TRANSFORMATIONS),
             ("model_unit", tuple(METRES_PER_UNIT)),
+            ("orientation_case", (None, *ORIENTATION_CASES)),
+            ("orientation_method", (None, *ORIENTATION_METHODS)),
         ):
             value = getattr(flight, key)
             if (name, key) in self.said or value in allowed:
                 continue
-            near = get_close_matches(str(value).casefold(), allowed, n=1)
+            known = [word for word in allowed if word]
+            near = get_close_matches(str(value).casefold(), known, n=1)
             self._say(
                 f"[{name}] {key} = {value!r} is unknown",
-                expected=" or ".join(allowed),
+                expected=" or ".join(known),
                 remedy=f"Write {near[0]!r}" if near else "",
             )
 
@@ -210,6 +215,8 @@ class _Facts:
                 needs += [("principal_distance_mm", "image_points")]
         if has("y_parallaxes"):
             needs += [("base", "y_parallaxes")]
+        if flight.orientation_method is not None and not has("y_parallaxes"):
+            needs += [("y_parallaxes", "orientation_method")]
         for key, beside in needs:
             if not has(key):
                 self._say(

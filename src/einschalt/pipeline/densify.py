@@ -1,6 +1,6 @@
 """From a block to densified coordinates: the five stages in order."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -30,7 +30,11 @@ from einschalt.stages.stage3_model_transformation import (
 )
 from einschalt.stages.stage4_error_budget import error_budget
 from einschalt.stages.stage4_error_propagation import PropagatedErrors
-from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+from einschalt.stages.stage5_double_coverage import (
+    CoverageMean,
+    average_coverages,
+    with_positions,
+)
 
 FLIGHT_LAST = "low_flight"
 
@@ -102,7 +106,8 @@ class DensificationResult(Result):
         w, p_value, is_suspect (of the joint test of both coordinates).
     orientations : DataFrame
         flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],
-        is_converged, then the elements; no rows where nothing was oriented.
+        is_converged, verdict (on the dangerous surface: safe, weak, critical),
+        inflation, reason, then the elements; no rows where nothing was oriented.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     single_values : DataFrame
@@ -194,31 +199,46 @@ def densify(block, settings=None, *, progress=None):
     said("error budget", 0.8)
     values = _single_values(block.low_flight, low, flights[FLIGHT_LAST].model_points)
     said("double coverage", 0.9)
-    means = average_coverages(
-        values if settings.outliers == "keep" else without_suspects(values, low),
-        coverage_mean=settings.coverage_mean,
-        weighting=settings.weighting,
-    )
+    means = _means(values, low, settings)
     said("error propagation", 0.95)
     errors = propagate_block(block, high, low, means) if can_propagate(block) else None
-    points = _with_roles(_with_totals(means.points, errors), block.control_points)
-    failures = _failures(flights, high, low)
     said("done", 1.0)
+    stages = _Stages(flights, high, low, values, means, errors)
+    return _result(block, settings, stages, perf_counter() - started)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stages:
+    """What the stages gave, in their order."""
+
+    flights: dict
+    high: ApproximateCoordinates | None
+    low: ModelTransformation
+    values: pd.DataFrame
+    means: CoverageMean
+    errors: PropagatedErrors | None
+
+
+def _result(block, settings, stages, seconds):
+    high, low, values = stages.high, stages.low, stages.values
+    totals = _with_totals(stages.means.points, stages.errors)
+    points = _with_roles(totals, block.control_points)
+    failures = _failures(stages.flights, high, low)
     return DensificationResult(
         block=block,
         settings=settings,
         points=points,
         models=_by_flight(high, low, _models_with_parameters),
         residuals=_by_flight(high, low, lambda fit: fit.residuals),
-        orientations=_orientations(flights),
+        orientations=_orientations(stages.flights),
         failures=failures,
         single_values=values[values["easting"].notna()].reset_index(drop=True),
-        approximations=approximations,
-        figures=_figures(high, low, means, points, failures),
-        errors=errors,
+        approximations=block.approximate_points if high is None else high.points,
+        figures=_figures(high, low, stages.means, points, failures),
+        errors=stages.errors,
         high=high,
         low=low,
-        seconds=perf_counter() - started,
+        seconds=seconds,
     )
 
 
@@ -229,13 +249,16 @@ def _silent(_title, _fraction):
 def _high_flight(block, flights, settings):
     if block.high_flight is None:
         return None
-    return approximate_coordinates(
+    high = approximate_coordinates(
         flights["high_flight"].model_points,
         block.control_points,
         block.high_flight.transformation,
         coverage_mean=settings.coverage_mean,
         weighting=settings.weighting,
     )
+    # five control points cannot spare one: its suspects are only named
+    named = screen_models(high.transformation, "keep", settings.significance)
+    return replace(high, transformation=named)
 
 
 def _low_flight(block, model_points, approximations, settings):
@@ -258,6 +281,16 @@ def _single_values(flight, low, model_points):
         values["m_t"].to_numpy(),
     )
     return values
+
+
+def _means(values, low, settings):
+    if settings.outliers != "keep":
+        values = without_suspects(values, low)
+    return average_coverages(
+        values,
+        coverage_mean=settings.coverage_mean,
+        weighting=settings.weighting,
+    )
 
 
 def _with_totals(points, errors):

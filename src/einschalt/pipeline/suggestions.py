@@ -5,7 +5,6 @@ is judged here that was not measured: a problem states the figures that show it.
 """
 
 import numpy as np
-import pandas as pd
 from scipy.special import chdtri, stdtrit
 
 from einschalt.foundations.typesetting import (
@@ -17,6 +16,10 @@ from einschalt.foundations.typesetting import (
     shortened,
 )
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.orientation_suggestions import (
+    models_near_a_dangerous_surface,
+    orientations_without_convergence,
+)
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
     suspect_observations,
@@ -47,6 +50,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         failed_models(result),
         points_without_coordinates(result),
         orientations_without_convergence(result),
+        models_near_a_dangerous_surface(result),
         check_differences(result),
         control_differences(result),
         shifted_block(result),
@@ -115,24 +119,6 @@ def points_without_coordinates(result):
     return Suggestion(
         f"{count(len(lost), 'measured point')} without coordinates ({names(lost)})",
         "Their models failed, or too few points of these have approximate coordinates",
-    )
-
-
-def orientations_without_convergence(result):
-    """Models whose relative orientation did not come to rest."""
-    rows = result.orientations
-    if rows.empty:
-        return None
-    keys = ["flight", "coverage", "model_id"]
-    told = pd.MultiIndex.from_frame(result.failures[keys])
-    is_told = pd.MultiIndex.from_frame(rows[keys]).isin(told)
-    open_ones = rows[~rows["is_converged"].astype(bool) & ~is_told]
-    if open_ones.empty:
-        return None
-    return Suggestion(
-        f"{count(len(open_ones), 'model')} with a relative orientation that did not "
-        f"converge: {_models(open_ones)}",
-        "Look for gross errors in their image coordinates or y-parallaxes",
     )
 
 

@@ -58,7 +58,8 @@ def parallaxes_of_images(oriented, principal_distance):
     base: its variance is that of two coordinates.
     """
     cameras = oriented.elements.cameras
-    residuals = oriented.residuals
+    # a point that was taken out has no place in the model
+    residuals = oriented.residuals[oriented.residuals["weight"].notna()]
     count = np.where(oriented.models["reason"] == "", oriented.models["n_points"], 0)
     model = np.repeat(np.arange(len(count)), count)
     xyz = oriented.model_points[["x", "y", "z"]].to_numpy()

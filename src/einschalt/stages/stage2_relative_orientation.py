@@ -18,6 +18,7 @@ from einschalt.stages.results import FAILURE_COLUMNS, Result
 
 STAGE = "stage2_relative_orientation"
 LENGTHS = ("x", "y", "z", "y_parallax", "base")
+SURFACE_COLUMNS = ["verdict", "inflation", "reason"]
 ORIENTATION_COLUMNS = [
     "coverage",
     "model_id",
@@ -26,6 +27,7 @@ ORIENTATION_COLUMNS = [
     "redundancy",
     "sigma_0",
     "is_converged",
+    *SURFACE_COLUMNS,
 ]
 
 
@@ -40,7 +42,9 @@ class RelativeOrientation(Result):
         where it is transformed rigidly; from images in mm at image scale.
     orientations : DataFrame
         coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
-        then the elements [rad, mm]; no rows where nothing was to be oriented.
+        verdict (safe, weak, critical), inflation (standard error of omega over that on
+        flat terrain), reason (empty where safe), then the elements [rad, mm]; no rows
+        where nothing was to be oriented.
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
     """
@@ -138,7 +142,9 @@ def _require_points(points, failures):
 
 def _from_images(flight):
     pairs = image_pairs(flight.image_coordinates(), flight.models)
-    oriented = orient_from_images(pairs, flight.principal_distance_mm)
+    oriented = orient_from_images(
+        pairs, flight.principal_distance_mm, **_given(case=flight.orientation_case)
+    )
     _require_points(oriented.model_points, oriented.failures)
     points = _at_image_scale(oriented.model_points, flight.principal_distance_mm)
     return RelativeOrientation(
@@ -146,6 +152,11 @@ def _from_images(flight):
         _orientations(oriented, oriented.converged),
         oriented.failures.assign(stage=STAGE),
     )
+
+
+def _given(**options):
+    """Leave the defaults of the orientation to itself."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _at_image_scale(points, principal_distance):
@@ -158,8 +169,9 @@ def _at_image_scale(points, principal_distance):
 
 def _from_parallaxes(flight):
     to_mm = METRES_PER_UNIT[flight.model_unit] / METRES_PER_MM
+    options = _given(case=flight.orientation_case, method=flight.orientation_method)
     oriented = orient_from_parallaxes(
-        _scaled(flight.y_parallaxes, to_mm), _scaled(flight.base, to_mm)
+        _scaled(flight.y_parallaxes, to_mm), _scaled(flight.base, to_mm), **options
     )
     corrected = correct_model_points(oriented, _scaled(flight.model_points, to_mm))
     failures = pd.concat([oriented.failures, corrected.failures], ignore_index=True)
@@ -192,4 +204,6 @@ def _orientations(oriented, is_converged):
             "is_converged": is_converged.to_numpy(),
         }
     )
+    surfaces = oriented.dangerous_surface.reset_index(drop=True)
+    facts[SURFACE_COLUMNS] = surfaces[SURFACE_COLUMNS]
     return pd.concat([facts, oriented.parameters.reset_index(drop=True)], axis=1)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.stages.orient_from_images import orient_from_images
 from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
 
@@ -14,7 +15,7 @@ OF_PARALLAXES = {
     *("models", "parameters", "cofactors", "residuals", "contradiction"),
     *("dangerous_surface", "failures"),
 }
-OF_IMAGES = OF_PARALLAXES - {"contradiction"} | {"model_points"}
+OF_IMAGES = OF_PARALLAXES - {"contradiction"} | {"model_points", "model_precision"}
 
 
 def write(frame, path):
@@ -185,6 +186,57 @@ def test_images(invoke, image_pairs, tmp_path):
     np.testing.assert_allclose(points["z"], expected.model_points["z"], rtol=1e-9)
 
 
+def test_six_point_models_come_with_the_construction_of_krames(
+    invoke, parallaxes, tmp_path
+):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "krames_older.svg").write_text("<svg/>", encoding="utf-8")
+    assert invoke("orient", parallaxes, "--base", 92, "-o", out).exit_code == 0
+    drawn = {path.name for path in out.glob("krames_*.svg")}
+    assert drawn == {"krames_7-8.svg", "krames_0012.svg"}
+    for name in drawn:
+        assert ET.parse(out / name).getroot().tag.endswith("svg")
+
+
+CAMERA = """\
+convention = "metashape"
+f = 12750
+width = 20_000
+height = 20_000
+k1 = -0.01
+pixel_size_um = 12
+"""
+
+
+def test_images_in_pixels_of_a_camera(invoke, image_pairs, tmp_path):
+    file = tmp_path / "camera.toml"
+    file.write_text(CAMERA, encoding="utf-8")
+    pairs, camera = pd.read_csv(image_pairs), read_camera(file)
+    for names in (["x_left", "y_left"], ["x_right", "y_right"]):
+        pairs[names] = camera.measured_from_xy(pairs[names].to_numpy())
+    pixels = write(pairs, tmp_path / "pixels.csv")
+    in_mm, out = tmp_path / "mm", tmp_path / "out"
+    assert invoke("orient", pixels, "--camera", file, "-o", out).exit_code == 0
+    shown = invoke("orient", image_pairs, "--principal-distance", 153, "-o", in_mm)
+    assert shown.exit_code == 0
+    found, wanted = (pd.read_csv(folder / "parameters.csv") for folder in (out, in_mm))
+    np.testing.assert_allclose(found.iloc[:, 1:], wanted.iloc[:, 1:], atol=1e-9)
+
+
+def test_outliers_of_images_can_be_taken_out(invoke, image_pairs, tmp_path):
+    pairs = pd.read_csv(image_pairs)
+    pairs.loc[4, "y_right"] += 0.5
+    spoilt, out = write(pairs, tmp_path / "spoilt.csv"), tmp_path / "out"
+    call = (spoilt, "--principal-distance", 153, "--outliers", "snoop", "-o", out)
+    shown = invoke("orient", *call)
+    assert shown.exit_code == 0
+    assert "They were taken out" in " ".join(shown.stdout.split())
+    residuals = pd.read_csv(out / "residuals.csv")
+    assert residuals.index[residuals["is_suspect"]].tolist() == [4]
+    assert residuals["weight"].isna().sum() == 1
+
+
 def test_terrain(invoke, terrain, tmp_path):
     out = tmp_path / "out"
     options = ["--principal-distance", 152, "--flying-height", 1000]
@@ -246,6 +298,15 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
             "--base = 'none.csv'; expected the length of the base",
         ),
         ("{pairs} --base 92", "column 'x' is missing"),
+        (
+            "{pairs} --principal-distance 153 --camera c.toml",
+            "--camera is given beside --principal-distance",
+        ),
+        ("{pairs} --camera c.toml", "c.toml: the file does not exist"),
+        (
+            "{parallaxes} --base 92 --outliers snoop",
+            "--outliers is given beside --base",
+        ),
         ("{parallaxes} --principal-distance 153", "'x_left' is missing"),
         ("{pairs} --principal-distance 0.153", "Did you give metres?"),
         ("nowhere.csv --base 92", "nowhere.csv: the file does not exist"),

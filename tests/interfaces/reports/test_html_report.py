@@ -8,6 +8,8 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.reports.html_report import render
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation import PRESETS, simulate_block
 from einschalt.pipeline.summary import verdict_on
 
 HOSTILE = '<script>alert("x")</script>&\'{{ 7 * 7 }}$\\frac'
@@ -161,3 +163,41 @@ def test_a_block_without_points_has_a_page(good_result):
         figures=replace(good_result.figures, n_new=0, n_check=0, n_control=0),
     )
     assert "There are no new points." in Page(render(result)).text
+
+
+@pytest.fixture(scope="module")
+def oriented_result():
+    """A block whose models are oriented from y-parallaxes, some near a danger."""
+    geometry = replace(PRESETS["demo"].geometry, measurement="parallaxes")
+    result = densify(simulate_block("demo", seed=1, geometry=geometry))
+    rows = result.orientations.copy()
+    rows.loc[3, ["verdict", "inflation", "reason"]] = ["weak", 2.5, "<a valley>"]
+    rows.loc[5, ["verdict", "inflation", "reason"]] = ["critical", 99.0, "a cylinder"]
+    return replace(result, orientations=rows)
+
+
+def test_relative_orientations_stand_worst_first(oriented_result):
+    html = render(oriented_result)
+    page = Page(html)
+    assert "relative_orientation" in page.ids
+    start = html.index('id="relative_orientation"')
+    section = html[start : html.index("</section>", start)]
+    assert "sigma_0 [µm]" in section
+    places = [
+        section.index(word) for word in ("a cylinder", "&lt;a valley&gt;", "safe")
+    ]
+    assert places == sorted(places)
+    names = oriented_result.orientations["model_id"]
+    assert section.index(f"<td>{names[5]}</td>") < section.index(f"<td>{names[3]}</td>")
+    assert "µm of a y-parallax; it sees y-parallax only." in section
+    assert "near a dangerous surface: 1 model critical" in html
+
+
+def test_many_orientations_are_cut_short(oriented_result):
+    rows = pd.concat([oriented_result.orientations] * 3, ignore_index=True)
+    html = render(replace(oriented_result, orientations=rows))
+    assert f"The worst 50 of {len(rows)} models; the others stand in" in html
+
+
+def test_no_section_without_orientations(page):
+    assert "relative_orientation" not in page.ids

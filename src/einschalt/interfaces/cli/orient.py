@@ -11,7 +11,7 @@ ONE_MODEL = "1"
 METRES_PER_MM = 1e-3
 WAYS = (
     "a TABLE of y-parallaxes with --base, a TABLE of image coordinates with "
-    "--principal-distance, or --terrain with --principal-distance"
+    "--principal-distance or --camera, or --terrain with --principal-distance"
 )
 
 
@@ -68,6 +68,13 @@ def orient(
         Literal["rigorous", "determinants"],
         "what is made smallest (default: rigorous).",
     ) = None,
+    camera: _images(
+        Path, "a camera.toml, in place of --principal-distance: TABLE in its pixels."
+    ) = None,
+    outliers: _images(
+        Literal["keep", "snoop"],
+        "keep points that contradict their model, or take them out (default: keep).",
+    ) = None,
     terrain: _terrain(
         Path, "instead of TABLE: model_id, h1 … h6, heights in standard points [m]."
     ) = None,
@@ -88,8 +95,9 @@ def orient(
     (h3, h5 beside h1; h4, h6 beside h2).
 
     Writes parameters, cofactors, residuals, contradiction (of parallaxes), model_points
-    (of images), dangerous_surface and failures, each .csv and .parquet, summary.txt and
-    residual_parallaxes.svg. Models that fail do not stop the others.
+    and model_precision (of images), dangerous_surface and failures, each .csv and
+    .parquet, summary.txt, residual_parallaxes.svg, and of the first six-point models
+    Krames' construction. Models that fail do not stop the others.
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.files import orientation_folder  # noqa: PLC0415
@@ -104,18 +112,21 @@ def orient(
     }
     if terrain is not None:
         _refuse("--terrain", TABLE=measurements, case=case, base=base)
-        _refuse("--terrain", method=method, estimator=estimator)
+        _refuse("--terrain", method=method, estimator=estimator, camera=camera)
         result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
         orientation_folder.write_forecast(result, output)
         is_done = True
-    elif principal_distance is not None:
-        _refuse("--principal-distance", method=method, **plan)
-        options = _given({"case": case, "estimator": estimator})
-        result = _from_images(measurements, principal_distance, base, options)
-        orientation_folder.write_image_orientation(result, principal_distance, output)
+    elif principal_distance is not None or camera is not None:
+        _refuse("--principal-distance or --camera", method=method, **plan)
+        options = {"case": case, "estimator": estimator, "outliers": outliers}
+        seen_by = camera if principal_distance is None else principal_distance
+        if principal_distance is not None:
+            _refuse("--principal-distance", camera=camera)
+        result, distance = _from_images(measurements, seen_by, base, _given(options))
+        orientation_folder.write_image_orientation(result, distance, output)
         is_done = bool(result.converged.any())
     else:
-        _refuse("--base", estimator=estimator, **plan)
+        _refuse("--base", estimator=estimator, outliers=outliers, **plan)
         options = _given({"case": case, "method": method})
         result, parallaxes = _from_parallaxes(measurements, base, options)
         orientation_folder.write_parallax_orientation(result, parallaxes, output)
@@ -184,11 +195,13 @@ def _from_parallaxes(file, base, options):
     return orient_from_parallaxes(parallaxes, _base(base), **options), parallaxes
 
 
-def _from_images(file, principal_distance, base, options):
+def _from_images(file, seen_by, base, options):
+    """Orient images that were seen by a principal distance, or a camera's file."""
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
     from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
     from einschalt.foundations.tables import IMAGE_PAIRS  # noqa: PLC0415
+    from einschalt.interfaces.files.camera_toml import read_camera  # noqa: PLC0415
     from einschalt.stages.orient_from_images import orient_from_images  # noqa: PLC0415
 
     _require(file, "TABLE")
@@ -197,8 +210,13 @@ def _from_images(file, principal_distance, base, options):
             f"--base = {base!r}", expected="the length of the base, beside images"
         )
     options["base_length"] = None if base is None else float(base)
-    pairs = _read(file, IMAGE_PAIRS)
-    return orient_from_images(pairs, principal_distance, **options)
+    pairs, distance = _read(file, IMAGE_PAIRS), seen_by
+    if isinstance(seen_by, Path):
+        camera = read_camera(seen_by, seen_by.name)
+        distance = camera.principal_distance_mm
+        for names in (["x_left", "y_left"], ["x_right", "y_right"]):
+            pairs[names] = camera.xy_from_measured(pairs[names].to_numpy(dtype=float))
+    return orient_from_images(pairs, distance, **options), distance
 
 
 def _base(text):

@@ -47,6 +47,8 @@ FLIGHT_FACTS = (
     "transformation",
     "model_unit",
     "principal_distance_mm",
+    "orientation_case",
+    "orientation_method",
 )
 POINT_TABLES = {
     "control_points": tables.CONTROL_POINTS,

@@ -97,6 +97,10 @@ class FlightSection(_Section):
         default=None,
         description="a text: the name of a file such as camera.toml, or a section",
     )
+    orientation_case: str | None = _text(
+        "independent, dependent_left or dependent_right"
+    )
+    orientation_method: str | None = _text("least_squares, krames or gruber")
 
     @field_validator("camera")
     @classmethod

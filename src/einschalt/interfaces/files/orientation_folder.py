@@ -1,11 +1,14 @@
 """Relative orientations and forecasts of dangerous surfaces as a folder of tables."""
 
+import re
+
 import numpy as np
 import pandas as pd
 
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.reports.krames_figure import krames_figure
 from einschalt.interfaces.reports.parallax_figure import parallax_figure
 from einschalt.stages.residual_parallaxes import (
     labels,
@@ -15,6 +18,10 @@ from einschalt.stages.residual_parallaxes import (
 from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
 
 FIGURE = "residual_parallaxes.svg"
+KRAMES_FIGURE = "krames_{}.svg"
+MOST_KRAMES_FIGURES = 6
+# what the name of a file should not have
+UNFIT = re.compile(r"[^\w.-]+")
 
 
 def write_forecast(forecast, folder):
@@ -66,6 +73,7 @@ def write_parallax_orientation(oriented, y_parallaxes, folder):
     _write(folder, tables, oriented.summary())
     points = parallaxes_of_parallaxes(oriented, y_parallaxes)
     _write_figure(folder, oriented, points, oriented.models["base"], keys)
+    _write_krames_figures(folder, oriented, y_parallaxes)
 
 
 def write_image_orientation(oriented, principal_distance, folder):
@@ -93,6 +101,7 @@ def write_image_orientation(oriented, principal_distance, folder):
         "cofactors": _long(keys, elements.cofactor, elements.estimated),
         "residuals": oriented.residuals,
         "model_points": oriented.model_points,
+        "model_precision": oriented.model_precision,
         "dangerous_surface": _beside(keys, oriented.dangerous_surface),
         "failures": oriented.failures,
     }
@@ -146,3 +155,17 @@ def _write_figure(folder, oriented, points, base, keys):
     else:
         # an older one would show other models
         (folder / FIGURE).unlink(missing_ok=True)
+
+
+def _write_krames_figures(folder, oriented, y_parallaxes):
+    """Draw the first models that have three points in each base-normal plane."""
+    for older in folder.glob(KRAMES_FIGURE.format("*")):
+        older.unlink()
+    is_drawn = np.isfinite(oriented.contradiction["N_0"].to_numpy())
+    is_drawn &= oriented.models["is_usable"].to_numpy(dtype=bool)
+    drawn = oriented.models[is_drawn].head(MOST_KRAMES_FIGURES)
+    names = labels(drawn, oriented.has_coverages)
+    for model, name in zip(drawn.itertuples(), names, strict=True):
+        svg = krames_figure(oriented, y_parallaxes, model.model_id, model.coverage)
+        file = KRAMES_FIGURE.format(UNFIT.sub("-", name))
+        write_text(folder / file, f"{svg}\n")

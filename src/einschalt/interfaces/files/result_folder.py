@@ -81,6 +81,8 @@ DECIMALS = {
     "s_0": 5,
     "leverage": 6,
     "redundancy_number": 6,
+    "w": 3,
+    "p_value": 6,
 }
 
 

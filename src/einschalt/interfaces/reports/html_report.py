@@ -15,6 +15,7 @@ from einschalt.foundations.typesetting import (
     printable,
     seconds,
 )
+from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
 from einschalt.pipeline.suggestions import (
@@ -24,6 +25,7 @@ from einschalt.pipeline.suggestions import (
 
 MOST_MODELS = 500
 WORST_MODELS = 100
+WORST_ORIENTATIONS = 50
 MOST_FAILURES = 200
 MOST_KNOWN_POINTS = 20
 MOST_SPREAD_POINTS = 20
@@ -73,14 +75,15 @@ def render(result) -> str:
         flights=summary.flights(result),
         approximations=(
             *summary.approximations(result),
-            *summary.orientations(result),
             *summary.measured_errors(result),
         ),
+        orientation_remarks=summary.orientations(result),
         map=Markup(block_map(result)),
         precision_map=Markup(precision_figure(result)),
         known_points=_known_points(result),
         spread_points=_spread_points(result),
         models=_models(result),
+        orientations=_orientations(result),
         failures=_failures(result),
         settings=result.settings.model_dump(),
         duration=seconds(result.seconds),
@@ -192,6 +195,33 @@ def _models(result):
         )
     )
     return Cut(columns, rows, _cut(len(models), len(rows), "models", "worst"))
+
+
+def _orientations(result):
+    """Relative orientations, the worst first: by verdict, then by sigma_0."""
+    rows = result.orientations
+    grave = rows["verdict"].map({"critical": 0, "weak": 1}).fillna(2)
+    order = rows.assign(grave=grave).sort_values(
+        ["grave", "sigma_0"], ascending=[True, False], kind="stable"
+    )
+    shown = order.head(WORST_ORIENTATIONS)
+    sigma = length_column(shown["sigma_0"].astype(float) * METRES_PER_MM)
+    columns = (
+        *("flight", "coverage", "model", "verdict", "points"),
+        *(f"sigma_0 [{sigma.unit}]", "omega, times flat", "reason"),
+    )
+    cells = zip(
+        [flight.removesuffix("_flight") for flight in shown["flight"]],
+        map(printable, shown["coverage"]),
+        map(printable, shown["model_id"]),
+        shown["verdict"],
+        map(_whole, shown["n_points"]),
+        sigma.texts,
+        [fixed(factor, 1) for factor in shown["inflation"]],
+        map(printable, shown["reason"]),
+        strict=True,
+    )
+    return Cut(columns, list(cells), _cut(len(rows), len(shown), "models", "worst"))
 
 
 def _state(is_usable, reason):

@@ -10,14 +10,15 @@ Sources: Baarda 1968; Huber 1981, ch. 7; see docs/theory/robust.md.
 
 from dataclasses import dataclass, replace
 
+import numba
 import numpy as np
 from scipy.special import chdtri
 
-from einschalt.foundations.batches import segment_min_max, segment_sum
+from einschalt.foundations.batches import over_segments, segment_min_max
 from einschalt.theory.adjustment.multiple_testing import count_tested
 
 MOST_ITERATIONS = 100
-TOLERANCE = 1e-6
+TOLERANCE = 1e-5
 # a factor of zero would leave fewer points than were counted
 LEAST_FACTOR = 1e-9
 
@@ -43,18 +44,17 @@ def snoop(points, tests_of, significance):
     The worst of n points is refused where p ≤ significance / n: the first step of
     Holm's procedure, which then goes on with the refitted model.
     """
-    is_kept = np.ones(len(points.weights), dtype=bool)
-    model = points.model
-    active = np.arange(len(points.start) - 1)
-    while len(active):
-        rows, part = points.of_models(active)
-        part = part.chosen(is_kept[rows])
-        rows = rows[is_kept[rows]]
-        p_values = tests_of(part).p_value
-        worst = _worst_rows(p_values, part.start, significance)
-        is_kept[rows[worst]] = False
-        active = np.unique(model[rows[worst]])
-    return ~is_kept
+    is_out = np.zeros(len(points.weights), dtype=bool)
+    rows, part = np.arange(len(is_out)), points
+    while len(rows):
+        worst = _worst_rows(tests_of(part).p_value, part.start, significance)
+        is_out[rows[worst]] = True
+        changed = np.unique(part.model[worst])
+        kept, part = part.of_models(changed)
+        rows = rows[kept]
+        part = part.chosen(~is_out[rows])
+        rows = rows[~is_out[rows]]
+    return is_out
 
 
 def _worst_rows(p_values, start, significance):
@@ -113,15 +113,16 @@ def fit_robustly(points, fit_of, norm, start_weights=None):
     """
     given = points.weights
     weights = given.copy() if start_weights is None else start_weights.copy()
-    active = np.arange(len(points.start) - 1)
+    rows, part, active = np.arange(len(given)), points, np.arange(len(points.start) - 1)
     for _ in range(MOST_ITERATIONS):
-        rows, part = points.of_models(active)
         fit = fit_of(replace(part, weights=weights[rows]))
-        factors = _factors(fit, given[rows], part, norm)
-        change = np.abs(factors - weights[rows] / given[rows])
+        factors = _factors(fit, part, norm)
+        change = np.abs(factors - weights[rows] / part.weights)
         largest = segment_min_max(change, part.start)[1]
-        weights[rows] = factors * given[rows]
-        active = active[largest > TOLERANCE]
+        weights[rows] = factors * part.weights
+        moving = np.flatnonzero(largest > TOLERANCE)
+        kept, part = part.of_models(moving)
+        rows, active = rows[kept], active[moving]
         if len(active) == 0:
             break
     is_converged = np.ones(len(points.start) - 1, dtype=bool)
@@ -131,11 +132,12 @@ def fit_robustly(points, fit_of, norm, start_weights=None):
     return RobustFit(consistent, weights, is_converged)
 
 
-def _factors(fit, given, part, norm):
+def _factors(fit, part, norm):
     """Factors of the weights that follow from the residuals of a fit."""
     n_axes = fit.residuals.shape[1]
     # models that cannot be fitted have no residuals
-    length = np.sqrt(given * np.sum(np.nan_to_num(fit.residuals) ** 2, axis=1))
+    squares = np.sum(np.nan_to_num(fit.residuals) ** 2, axis=1)
+    length = np.sqrt(part.weights * squares)
     n_observations = n_axes * np.diff(part.start)
     share = fit.redundancy / np.maximum(n_observations, 1)
     usual = np.sqrt(chdtri(n_axes, 0.5) * share)
@@ -160,11 +162,18 @@ def segment_median(values, start):
     ndarray, shape (n_segments,)
         NaN where a segment is empty or holds NaN.
     """
-    count = np.diff(start)
-    family = np.repeat(np.arange(len(count)), count)
-    ordered = np.append(values[np.lexsort((values, family))], np.nan)
-    low = np.where(count > 0, start[:-1] + (count - 1) // 2, -1)
-    high = np.where(count > 0, start[:-1] + count // 2, -1)
-    median = 0.5 * (ordered[low] + ordered[high])
-    is_known = segment_sum(np.isnan(values).astype(np.int64), start) == 0
-    return np.where(is_known, median, np.nan)
+    median = np.full(len(start) - 1, np.nan)
+    over_segments(_medians, np.asarray(start), np.asarray(values, float), median)
+    return median
+
+
+@numba.njit(cache=True, nogil=True)
+def _medians(first, last, start, values, median):
+    for k in range(first, last):
+        count = start[k + 1] - start[k]
+        if count == 0:
+            continue
+        ordered = np.sort(values[start[k] : start[k + 1]])
+        # NaN stand last
+        if not np.isnan(ordered[-1]):
+            median[k] = 0.5 * (ordered[(count - 1) // 2] + ordered[count // 2])

@@ -1,0 +1,98 @@
+"""Stage 2: a flight goes in, oriented model points and a table of orientations out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.block_facts import ORIENTATION_CASES, ORIENTATION_METHODS
+from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.orient_from_parallaxes import METHODS, orient_from_parallaxes
+from einschalt.stages.stage2_relative_orientation import (
+    ORIENTATION_COLUMNS,
+    image_pairs,
+    relative_orientation,
+)
+from einschalt.theory.relative_orientation.orientation_elements import CASES
+
+
+@pytest.fixture(scope="module", params=["parallaxes", "images"])
+def flight(request):
+    geometry = replace(PRESETS["demo"].geometry, measurement=request.param)
+    return simulate_block("demo", seed=2, geometry=geometry).low_flight
+
+
+def oriented_directly(flight, **options):
+    if flight.has_images:
+        pairs = image_pairs(flight.image_points, flight.models)
+        return orient_from_images(pairs, flight.principal_distance_mm, **options)
+    return orient_from_parallaxes(flight.y_parallaxes, flight.base, **options)
+
+
+def in_two_planes(flight):
+    """Y-parallaxes in the planes x = 0 and x = base, which Krames' formulas need."""
+    names = [name for name in ("coverage", "model_id") if name in flight.base]
+    rows = flight.y_parallaxes.merge(flight.base, on=names)
+    x, base = rows["x"].to_numpy(), rows["base"].to_numpy()
+    is_left = np.abs(x) < np.abs(x - base)
+    return rows.drop(columns="base").assign(x=np.where(is_left, 0.0, base))
+
+
+def test_known_words_are_those_of_the_stages():
+    assert set(ORIENTATION_CASES) == set(CASES)
+    assert set(ORIENTATION_METHODS) == set(METHODS)
+
+
+def test_orientations_with_their_verdict(flight):
+    found = relative_orientation(flight)
+    table = found.orientations
+    assert list(table.columns[: len(ORIENTATION_COLUMNS)]) == ORIENTATION_COLUMNS
+    direct = oriented_directly(flight)
+    assert table["case"].unique().tolist() == [direct.case]
+    surfaces = direct.dangerous_surface
+    assert table["model_id"].tolist() == surfaces.index.tolist()
+    assert table["verdict"].tolist() == surfaces["verdict"].tolist()
+    assert set(table["verdict"]) == {"safe"}
+    assert (table["reason"] == "").all()
+    np.testing.assert_allclose(table["inflation"], surfaces["inflation"])
+
+
+@pytest.mark.parametrize("case", ORIENTATION_CASES)
+def test_case_of_a_flight(flight, case):
+    if case == "dependent_right" and not flight.has_images:
+        # its parallaxes have the other sign
+        turned = flight.y_parallaxes.assign(y_parallax=lambda rows: -rows["y_parallax"])
+        flight = replace(flight, y_parallaxes=turned)
+    found = relative_orientation(replace(flight, orientation_case=case))
+    assert set(found.orientations["case"]) == {case}
+    direct = oriented_directly(flight, case=case)
+    names = list(direct.parameters.columns)
+    np.testing.assert_array_equal(found.orientations[names], direct.parameters)
+    # the case is a matter of the system: points fit each other as before
+    usual = relative_orientation(flight)
+    assert len(found.model_points) == len(usual.model_points)
+    np.testing.assert_allclose(
+        found.orientations["sigma_0"], usual.orientations["sigma_0"], rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_method_of_a_flight(flight, method):
+    if flight.has_images:
+        pytest.skip("methods are for y-parallaxes")
+    if method == "krames":
+        flight = replace(flight, y_parallaxes=in_two_planes(flight))
+    found = relative_orientation(replace(flight, orientation_method=method))
+    direct = oriented_directly(flight, method=method)
+    names = list(direct.parameters.columns)
+    np.testing.assert_array_equal(found.orientations[names], direct.parameters)
+    assert len(found.failures) == 0
+
+
+def test_oriented_flights_pass_unchanged():
+    flight = simulate_block("demo", seed=2).low_flight
+    found = relative_orientation(flight)
+    assert found.model_points is flight.model_points
+    assert list(found.orientations.columns) == ORIENTATION_COLUMNS
+    assert found.summary() == "no relative orientation to compute"
