@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint format bench clean
+.PHONY: demo test lint format bench clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -37,5 +37,10 @@ bench: .venv/installed-bench
 	$(BIN)/python -m pip install --quiet --editable ".[test,bench]"
 	touch $@ .venv/installed .venv/installed-test
 
-clean:
+# numba keys compiled code to the file of the calling kernel only: after a change in a
+# kernel that another file calls, the old code would still run
+clean-cache:
+	find src -name '*.nb[ic]' -delete
+
+clean: clean-cache
 	rm -rf .venv out build dist src/*.egg-info

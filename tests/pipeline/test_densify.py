@@ -86,7 +86,7 @@ def test_paper_figure_is_the_budget_of_the_values_averaged(block):
     pd.testing.assert_frame_equal(
         coordinates(result).sort_index(), mean, check_names=False, atol=1e-6
     )
-    root = np.sqrt((of_point["standard_error_paper"].apply(lambda m: (m**2).sum())))
+    root = np.sqrt(of_point["standard_error_paper"].apply(lambda m: (m**2).sum()))
     expected = root / of_point.size()
     found = result.points.set_index("point_id")["standard_error_paper"].sort_index()
     np.testing.assert_allclose(found, expected)

@@ -230,40 +230,41 @@ class _Reading:
         return Flight(**facts, **given)
 
     def _camera(self, section, given):
-        """Camera of a flight; None, and said, where it is wrong."""
-        source = self.toml.source
-        try:
-            if isinstance(given, dict):
-                return camera_of(given, f"{section}.camera", source)
-            source = self.sources[f"{section}.camera"] = given
-            path = self._path(source, section, "camera")
-            camera = read_camera(path, source)
-            self.checksums[source] = checksum(path)
-        except BlockError as error:
-            self.toml.said.add((section, "camera"))
-            self.toml.problems += error.problems
-        except EinschaltError as error:
-            self.toml.say(error, section, "camera")
-        else:
-            return camera
-        return None
+        """Camera of a flight, from its own file or from block.toml."""
+        if isinstance(given, dict):
+            name, file = f"{section}.camera", self.toml.source
+            return self._said(section, "camera", lambda: camera_of(given, name, file))
+        self.sources[f"{section}.camera"] = given
+        return self._said(
+            section, "camera", lambda: self._file(given, section, "camera", read_camera)
+        )
 
     def _table(self, section, key, schema):
-        """Read the table that a key names; None, and said, where that fails."""
+        """Table that a key names."""
         source = getattr(self.toml.sections[section], key)
-        table = section if key == "file" else f"{section}.{key}"
-        self.sources[table] = source
+        self.sources[section if key == "file" else f"{section}.{key}"] = source
+
+        def read(path, source):
+            return read_table(path, schema, source=source)
+
+        return self._said(section, key, lambda: self._file(source, section, key, read))
+
+    def _file(self, source, section, key, read):
+        """What a function reads from a file, which is signed for."""
+        path = self._path(source, section, key)
+        content = read(path, source)
+        self.checksums[source] = checksum(path)
+        return content
+
+    def _said(self, section, key, read):
+        """What a function reads; None, and said, where that fails."""
         try:
-            path = self._path(source, section, key)
-            frame = read_table(path, schema, source=source)
-            self.checksums[source] = checksum(path)
+            return read()
         except BlockError as error:
             self.toml.said.add((section, key))
             self.toml.problems += error.problems
         except EinschaltError as error:
             self.toml.say(error, section, key)
-        else:
-            return frame
         return None
 
     def _path(self, source, section, key):
