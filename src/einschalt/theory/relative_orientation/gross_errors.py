@@ -69,7 +69,7 @@ def find_gross_errors(pairs, estimator="rigorous", significance=0.001):
     Returns
     -------
     ndarray of bool, shape (n_points,)
-        What is to be taken out. At least seven points are left to a pair.
+        What is to be taken out. At least six points are left to a pair that lost any.
     """
     is_out = _put_aside(pairs, estimator, significance)
 
