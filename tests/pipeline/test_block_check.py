@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
-from einschalt.pipeline.block import check_block
 from einschalt.pipeline.axis_order import axis_problems
+from einschalt.pipeline.block import check_block
 
 
 def with_control(block, change):

@@ -103,7 +103,9 @@ def test_simulated_blocks_are_blocks():
 def test_parallax_flights_need_heights_in_their_models():
     block = demo(measurement="parallaxes")
     points = block.low_flight.model_points.drop(columns="z")
-    with pytest.raises(es.EinschaltError, match="low_flight.model_points.*'z' is miss"):
+    with pytest.raises(
+        es.EinschaltError, match=r"low_flight.model_points.*'z' is miss"
+    ):
         replace(block, low_flight=replace(block.low_flight, model_points=points))
 
 
@@ -151,7 +153,9 @@ def test_a_point_without_height_is_left_out_of_spatial_fits():
 def test_roles_are_checked_in_stage_1():
     block = demo()
     control = block.control_points.assign(role="Check")
-    with pytest.raises(es.EinschaltError, match="role 'Check' is unknown.*Write check"):
+    with pytest.raises(
+        es.EinschaltError, match=r"role 'Check' is unknown.*Write check"
+    ):
         es.approximate_coordinates(block.high_flight.model_points, control)
 
 

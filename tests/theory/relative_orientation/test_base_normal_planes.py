@@ -163,7 +163,7 @@ def test_base_system_is_a_rotation_with_the_base_along_x():
     base = rng.normal(size=(20, 3)) * [1.0, 1.0, 0.2]
     axis = np.array([0.0, 0.0, 1.0]) + 0.1 * rng.normal(size=(20, 3))
     axis /= np.linalg.norm(axis, axis=1)[:, np.newaxis]
-    axes = base_system(base, axis + [0.0, 0.0, 1.0])
+    axes = base_system(base, axis + np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(
         axes @ axes.swapaxes(1, 2), np.broadcast_to(np.eye(3), (20, 3, 3)), atol=1e-15
     )
