@@ -13,7 +13,7 @@ from einschalt.foundations.units import (
     RADIANS_PER_GON,
 )
 from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
-from einschalt.stages.results import Result, row_of_model
+from einschalt.stages.results import Estimates, ModelResult, row_of_model
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.model_precision import (
     N_CHANGES,
@@ -41,7 +41,7 @@ MOST_LISTED = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ImageOrientation(Result):
+class ImageOrientation(ModelResult):
     """Relative orientations of all models of a flight.
 
     Attributes
@@ -124,6 +124,16 @@ class ImageOrientation(Result):
         return surfaces
 
     @property
+    def estimates(self):
+        """Five elements of each orientation, lengths in the unit of the base."""
+        return Estimates(
+            names=self.elements.estimated,
+            cofactors=self.elements.cofactor,
+            unit_error=self.models["sigma_0"].to_numpy(),
+            is_usable=np.ones(len(self.models), dtype=bool),
+        )
+
+    @property
     def orientations(self):
         """One row per model: ``models`` beside ``parameters``."""
         parameters = self.parameters.reset_index(drop=True)
@@ -131,53 +141,6 @@ class ImageOrientation(Result):
 
     def _by_model(self, column):
         return self.models.set_index("model_id")[column]
-
-    def cofactor(self, model_id, coverage=None):
-        """Cofactor matrix of the five estimated elements of a model.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            Named on both sides; lengths in the unit of the base, angles in radians, for
-            an image coordinate with the variance 1 mm².
-
-        Raises
-        ------
-        TableError
-            There is no such model, or there is one in each of several coverages.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        names = list(self.elements.estimated)
-        return pd.DataFrame(self.elements.cofactor[row], index=names, columns=names)
-
-    def covariance(self, model_id, coverage=None):
-        """Covariance matrix of the five estimated elements of a model.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            by, bz, omega, phi, kappa (independent case: phi_1, kappa_1, omega_2, phi_2,
-            kappa_2) on both sides; NaN with five points, which leave no redundancy.
-
-        Raises
-        ------
-        TableError
-            There is no such model, or there is one in each of several coverages.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        return self.cofactor(model_id, coverage) * self.models["sigma_0"].iloc[row] ** 2
 
     @cached_property
     def model_precision(self):

@@ -16,7 +16,7 @@ from einschalt.stages.dangerous_surface import (
     surface_problems,
     surface_table,
 )
-from einschalt.stages.results import Result, failures_table, row_of_model
+from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.theory.adjustment.least_squares import pooled_standard_error
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.hallert import ParallaxAdjustment
@@ -51,7 +51,7 @@ MODEL_POINTS = replace(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParallaxOrientation(Result):
+class ParallaxOrientation(ModelResult):
     """Relative orientations of all models, from their y-parallaxes.
 
     Attributes
@@ -133,53 +133,19 @@ class ParallaxOrientation(Result):
         return self.models.set_index("model_id")["redundancy"]
 
     @property
+    def estimates(self):
+        """Elements of the orientations: Estimates."""
+        return Estimates(
+            names=ELEMENTS[self.case],
+            cofactors=self.adjustment.cofactor,
+            unit_error=self.adjustment.sigma_0,
+            is_usable=self.models["is_usable"].to_numpy(),
+        )
+
+    @property
     def is_usable(self):
         """Whether any model could be oriented."""
         return bool(self.models["is_usable"].any())
-
-    def cofactor(self, model_id, coverage=None):
-        """Cofactor matrix of a model's elements, named on both sides.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            Times sigma_0² it is the covariance matrix.
-
-        Raises
-        ------
-        TableError
-            There is no such model, or there is one in each of several coverages.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        names = list(ELEMENTS[self.case])
-        return pd.DataFrame(self.adjustment.cofactor[row], index=names, columns=names)
-
-    def covariance(self, model_id, coverage=None):
-        """Covariance matrix of a model's elements, named on both sides.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-
-        Returns
-        -------
-        DataFrame
-            NaN where the model has no redundancy.
-
-        Raises
-        ------
-        TableError
-            As :meth:`cofactor`.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        return self.cofactor(model_id, coverage) * self.adjustment.sigma_0[row] ** 2
 
     def corrected(self, model_points):
         """Model points after the bundles have been turned and shifted.

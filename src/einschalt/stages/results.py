@@ -1,5 +1,8 @@
 """What the results of all stages have in common."""
 
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 
@@ -8,18 +11,98 @@ from einschalt.foundations.errors import TableError, name_some
 FAILURE_COLUMNS = ["coverage", "model_id", "stage", "reason", "remedy"]
 
 
-class Result:
+class Result(ABC):
     """A frozen result: ``print`` shows its summary."""
 
+    @abstractmethod
     def summary(self):
         """Return the result as text."""
-        raise NotImplementedError
 
     def __str__(self):
         """Return the summary."""
         return self.summary()
 
     __repr__ = __str__
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """What was estimated for each model.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the parameters.
+    cofactors : ndarray, shape (n_models, n_parameters, n_parameters)
+    unit_error : ndarray, shape (n_models,)
+        Standard error of unit weight; NaN without redundancy.
+    is_usable : ndarray of bool, shape (n_models,)
+    """
+
+    names: tuple[str, ...]
+    cofactors: np.ndarray
+    unit_error: np.ndarray
+    is_usable: np.ndarray
+
+
+class ModelResult(Result):
+    """A result that holds estimated parameters of each model.
+
+    Its table ``models`` has the columns coverage and model_id.
+    """
+
+    @property
+    @abstractmethod
+    def estimates(self):
+        """What was estimated, in the order of ``models``: Estimates."""
+
+    def cofactor(self, model_id, coverage=None):
+        """Cofactor matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        DataFrame
+            For unit weight: times the variance of unit weight it is the covariance
+            matrix. NaN where the model is not usable.
+
+        Raises
+        ------
+        TableError
+            There is no such model, or there is one in each of several coverages.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        estimates = self.estimates
+        matrix = np.where(estimates.is_usable[row], estimates.cofactors[row], np.nan)
+        names = list(estimates.names)
+        return pd.DataFrame(matrix, index=names, columns=names)
+
+    def covariance(self, model_id, coverage=None):
+        """Covariance matrix of a model's parameters, named on both sides.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        DataFrame
+            NaN where the model has no redundancy, or is not usable.
+
+        Raises
+        ------
+        TableError
+            As :meth:`cofactor`.
+        """
+        row = row_of_model(self.models, model_id, coverage)
+        return self.cofactor(model_id, coverage) * self.estimates.unit_error[row] ** 2
 
 
 def failures_table(rows):

@@ -13,7 +13,8 @@ from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
 from einschalt.stages.residual_table import of_usable_models, residual_table
 from einschalt.stages.results import (
     FAILURE_COLUMNS,
-    Result,
+    Estimates,
+    ModelResult,
     failures_table,
     row_of_model,
 )
@@ -36,7 +37,7 @@ STAGE = "stage3_model_transformation"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModelTransformation(Result):
+class ModelTransformation(ModelResult):
     """Transformations of all models of a flight.
 
     Attributes
@@ -98,42 +99,14 @@ class ModelTransformation(Result):
         return bool(self.models["is_usable"].any())
 
     @cached_property
-    def _cofactors(self):
-        return KINDS[self.kind].cofactors(self.fit)
-
-    def cofactor(self, model_id, coverage=None):
-        """Cofactor matrix of a model's parameters, named on both sides.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-            Needed where two coverages have a model of that name.
-
-        Returns
-        -------
-        DataFrame
-            Times s_0² it is the covariance matrix.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        names = list(self.fit.parameter_names)
-        return pd.DataFrame(self._cofactors[row], index=names, columns=names)
-
-    def covariance(self, model_id, coverage=None):
-        """Covariance matrix of a model's parameters, named on both sides.
-
-        Parameters
-        ----------
-        model_id : str
-        coverage : str, optional
-
-        Returns
-        -------
-        DataFrame
-            NaN where the model has no redundancy.
-        """
-        row = row_of_model(self.models, model_id, coverage)
-        return self.cofactor(model_id, coverage) * self.fit.s_0[row] ** 2
+    def estimates(self):
+        """Parameters of the transformations: Estimates."""
+        return Estimates(
+            names=self.fit.parameter_names,
+            cofactors=KINDS[self.kind].cofactors(self.fit),
+            unit_error=self.fit.s_0,
+            is_usable=self.models["is_usable"].to_numpy(),
+        )
 
     def transform(self, model_points):
         """Transform points, whether they were fitted or not.
