@@ -48,6 +48,21 @@ def read_crs(text):
     return crs
 
 
+def crs_name(crs):
+    """Name of a system as text, however it was given.
+
+    Parameters
+    ----------
+    crs : str, int or pyproj.CRS
+
+    Returns
+    -------
+    str
+        As given where it is text, else ``EPSG:31255`` or WKT.
+    """
+    return crs if isinstance(crs, str) else read_crs(crs).to_string()
+
+
 def reproject(easting, northing, source_crs, target_crs):
     """Bring plane coordinates from one system into another.
 

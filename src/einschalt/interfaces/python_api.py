@@ -6,12 +6,14 @@ themselves.
 
 from dataclasses import dataclass
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_folder import write_block
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.pipeline import block as checked
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import simulation as simulated
+from einschalt.pipeline.settings import Settings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -105,6 +107,18 @@ def densify(block, settings=None, *, progress=None):
     --------
     einschalt.pipeline.densify.densify : the five calls behind it.
     """
+    if not isinstance(block, checked.Block):
+        raise SettingsError(
+            f"densify was given a {type(block).__name__}",
+            expected="a Block",
+            remedy="Read it with read_block, or make it with Block",
+        )
+    if not isinstance(settings, Settings | None):
+        raise SettingsError(
+            f"settings is a {type(settings).__name__}",
+            expected="Settings",
+            remedy="Write Settings(coverage_mean=…)",
+        )
     result = computed.densify(block, settings, progress=progress)
     return DensificationResult(**checked.plain_fields(result))
 

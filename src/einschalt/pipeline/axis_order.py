@@ -40,7 +40,7 @@ def axis_problems(frame, crs, source):
             f"easting {east[place]:.3f}, northing {north[place]:.3f} lies outside the "
             f"area of {crs}, and inside with the two exchanged",
             expected="easting, northing in this order",
-            remedy="Exchange the two columns",
+            remedy="Exchange the two columns, or correct crs",
             file=source,
             **tables.whereabouts(frame, place),
         )

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.projections import crs_name
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block_check import Findings, check_block
 from einschalt.pipeline.block_facts import FLIGHTS, TRANSFORMATIONS
@@ -217,6 +218,8 @@ class Block:
         raise_problems(found.problems)
         for name, value in found.tables.items():
             object.__setattr__(self, name, value)
+        if self.crs is not None:
+            object.__setattr__(self, "crs", crs_name(self.crs))
         # a block made from a block has been told before
         notes = tuple(dict.fromkeys((*self.notes, *found.notes)))
         object.__setattr__(self, "notes", notes)

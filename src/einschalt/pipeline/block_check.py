@@ -5,6 +5,7 @@ so that one misspelt column does not bring a hundred lost points with it.
 """
 
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,11 @@ from einschalt.foundations.name_columns import is_among, row_codes
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block_facts import FLIGHTS, check_facts
+from einschalt.pipeline.scale_check import (
+    coordinate_problems,
+    parallax_problems,
+    scale_problems,
+)
 
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
@@ -71,6 +77,7 @@ def check_block(block, said=frozenset()) -> Findings:
     check.units()
     check.images()
     check.models_with_parallaxes()
+    check.sizes()
     check.points_in_models()
     check.models_on_points()
     return Findings(
@@ -97,6 +104,7 @@ class _Check:
         self.problems = []
         self.models = []
         self.notes = []
+        self.are_axes_sound = True
         self.is_sound = {}
         self.points_of_models = {}
 
@@ -182,6 +190,7 @@ class _Check:
                 problems, notes = axis_problems(frame, self.block.crs, file)
                 self.problems += problems
                 self.notes += notes
+                self.are_axes_sound &= not problems
 
     def units(self):
         """Coordinates that cannot have the unit that is named."""
@@ -293,6 +302,31 @@ class _Check:
             )
             for place in places
         ]
+
+    def sizes(self):
+        """Sizes that do not fit each other: a wrong unit, or a wrong scale number."""
+        for ground in ("control_points", "approximate_points"):
+            if self._sound(ground):
+                frame, file = self.checked[ground], self._file(ground)
+                self.problems += coordinate_problems(frame, file)
+        ground, name = self._ground_and_flight()
+        if (
+            ground
+            and self.are_axes_sound
+            and isinstance(self.checked[name].scale_number, Real)
+        ):
+            scale, file = self.checked[name].scale_number, self._file(ground)
+            self.problems += scale_problems(
+                name, scale, self._model_table(name), self.checked[ground], file
+            )
+        for name in FLIGHTS:
+            if self._sound(f"{name}.y_parallaxes") and self._has_base(name):
+                files = {p: self._file(f"{name}.{p}") for p in ("base", "y_parallaxes")}
+                self.problems += parallax_problems(self.checked[name], files)
+
+    def _has_base(self, name):
+        base = self.checked[name].base
+        return self._sound(f"{name}.base") or isinstance(base, Real)
 
     def points_in_models(self):
         """Ground points that no model holds: most often a misspelt name."""

@@ -186,7 +186,7 @@ def _from_parallaxes(flight):
 def _scaled(lengths, factor):
     """The same lengths in another unit, in a table or as one number."""
     if not isinstance(lengths, pd.DataFrame):
-        return lengths * factor
+        return None if lengths is None else lengths * factor
     names = [name for name in LENGTHS if name in lengths]
     return lengths.assign(**{name: lengths[name] * factor for name in names})
 

@@ -288,7 +288,8 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
         takes no part where heights are transformed.
     kind : {"affine", "helmert", "rigid", "helmert_3d"}
     weights : Series or ndarray, optional
-        Series by point_id, or one weight for each row of ``model_points``. Multiplies
+        Series by point_id, or one weight for each row of ``model_points`` (array, or
+        Series with the same index). Multiplies
         the columns ``weight``, where they are given.
 
     Returns
@@ -436,7 +437,18 @@ def _weights_of_rows(model_points, weights):
         return None
     if isinstance(weights, pd.Series):
         by_point = pd.to_numeric(weights, errors="coerce")
+        by_row = by_point
         by_point = by_point.set_axis(weights.index.map(str))
+        is_by_row = by_row.index.equals(model_points.index)
+        is_by_point = model_points["point_id"].isin(by_point.index).any()
+        if is_by_row and is_by_point:
+            raise TableError(
+                "the index of weights is that of the rows, and names points as well",
+                expected="one or the other",
+                remedy="Give an array for the rows, or a Series by point_id",
+            )
+        if is_by_row:
+            return by_row.to_numpy(dtype=float)
         if by_point.index.is_unique:
             return model_points["point_id"].map(by_point).to_numpy(dtype=float)
         raise TableError(

@@ -158,3 +158,10 @@ def test_oriented_models_stand_in_orientations(tmp_path, measurement):
     )
     assert 0 < len(orientations) <= n_models
     assert list(orientations.columns[:3]) == ["flight", "coverage", "model_id"]
+
+
+def test_a_block_is_not_overwritten_by_its_result(good_result, tmp_path):
+    (tmp_path / "block.toml").write_text("[block]\n", encoding="utf-8")
+    with pytest.raises(FileError, match=r"the folder holds a block.*another folder"):
+        write_result(good_result, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["block.toml"]

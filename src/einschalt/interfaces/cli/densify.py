@@ -57,7 +57,12 @@ def densify(
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.interfaces.files.result_folder import (  # noqa: PLC0415
+        refuse_block_folder,
+    )
 
+    # before the work, which would be lost
+    refuse_block_folder(output)
     read = python_api.read_block(block)
     chosen = {
         "method": method,

@@ -5,7 +5,9 @@ complete.
 """
 
 import json
+from pathlib import Path
 
+from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.atomic import (
     make_folder,
     said_as_file_error,
@@ -100,6 +102,7 @@ def write_result(result, folder):
     FileError
         The folder cannot be written. Every file that stands in it is whole.
     """
+    refuse_block_folder(folder)
     folder = make_folder(folder)
     with said_as_file_error(folder / PROVENANCE):
         (folder / PROVENANCE).unlink(missing_ok=True)
@@ -112,6 +115,30 @@ def write_result(result, folder):
     origin = {**provenance(result), "outputs": outputs}
     text = json.dumps(origin, indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / PROVENANCE, text + "\n")
+
+
+def refuse_block_folder(folder):
+    """Refuse a folder that holds a block as the place for results.
+
+    Tables of a block and of a result have the same names: its measurements would be
+    overwritten.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Raises
+    ------
+    FileError
+        It holds a block.
+    """
+    if (Path(folder) / "block.toml").exists():
+        raise FileError(
+            "the folder holds a block, whose tables would be overwritten",
+            expected="a folder of its own for the results",
+            remedy="Name another folder",
+            file=folder,
+        )
 
 
 def _write_tables(result, folder):

@@ -1,0 +1,134 @@
+"""Sizes of ground, models and parallaxes, and whether they fit each other.
+
+A wrong unit is seen here before it becomes a coordinate: model points on the ground,
+divided by the scale number, must have the size of an image.
+"""
+
+import numpy as np
+
+from einschalt.foundations.errors import ConsistencyError
+
+SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
+LARGEST_COORDINATE_M = 1e8
+BASE_OF_EXTENT = (0.02, 50.0)
+LARGEST_PARALLAX_OF_BASE = 0.2
+
+
+def coordinate_problems(frame, file):
+    """Ground coordinates that no plane system reaches.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        point_id, easting, northing, as checked.
+    file : str
+        Said in messages.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    plan = frame[["easting", "northing"]].to_numpy()
+    places = np.flatnonzero((np.abs(plan) > LARGEST_COORDINATE_M).any(axis=1))
+    return [
+        ConsistencyError(
+            f"easting {plan[place, 0]:g}, northing {plan[place, 1]:g}",
+            expected=f"metres, at most {LARGEST_COORDINATE_M:g}",
+            remedy="Correct the value",
+            file=file,
+            row=_row(frame, place),
+            point=frame["point_id"].iloc[place],
+        )
+        for place in places[:1]
+    ]
+
+
+def scale_problems(name, scale_number, table, ground, file):
+    """Models whose ground points cannot lie in one image of that scale.
+
+    Parameters
+    ----------
+    name : str
+        Of the flight.
+    scale_number : float
+    table : DataFrame
+        coverage, model_id, point_id of the flight.
+    ground : DataFrame
+        point_id, easting, northing.
+    file : str
+        Of the ground points, said in messages.
+
+    Returns
+    -------
+    list of EinschaltError
+        None, or one for the flight: the median model is judged, so that a single wrong
+        point does not stop a block.
+    """
+    placed = table.merge(ground[["point_id", "easting", "northing"]], on="point_id")
+    models = placed.groupby(["coverage", "model_id"])[["easting", "northing"]]
+    extent = (models.max() - models.min()).max(axis=1)
+    extent = extent[extent > 0.0]
+    if extent.empty:
+        return []
+    typical = float(extent.median())
+    size = typical / scale_number
+    if SMALLEST_IMAGE_M <= size <= LARGEST_IMAGE_M:
+        return []
+    return [
+        ConsistencyError(
+            f"[{name}] the points of a model extend over {typical:.3g} m on the "
+            f"ground, which is {size * 1e3:.3g} mm in an image 1:{scale_number:g}",
+            expected=f"{SMALLEST_IMAGE_M * 1e3:g} to {LARGEST_IMAGE_M * 1e3:g} mm",
+            remedy="Correct scale_number, or give the coordinates in metres",
+            file=file,
+        )
+    ]
+
+
+def parallax_problems(flight, files):
+    """Bases and parallaxes that cannot have the unit of the models.
+
+    Parameters
+    ----------
+    flight : Flight
+        With ``y_parallaxes`` and ``base``, as checked.
+    files : dict of str to str
+        File names of ``base`` and ``y_parallaxes``.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    bases = flight.base["base"] if hasattr(flight.base, "columns") else [flight.base]
+    base = float(np.median(np.asarray(bases, dtype=float)))
+    parallaxes = flight.y_parallaxes
+    keys = [key for key in ("coverage", "model_id") if key in parallaxes]
+    y = parallaxes.groupby(keys)["y"]
+    extent = float((y.max() - y.min()).median())
+    largest = float(parallaxes["y_parallax"].abs().median())
+    low, high = BASE_OF_EXTENT
+    problems = []
+    if extent > 0.0 and not low * extent <= base <= high * extent:
+        problems.append(
+            ConsistencyError(
+                f"base {base:g}, where the parallaxes extend over {extent:g} in y",
+                expected=f"{low * extent:.3g} to {high * extent:.3g}, in the same unit",
+                remedy="Give the base in model_unit",
+                file=files["base"],
+            )
+        )
+    elif largest > LARGEST_PARALLAX_OF_BASE * base:
+        problems.append(
+            ConsistencyError(
+                f"y_parallax {largest:g} (median), where the base is {base:g}",
+                expected=f"less than {LARGEST_PARALLAX_OF_BASE * base:.3g}",
+                remedy="Give the parallaxes in model_unit",
+                file=files["y_parallaxes"],
+            )
+        )
+    return problems
+
+
+def _row(frame, place):
+    label = frame.index[place]
+    return int(label) if isinstance(label, (int, np.integer)) else None
