@@ -136,9 +136,18 @@ def test_one_bad_model_does_not_stop_the_block(block, result):
 
 
 def test_no_usable_model_is_an_error(block):
+    points = block.low_flight.model_points
+    in_a_line = with_flight(block, model_points=points.assign(y=2.0 * points["x"]))
+    with pytest.raises(
+        GeometryError, match="no model of the low flight could be transformed: its p"
+    ):
+        es.densify(in_a_line)
+
+
+def test_no_model_with_enough_points_is_no_block(block):
     points = block.low_flight.model_points.groupby(["coverage", "model_id"]).head(2)
-    with pytest.raises(GeometryError, match="no model of the low flight could be"):
-        es.densify(with_flight(block, model_points=points))
+    with pytest.raises(es.EinschaltError, match="2 of its points have coordinates"):
+        with_flight(block, model_points=points)
 
 
 def test_given_approximations_instead_of_a_high_flight(block, result):

@@ -200,7 +200,7 @@ def test_a_high_flight_that_fits_worse_than_its_errors(good_result):
 
 def test_exchanged_names_show_as_points_that_differ(faulty_result):
     found = sg.points_that_differ(faulty_result)
-    assert "with values more than 5 times as far apart" in found.problem
+    assert "with values more than 5 times as widely scattered" in found.problem
     models = faulty_result.block.low_flight.model_points
     last = models[models["model_id"] == models["model_id"].iloc[-1]]
     assert set(last["point_id"]) & set(found.problem.replace(",", " ").split())

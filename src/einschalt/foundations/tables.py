@@ -4,7 +4,7 @@ A check never stops at the first fault: it returns a :class:`CheckedTable` with 
 table as far as it could be understood, every problem, and notes on what was ignored.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from numbers import Number
 
@@ -59,6 +59,13 @@ class Schema:
     def id_names(self):
         """Names of the columns that hold text."""
         return [c.name for c in self.columns if c.kind in ("id", "choice")]
+
+    def requiring(self, *names):
+        """Return the same schema in which some columns must be given."""
+        columns = tuple(
+            replace(c, is_required=True) if c.name in names else c for c in self.columns
+        )
+        return replace(self, columns=columns)
 
     def only(self, *names):
         """Return the schema of some of the columns."""

@@ -20,11 +20,12 @@ from einschalt.foundations.name_columns import is_among, row_codes
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block_facts import FLIGHTS, check_facts
-from einschalt.pipeline.scale_check import (
-    coordinate_problems,
+from einschalt.pipeline.parallax_check import (
+    models_without_parallaxes,
     parallax_problems,
-    scale_problems,
 )
+from einschalt.pipeline.scale_check import coordinate_problems, scale_problems
+from einschalt.stages.transformation_kinds import KINDS
 
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
@@ -85,6 +86,12 @@ def check_block(block, said=frozenset()) -> Findings:
     )
 
 
+def _ground_schema(schema, flight):
+    """Schema of the points onto which a flight is transformed."""
+    is_spatial = getattr(flight, "transformation", "") == "helmert_3d"
+    return schema.requiring("height") if is_spatial else schema
+
+
 def _unit_remedy(widest, has_unit):
     """Guess in which unit the widest model was given."""
     smallest, largest = USUAL_MODEL_MM
@@ -116,8 +123,11 @@ class _Check:
 
     def tables_alone(self):
         """Columns and values of each table by itself."""
-        self._table("control_points", tables.CONTROL_POINTS)
-        self._table("approximate_points", tables.APPROXIMATE_POINTS)
+        high, low = self.block.high_flight, self.block.low_flight
+        self._table("control_points", _ground_schema(tables.CONTROL_POINTS, high))
+        self._table(
+            "approximate_points", _ground_schema(tables.APPROXIMATE_POINTS, low)
+        )
         self._standard_errors()
         for name in FLIGHTS:
             flight = getattr(self.block, name)
@@ -176,11 +186,7 @@ class _Check:
         is_spatial = flight.transformation == "helmert_3d"
         if not is_spatial and flight.y_parallaxes is None:
             return tables.MODEL_POINTS
-        columns = tuple(
-            replace(c, is_required=True) if c.name == "z" else c
-            for c in tables.MODEL_POINTS.columns
-        )
-        return replace(tables.MODEL_POINTS, columns=columns)
+        return tables.MODEL_POINTS.requiring("z")
 
     def axes(self):
         """Easting and northing exchanged."""
@@ -281,27 +287,8 @@ class _Check:
         for name in FLIGHTS:
             parts = (f"{name}.model_points", f"{name}.y_parallaxes")
             if self._sound(*parts):
-                flight = self.checked[name]
-                self._without_parallaxes(name, flight)
-
-    def _without_parallaxes(self, name, flight):
-        keys = [key for key in MODEL_KEY if key in flight.y_parallaxes]
-        frame = flight.model_points
-        both = pd.concat([frame[keys], flight.y_parallaxes[keys]], ignore_index=True)
-        codes = row_codes([both[key] for key in keys])
-        model, oriented = codes[: len(frame)], codes[len(frame) :]
-        is_first = ~pd.Series(model).duplicated().to_numpy()
-        places = np.flatnonzero(is_first & ~np.isin(model, oriented))
-        self.models += [
-            ConsistencyError(
-                "the model has no y-parallaxes",
-                expected=f"a model of {self._file(f'{name}.y_parallaxes')}",
-                remedy="Correct its name, measure them, or delete the model",
-                file=self._file(f"{name}.model_points"),
-                **tables.whereabouts(frame, place),
-            )
-            for place in places
-        ]
+                files = [self._file(part) for part in parts]
+                self.models += models_without_parallaxes(self.checked[name], *files)
 
     def sizes(self):
         """Sizes that do not fit each other: a wrong unit, or a wrong scale number."""
@@ -396,15 +383,22 @@ class _Check:
         has_ground = is_among(table["point_id"], known)
         model = row_codes([table[name] for name in MODEL_KEY])
         is_first = ~pd.Series(model).duplicated().to_numpy()
-        is_lost = is_first & ~np.isin(model, model[has_ground])
+        common = np.bincount(model[has_ground], minlength=model.max() + 1)[model]
+        kind = KINDS.get(self.checked[flight_name].transformation)
+        least = kind.least_points if kind else 1
+        is_lost = is_first & (common < least)
         part = "models" if self.checked[flight_name].has_images else "model_points"
         file = self._file(f"{flight_name}.{part}")
 
         def problem(place):
             facts = tables.whereabouts(table, place)
             return ConsistencyError(
-                f"none of its points has coordinates from {ground.replace('_', ' ')}",
-                expected="common points",
+                f"{common[place] or 'none'} of its points "
+                f"{'has' if common[place] < 2 else 'have'} coordinates from "
+                f"{ground.replace('_', ' ')}",
+                expected="common points"
+                if common[place] == 0
+                else f"at least {least} common points",
                 remedy="Correct the names of its points, or delete the model",
                 file=file,
                 row=facts["row"] if part == "model_points" else None,
@@ -415,5 +409,5 @@ class _Check:
         if is_lost.sum() < is_first.sum():
             self.models += [problem(place) for place in places]
         else:
-            rest = "no model has coordinates"
+            rest = "no model has enough common points"
             self.problems += tables.listed(places, problem, rest, file)

@@ -1,4 +1,4 @@
-"""Sizes of ground, models and parallaxes, and whether they fit each other.
+"""Sizes of the ground and of the models, and whether they fit each other.
 
 A wrong unit is seen here before it becomes a coordinate: model points on the ground,
 divided by the scale number, must have the size of an image.
@@ -10,8 +10,6 @@ from einschalt.foundations.errors import ConsistencyError
 
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
-BASE_OF_EXTENT = (0.02, 50.0)
-LARGEST_PARALLAX_OF_BASE = 0.2
 
 
 def coordinate_problems(frame, file):
@@ -83,50 +81,6 @@ def scale_problems(name, scale_number, table, ground, file):
             file=file,
         )
     ]
-
-
-def parallax_problems(flight, files):
-    """Bases and parallaxes that cannot have the unit of the models.
-
-    Parameters
-    ----------
-    flight : Flight
-        With ``y_parallaxes`` and ``base``, as checked.
-    files : dict of str to str
-        File names of ``base`` and ``y_parallaxes``.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
-    bases = flight.base["base"] if hasattr(flight.base, "columns") else [flight.base]
-    base = float(np.median(np.asarray(bases, dtype=float)))
-    parallaxes = flight.y_parallaxes
-    keys = [key for key in ("coverage", "model_id") if key in parallaxes]
-    y = parallaxes.groupby(keys)["y"]
-    extent = float((y.max() - y.min()).median())
-    largest = float(parallaxes["y_parallax"].abs().median())
-    low, high = BASE_OF_EXTENT
-    problems = []
-    if extent > 0.0 and not low * extent <= base <= high * extent:
-        problems.append(
-            ConsistencyError(
-                f"base {base:g}, where the parallaxes extend over {extent:g} in y",
-                expected=f"{low * extent:.3g} to {high * extent:.3g}, in the same unit",
-                remedy="Give the base in model_unit",
-                file=files["base"],
-            )
-        )
-    elif largest > LARGEST_PARALLAX_OF_BASE * base:
-        problems.append(
-            ConsistencyError(
-                f"y_parallax {largest:g} (median), where the base is {base:g}",
-                expected=f"less than {LARGEST_PARALLAX_OF_BASE * base:.3g}",
-                remedy="Give the parallaxes in model_unit",
-                file=files["y_parallaxes"],
-            )
-        )
-    return problems
 
 
 def _row(frame, place):

@@ -287,7 +287,8 @@ def points_that_differ(result):
     far = points.loc[is_large].sort_values("spread_total", ascending=False)
     return Suggestion(
         f"{count(len(far), 'point')} with values more than {LARGE_SPREAD:.0f} times as "
-        f"far apart as the median of {length(usual)}: {names(far['point_id'])}; up to "
+        f"widely scattered as the median of {length(usual)} (spread_total): "
+        f"{names(far['point_id'])}; up to "
         f"{length(far['spread_total'].iloc[0])}",
         "Look for gross errors and for exchanged names",
     )

@@ -1,0 +1,88 @@
+"""Whether y-parallaxes, bases and models belong together."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import ConsistencyError
+from einschalt.foundations.name_columns import row_codes
+
+BASE_OF_EXTENT = (0.02, 50.0)
+LARGEST_PARALLAX_OF_BASE = 0.2
+MODEL_KEY = ("coverage", "model_id")
+
+
+def models_without_parallaxes(flight, points_file, parallaxes_file):
+    """Models that are to be oriented, without measured parallaxes.
+
+    Parameters
+    ----------
+    flight : Flight
+        With ``model_points`` and ``y_parallaxes``, as checked.
+    points_file, parallaxes_file : str
+        Said in messages.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    keys = [key for key in MODEL_KEY if key in flight.y_parallaxes]
+    frame = flight.model_points
+    both = pd.concat([frame[keys], flight.y_parallaxes[keys]], ignore_index=True)
+    codes = row_codes([both[key] for key in keys])
+    model, oriented = codes[: len(frame)], codes[len(frame) :]
+    is_first = ~pd.Series(model).duplicated().to_numpy()
+    return [
+        ConsistencyError(
+            "the model has no y-parallaxes",
+            expected=f"a model of {parallaxes_file}",
+            remedy="Correct its name, measure them, or delete the model",
+            file=points_file,
+            **tables.whereabouts(frame, place),
+        )
+        for place in np.flatnonzero(is_first & ~np.isin(model, oriented))
+    ]
+
+
+def parallax_problems(flight, files):
+    """Bases and parallaxes that cannot have the unit of the models.
+
+    Parameters
+    ----------
+    flight : Flight
+        With ``y_parallaxes`` and ``base``, as checked.
+    files : dict of str to str
+        File names of ``base`` and ``y_parallaxes``.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    bases = flight.base["base"] if hasattr(flight.base, "columns") else [flight.base]
+    base = float(np.median(np.asarray(bases, dtype=float)))
+    parallaxes = flight.y_parallaxes
+    keys = [key for key in ("coverage", "model_id") if key in parallaxes]
+    y = parallaxes.groupby(keys)["y"]
+    extent = float((y.max() - y.min()).median())
+    largest = float(parallaxes["y_parallax"].abs().median())
+    low, high = BASE_OF_EXTENT
+    problems = []
+    if extent > 0.0 and not low * extent <= base <= high * extent:
+        problems.append(
+            ConsistencyError(
+                f"base {base:g}, where the parallaxes extend over {extent:g} in y",
+                expected=f"{low * extent:.3g} to {high * extent:.3g}, in the same unit",
+                remedy="Give the base in model_unit",
+                file=files["base"],
+            )
+        )
+    elif largest > LARGEST_PARALLAX_OF_BASE * base:
+        problems.append(
+            ConsistencyError(
+                f"y_parallax {largest:g} (median), where the base is {base:g}",
+                expected=f"less than {LARGEST_PARALLAX_OF_BASE * base:.3g}",
+                remedy="Give the parallaxes in model_unit",
+                file=files["y_parallaxes"],
+            )
+        )
+    return problems
