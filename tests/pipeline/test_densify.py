@@ -150,6 +150,15 @@ def test_no_model_with_enough_points_is_no_block(block):
         with_flight(block, model_points=points)
 
 
+def test_without_redundancy_nothing_is_claimed(block):
+    points = block.low_flight.model_points.groupby(["coverage", "model_id"])
+    corners = points.sample(3, random_state=2)
+    found = es.densify(with_flight(block, model_points=corners))
+    assert found.models.query("flight == 'low_flight'")["m_0"].isna().all()
+    assert found.points["standard_error_internal"].isna().all()
+    assert np.isnan(found.figures.mean_internal)
+
+
 def test_given_approximations_instead_of_a_high_flight(block, result):
     approximate = result.approximations[["point_id", "easting", "northing"]]
     given = es.Block(

@@ -286,11 +286,17 @@ def _single_values(flight, low, model_points):
 def _means(values, low, settings):
     if settings.outliers != "keep":
         values = without_suspects(values, low)
-    return average_coverages(
+    means = average_coverages(
         values,
         coverage_mean=settings.coverage_mean,
         weighting=settings.weighting,
     )
+    if low.fit.redundancy.any():
+        return means
+    # models without redundancy repeat the approximate coordinates in both coverages:
+    # that they agree says nothing
+    points = means.points.assign(standard_error_internal=np.nan)
+    return replace(means, points=points, internal_single=np.nan)
 
 
 def _with_totals(points, errors):
