@@ -119,7 +119,7 @@ MODEL_POINTS = Schema(
         _number("x", "millimetres"),
         _number("y", "millimetres"),
         _number("z", "millimetres", is_required=False),
-        _number("n_settings", "a count", is_required=False, is_positive=True),
+        _number("n_settings", "numbers", is_required=False, is_positive=True),
     ),
     key=("coverage", "model_id", "point_id"),
 )

@@ -77,6 +77,36 @@ def test_other_points_can_be_transformed(invoke, files):
     assert (point["easting"], point["northing"]) == (1030.0, 535.0)
 
 
+def test_points_without_a_model_are_those_of_the_only_one(invoke, files):
+    model = pd.read_csv(files / "model.csv", dtype={"model_id": str})
+    model[model["model_id"] == "0012"].to_csv(files / "model.csv", index=False)
+    more = pd.DataFrame({"point_id": ["q"], "x": 10.0, "y": 20.0})
+    more.to_csv(files / "more.csv", index=False)
+    assert run(invoke, files, "--apply", files / "more.csv").exit_code == 0
+    point = read(files, "points").iloc[0]
+    assert (point["model_id"], point["point_id"]) == ("0012", "q")
+    assert (point["easting"], point["northing"]) == (1030.0, 535.0)
+
+
+def test_points_without_a_model_are_refused_where_there_are_several(invoke, files):
+    more = pd.DataFrame({"point_id": ["q"], "x": 10.0, "y": 20.0})
+    more.to_csv(files / "more.csv", index=False)
+    shown = run(invoke, files, "--apply", files / "more.csv")
+    assert shown.exit_code == 2
+    assert "more.csv: it has no column model_id, and model.csv holds 2 models; " in (
+        shown.stderr
+    )
+    assert "Add a column model_id, such as '7/8'." in shown.stderr
+
+
+def test_a_fault_of_the_points_is_said_once(invoke, files):
+    text = (files / "model.csv").read_text()
+    (files / "model.csv").write_text(text.replace("7/8,", ",", 1))
+    shown = run(invoke, files)
+    assert shown.exit_code == 2
+    assert shown.stderr.count("model_id is missing") == 1
+
+
 def test_a_model_that_was_not_fitted_is_said(invoke, files):
     more = pd.DataFrame({"model_id": ["99"], "point_id": ["q"], "x": 10.0, "y": 20.0})
     more.to_csv(files / "more.csv", index=False)

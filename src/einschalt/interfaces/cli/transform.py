@@ -101,30 +101,57 @@ def _read(model_file, ground_file, apply_file, kind):
     of_models = model_schema(KINDS[kind])
     models = _checked(model_file, of_models)
     ground = _checked(ground_file, ground_schema(KINDS[kind]))
-    applied = models if apply_file is None else _checked(apply_file, of_models)
+    if apply_file is None:
+        raise_problems([*models.problems, *ground.problems])
+        source = _of_model(models.frame, ONE_MODEL)
+        return source, ground.frame, source
+    applied = _checked(apply_file, of_models)
     raise_problems([*models.problems, *ground.problems, *applied.problems])
-    return models.frame, ground.frame, applied.frame
+    source = _of_model(models.frame, ONE_MODEL)
+    if "model_id" in applied.frame:
+        return source, ground.frame, applied.frame
+    only = _only_model(source, model_file, apply_file)
+    return source, ground.frame, _of_model(applied.frame, only)
+
+
+def _of_model(points, model_id):
+    """Say the model of points that were given without one."""
+    return points if "model_id" in points else points.assign(model_id=model_id)
+
+
+def _only_model(models, model_file, apply_file):
+    """Name the model to which points without a model_id belong."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import TableError  # noqa: PLC0415
+
+    model_ids = models["model_id"].unique()
+    if len(model_ids) == 1:
+        return model_ids[0]
+    raise TableError(
+        f"it has no column model_id, and {model_file.name} holds "
+        f"{len(model_ids)} models",
+        expected="the model by which each point is to be transformed",
+        remedy=f"Add a column model_id, such as {model_ids[0]!r}",
+        file=apply_file.name,
+    )
 
 
 def _checked(file, schema):
-    """Check one table, with no more columns than were given, save model_id."""
+    """Check one table, with no more columns than were given."""
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.tables import check_table  # noqa: PLC0415
     from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
 
     raw = read_table(file, schema)
-    is_one_model = "model_id" in schema.names and "model_id" not in raw
-    if is_one_model:
+    if "model_id" in schema.names and "model_id" not in raw:
         complain(f"note: {file.name} has no column model_id: it is one model")
         schema = schema.without("model_id")
     checked = check_table(raw, schema, source=file.name)
     for note in checked.notes:
         complain(f"note: {note}")
     # coverages that were not given shall not stand in the results
-    frame = checked.frame[[name for name in checked.frame if name in raw]]
-    if is_one_model:
-        frame = frame.assign(model_id=ONE_MODEL)
-    return replace(checked, frame=frame)
+    given = [name for name in checked.frame if name in raw]
+    return replace(checked, frame=checked.frame[given])
 
 
 def _with_given_keys(table, points):
