@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline import suggestions as sg
-from einschalt.pipeline.summary import orientations, verdict
+from einschalt.pipeline.sections.flights import orientations
+from einschalt.pipeline.sections.verdict import verdict
 
 
 def with_points(result, **columns):

@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.summary import flights, summarize, too_small, verdict
+from einschalt.pipeline.sections import flights
+from einschalt.pipeline.sections.precision import too_small
+from einschalt.pipeline.sections.verdict import verdict
+from einschalt.pipeline.summary import summarize
 
 # (a) without faults (b) failed models and a blunder (c) approximate points given
 # (d) nothing from outside
@@ -85,7 +88,7 @@ def test_verdict_says_failed_models(faulty_result):
 
 
 def test_table_of_flights_counts_usable_models(faulty_result):
-    low = flights(faulty_result).rows[-1]
+    low = flights.section(faulty_result).rows[-1]
     assert low[0] == "low flight"
     assert (low[3], low[4]) == ("23", "20")
 

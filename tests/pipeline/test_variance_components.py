@@ -8,9 +8,9 @@ import pytest
 
 from einschalt.pipeline.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.sections.flights import measured_errors
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block
-from einschalt.pipeline.summary import measured_errors
 from einschalt.pipeline.suspect_suggestions import wrong_measuring_errors
 from einschalt.pipeline.variance_components import Component
 

@@ -18,6 +18,8 @@ from einschalt.foundations.typesetting import (
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
+from einschalt.pipeline.sections import flights, known_points, precision
+from einschalt.pipeline.sections.verdict import verdict_on
 from einschalt.pipeline.suggestions import (
     claim_column,
     find_suggestions,
@@ -29,6 +31,8 @@ WORST_ORIENTATIONS = 50
 MOST_FAILURES = 200
 MOST_KNOWN_POINTS = 20
 MOST_SPREAD_POINTS = 20
+IN_TEMPLATE = (precision, known_points, flights)
+"""Sections that have a place of their own in the page."""
 
 
 class Cut(NamedTuple):
@@ -64,26 +68,31 @@ def render(result) -> str:
             table: within_block(source)
             for table, source in result.block.sources.items()
         },
-        verdict=summary.verdict_on(result),
+        verdict=verdict_on(result),
         headline=_headline(result),
         suggestions=find_suggestions(result),
-        precision=summary.precision(result),
-        caution=summary.too_small(result),
-        remarks=summary.remarks(result),
+        precision=precision.section(result),
+        caution=precision.too_small(result),
+        remarks=precision.remarks(result),
         claim=claim_column(result),
-        differences=summary.differences(result),
-        flights=summary.flights(result),
+        differences=known_points.section(result),
+        flights=flights.section(result),
         approximations=(
-            *summary.approximations(result),
-            *summary.measured_errors(result),
+            *flights.approximations(result),
+            *flights.measured_errors(result),
         ),
-        orientation_remarks=summary.orientations(result),
+        orientation_remarks=flights.orientations(result),
         map=Markup(block_map(result)),
         precision_map=Markup(precision_figure(result)),
         known_points=_known_points(result),
         spread_points=_spread_points(result),
         models=_models(result),
         orientations=_orientations(result),
+        further=[
+            module.section(result)
+            for module in summary.SECTIONS
+            if module not in IN_TEMPLATE
+        ],
         failures=_failures(result),
         settings=result.settings.model_dump(),
         duration=seconds(result.seconds),

@@ -1,0 +1,90 @@
+"""What each flight measured, and how well its models fit."""
+
+import numpy as np
+
+from einschalt.foundations.typesetting import count, length, lengths, number, scale
+from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
+from einschalt.pipeline.sections.section import Section
+from einschalt.pipeline.suggestions import n_models
+from einschalt.pipeline.suspect_suggestions import shown_component
+
+
+def section(result) -> Section:
+    """Say what each flight measured, and how well its models fit."""
+    figures = result.figures
+    m_0_of = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
+    m_0 = lengths([m_0_of[name] for name in result.block.flights])
+    m_g = lengths(
+        [
+            ground_from_image_um(flight.m_g_um, flight.scale_number)
+            for flight in result.block.flights.values()
+        ]
+    )
+    rows = [
+        (
+            name.replace("_", " "),
+            scale(flight.scale_number),
+            flight.transformation,
+            f"{n_models(flight):d}",
+            _usable(result.models, name),
+            f"{number(flight.m_g_um)} µm",
+            m_g[place],
+            m_0[place],
+        )
+        for place, (name, flight) in enumerate(result.block.flights.items())
+    ]
+    header = ("", "scale", "fit", "models", "usable", "m_g", "on ground", "m_0")
+    remarks = (*approximations(result), *orientations(result), *measured_errors(result))
+    return Section("Flights (m_g and m_0 are total)", header, tuple(rows), remarks)
+
+
+def _usable(models, flight):
+    is_usable = models["is_usable"].astype(bool)
+    return f"{int((is_usable & (models['flight'] == flight)).sum()):d}"
+
+
+def approximations(result) -> tuple[str, ...]:
+    """Say where the approximate coordinates come from and how good they are."""
+    block, figures = result.block, result.figures
+    if block.high_flight is None:
+        n_points = count(len(block.approximate_points), "point")
+        m_0 = block.approximate_m_0_m
+        said = f"{length(m_0)} (total, as given)" if m_0 else "of unknown precision"
+        return (f"Approximate coordinates: {n_points} given, {said}.",)
+    n_points = count(len(result.approximations), "point")
+    internal = figures.approximation_internal
+    if not np.isfinite(internal):
+        return (f"Approximate coordinates: {n_points} from the high flight.",)
+    said = f"{length(internal)} (total, internal)"
+    return (f"Approximate coordinates: {n_points} from the high flight, {said}.",)
+
+
+def orientations(result) -> tuple[str, ...]:
+    """Say how well the models of each flight could be oriented."""
+    lines = []
+    for flight, rows in result.orientations.groupby("flight", sort=False):
+        redundancy = rows["redundancy"].to_numpy(dtype=float)
+        square = np.nansum(redundancy * rows["sigma_0"].to_numpy(dtype=float) ** 2)
+        sigma_0 = np.sqrt(square / redundancy.sum()) if redundancy.sum() else np.nan
+        has_images = result.block.flights[flight].has_images
+        observed = "an image coordinate" if has_images else "a y-parallax"
+        lines.append(
+            f"Relative orientation, {flight.replace('_', ' ')}: "
+            f"{count(len(rows), 'model')}, sigma_0 {length(sigma_0 * METRES_PER_MM)} "
+            f"of {observed}; it sees y-parallax only."
+        )
+    return tuple(lines)
+
+
+def measured_errors(result) -> tuple[str, ...]:
+    """Say what m_g of each flight the measurements show."""
+    if result.components is None:
+        return ()
+    return tuple(
+        f"m_g of the {flight.replace('_', ' ')}: given {number(component.given)}, "
+        f"the data say {shown_component(component)} µm."
+        for flight, component in (
+            ("high_flight", result.components.high_flight),
+            ("low_flight", result.components.low_flight),
+        )
+    )

@@ -1,0 +1,80 @@
+"""Precision of the new points: propagated, after the paper, and internal."""
+
+import numpy as np
+
+from einschalt.foundations.typesetting import lengths, number_word
+from einschalt.pipeline.sections.section import Section
+from einschalt.pipeline.sections.verdict import mean_of
+from einschalt.pipeline.suggestions import coverages_of_low_flight
+
+TOTAL = (
+    "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
+    "is total / √2."
+)
+INTERNAL = (
+    "internal: from the differences of the coverages; it sees only the uncorrelated "
+    "part of the error."
+)
+HEIGHTS = "Heights are computed; no figure here judges them."
+SINGLE = "single: paper for the value of one model, internal for that of one coverage."
+PROPAGATED = (
+    "propagated: errors of control and of both flights, of the sizes given, carried "
+    "through every stage with their correlations."
+)
+PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
+TOO_SMALL = "standard_error_paper is too small: {}."
+HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
+GIVEN_SHARED = "neighbouring approximate points share errors, which is not known here"
+BOTH_SHARE = "{} coverages share the approximate coordinates"
+
+
+def section(result) -> Section:
+    """Precision of the new points: single value and mean, each as it is known."""
+    figures = result.figures
+    single = ("single", np.nan, figures.single_paper, figures.single_internal)
+    mean = (
+        mean_of(result),
+        figures.mean_total,
+        figures.mean_paper,
+        figures.mean_internal,
+    )
+    titles, *columns = zip(single, mean, strict=True)
+    header = ("", "propagated", "paper", "internal")
+    shown = [
+        (name, lengths(column))
+        for name, column in zip(header[1:], columns, strict=True)
+        if name != "propagated" or np.isfinite(figures.mean_total)
+    ]
+    rows = zip(titles, *(texts for _, texts in shown), strict=True)
+    return Section(
+        "Precision of the new points (total, RMS)",
+        ("", *(name for name, _ in shown)),
+        tuple(rows) if figures.n_new else (),
+        (too_small(result), *remarks(result)),
+    )
+
+
+def remarks(result) -> tuple[str, ...]:
+    """Say what the figures of precision mean."""
+    chosen = [TOTAL, PAPER]
+    if np.isfinite(result.figures.mean_total):
+        chosen.insert(1, PROPAGATED)
+    if coverages_of_low_flight(result) > 1:
+        chosen.append(INTERNAL)
+        if result.settings.coverage_mean == "all":
+            chosen.append(SINGLE)
+    if "height" in result.points:
+        chosen.append(HEIGHTS)
+    return tuple(chosen)
+
+
+def too_small(result) -> str:
+    """Say why the paper's figure is too small, as far as that is known here."""
+    n_coverages = coverages_of_low_flight(result)
+    word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
+    shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
+    if result.block.high_flight is not None:
+        return TOO_SMALL.format(", and ".join([HIGH_SHARED, *shared]))
+    if shared:
+        return TOO_SMALL.format(f"{shared[0]}; more so where {GIVEN_SHARED}")
+    return f"standard_error_paper is too small where {GIVEN_SHARED}."
