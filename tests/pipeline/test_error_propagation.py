@@ -70,9 +70,16 @@ def real_operator(errors, source):
     return np.kron(whole.real, np.eye(2)) + np.kron(whole.imag, turn)
 
 
-@pytest.mark.parametrize("coverage_mean", ["all", "most_central"])
-def test_operator_of_control(block, coverage_mean):
-    settings = Settings(coverage_mean=coverage_mean)
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(),
+        Settings(coverage_mean="most_central"),
+        Settings(residual_distribution="natural_neighbour"),
+    ],
+    ids=["all", "most_central", "distributed"],
+)
+def test_operator_of_control(block, settings):
     result = densify(block, settings)
     operator = real_operator(result.errors, "control")
     for place in range(0, len(block.control_points), 9):
@@ -84,12 +91,15 @@ def test_operator_of_control(block, coverage_mean):
         # its own change
         is_rigid = block.low_flight.transformation == "rigid"
         atol = 1e-5 if is_rigid else 1e-6
+        # weights move with the points: residuals of 0.1 m over a spacing of 1 km
+        atol += 1e-4 * (settings.residual_distribution != "none")
         np.testing.assert_allclose(operator[:, 2 * place], change, atol=atol)
 
 
 @pytest.mark.parametrize("flight", ["high_flight", "low_flight"])
-def test_operator_of_a_measured_point(block, flight):
-    settings = Settings()
+@pytest.mark.parametrize("distribution", ["none", "natural_neighbour"])
+def test_operator_of_a_measured_point(block, flight, distribution):
+    settings = Settings(residual_distribution=distribution)
     result = densify(block, settings)
     operator = real_operator(result.errors, flight)
     of_flight = getattr(block, flight)
@@ -104,7 +114,7 @@ def test_operator_of_a_measured_point(block, flight):
         after = moved(block, **{flight: changed(of_flight, model_points=table)})
         change = coordinates(after, settings) - coordinates(block, settings)
         np.testing.assert_allclose(
-            operator[:, 2 * row], change.to_numpy().ravel() / STEP, atol=2e-4
+            operator[:, 2 * row], change.to_numpy().ravel() / STEP, atol=3e-4
         )
 
 

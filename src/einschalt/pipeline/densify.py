@@ -9,6 +9,7 @@ import pandas as pd
 
 from einschalt.pipeline.block import Block
 from einschalt.pipeline.error_propagation import can_propagate, propagate_block
+from einschalt.pipeline.residual_distribution import distributed, require_control
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.variance_components import estimate_components
@@ -96,7 +97,8 @@ class DensificationResult(Result):
         standard_error_paper, standard_error_internal, n_models, n_coverages,
         spread_total, role (new, control, check), difference_easting,
         difference_northing [, difference_height] (densified less given, control and
-        check points only) [m].
+        check points only) [, distributed_easting, distributed_northing (part of the
+        coordinates that comes from the distribution of residuals)] [m].
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy, m_0, s_0,
         is_usable, reason, then the parameters.
@@ -186,6 +188,7 @@ def densify(block, settings=None, *, progress=None):
     """
     started = perf_counter()
     settings = settings or block.settings
+    require_control(block, settings)
     said = progress or _silent
     said("relative orientation", 0.0)
     flights = {name: relative_orientation(f) for name, f in block.flights.items()}
@@ -221,8 +224,9 @@ class _Stages:
 
 def _result(block, settings, stages, seconds):
     high, low, values = stages.high, stages.low, stages.values
-    totals = _with_totals(stages.means.points, stages.errors)
-    points = _with_roles(totals, block.control_points)
+    points = _with_roles(stages.means.points, block.control_points)
+    points, errors = distributed(block, settings, points, stages.errors)
+    points = _with_totals(points, errors)
     failures = _failures(stages.flights, high, low)
     return DensificationResult(
         block=block,
@@ -235,7 +239,7 @@ def _result(block, settings, stages, seconds):
         single_values=values[values["easting"].notna()].reset_index(drop=True),
         approximations=block.approximate_points if high is None else high.points,
         figures=_figures(high, low, stages.means, points, failures),
-        errors=stages.errors,
+        errors=errors,
         high=high,
         low=low,
         seconds=seconds,

@@ -29,6 +29,10 @@ class Settings(BaseModel):
         its point where another model has one that is not suspect.
     significance : float
         Probability with which a model without gross errors has a suspect.
+    residual_distribution : {"none", "natural_neighbour", "inverse_distance", \
+            "multiquadric"}
+        How the residuals of control points are distributed to the points between, for
+        a cadastre that must fit: control then keeps its given coordinates.
 
     Raises
     ------
@@ -50,6 +54,9 @@ class Settings(BaseModel):
     significance: float = Field(
         0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
     )
+    residual_distribution: Literal[
+        "none", "natural_neighbour", "inverse_distance", "multiquadric"
+    ] = "none"
 
     def __init__(self, **fields):
         checked(super().__init__, fields, section="settings", names=type(self))

@@ -1,12 +1,12 @@
 """What print(result) shows: the verdict, problems and suggestions, then the numbers."""
 
 from einschalt.foundations.typesetting import seconds, wrapped
-from einschalt.pipeline.sections import flights, known_points, precision
+from einschalt.pipeline.sections import distribution, flights, known_points, precision
 from einschalt.pipeline.sections.verdict import verdict
 from einschalt.pipeline.suggestions import find_suggestions
 
 UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
-SECTIONS = (precision, known_points, flights)
+SECTIONS = (precision, known_points, distribution, flights)
 """Modules whose ``section(result)`` makes a part of summary.txt, in their order."""
 
 
@@ -45,9 +45,13 @@ def _suggestions(suggestions):
 
 
 def settings_line(result) -> str:
-    """Say with what settings the block was computed, and how long it took."""
-    chosen = ", ".join(
-        f"{key}{UNBROKEN}{value}" for key, value in result.settings.model_dump().items()
-    )
-    lines = wrapped(f"Settings: {chosen}.").replace(UNBROKEN, " = ")
+    """Say what settings differ from the defaults, and how long the block took."""
+    settings = result.settings
+    chosen = [
+        f"{key}{UNBROKEN}{value}"
+        for key, value in settings.model_dump().items()
+        if value != type(settings).model_fields[key].default
+    ]
+    said = f"{', '.join(chosen)}, others as by default" if chosen else "all defaults"
+    lines = wrapped(f"Settings: {said}.").replace(UNBROKEN, " = ")
     return f"{lines}\nComputed in {seconds(result.seconds)}."

@@ -66,10 +66,10 @@ def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_p
     with (folder / "block.toml").open("a", encoding="utf-8") as file:
         file.write('\n[settings]\ncoverage_mean = "most_central"\n')
     said = invoke("densify", folder, "-o", tmp_path / "a").stdout
-    assert "coverage_mean = most_central, weighting = plain" in said
+    assert "Settings: coverage_mean = most_central, others as by default." in said
     options = ["--coverage-mean", "all", "--weighting", "weighted"]
     said = invoke("densify", folder, "-o", tmp_path / "b", *options).stdout
-    assert "coverage_mean = all, weighting = weighted" in said
+    assert "Settings: weighting = weighted, others as by default." in said
 
 
 def test_outliers_and_significance_are_options(invoke, block_folder, tmp_path):

@@ -13,6 +13,7 @@ Method = Literal["pipeline"]
 CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
+Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
 
 
 def _option(kind, text):
@@ -45,6 +46,11 @@ def densify(
     significance: _option(
         float, "Probability with which a model without gross errors has a suspect."
     ) = None,
+    residual_distribution: _option(
+        Distribution,
+        "Distribute the residuals of control points to the points between them, for a "
+        "cadastre that must fit.",
+    ) = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -70,6 +76,7 @@ def densify(
         "weighting": weighting,
         "outliers": outliers,
         "significance": significance,
+        "residual_distribution": residual_distribution,
     }
     given = {name: value for name, value in chosen.items() if value is not None}
     settings = type(read.settings)(**{**read.settings.model_dump(), **given})

@@ -40,6 +40,11 @@ FIRST_COLUMNS = {
         "spread_total",
         "role",
         "is_suspect",
+        "difference_easting",
+        "difference_northing",
+        "difference_height",
+        "distributed_easting",
+        "distributed_northing",
     ),
     "models": (
         "flight",

@@ -1,0 +1,55 @@
+"""The distribution of control residuals, where the settings ask for it."""
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.stages.residual_distribution import (
+    distribute_residuals,
+    errors_after_distribution,
+)
+
+
+def require_control(block, settings):
+    """Refuse a distribution of residuals in a block without control points.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+
+    Raises
+    ------
+    SettingsError
+    """
+    if settings.residual_distribution == "none" or block.control_points is not None:
+        return
+    raise SettingsError(
+        f"residual_distribution = {settings.residual_distribution!r}, but the block "
+        "has no control points",
+        expected="control_points whose residuals are distributed",
+        remedy='Give control_points, or set residual_distribution = "none"',
+    )
+
+
+def distributed(block, settings, points, errors):
+    """Points and their covariances after the distribution of residuals, if any.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    points : DataFrame
+        With roles and differences.
+    errors : PropagatedErrors or None
+
+    Returns
+    -------
+    points : DataFrame
+    errors : PropagatedErrors or None
+    """
+    if settings.residual_distribution == "none":
+        return points, errors
+    distribution = distribute_residuals(
+        points, block.control_points, settings.residual_distribution
+    )
+    if errors is not None:
+        errors = errors_after_distribution(errors, distribution)
+    return distribution.points, errors

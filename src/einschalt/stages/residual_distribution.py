@@ -1,0 +1,140 @@
+"""After stage 5, if wanted: residuals of control, distributed to the points between.
+
+For a cadastre that must fit: control keeps the coordinates that it was given, and every
+point between takes its share of the corrections. The result is linear in the adjusted
+and the given coordinates, so that its covariance follows by propagation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from einschalt.stages.stage4_error_propagation import propagate
+from einschalt.theory.residual_distribution.distribution_weights import (
+    distribution_weights,
+)
+
+PLANE = ("easting", "northing")
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Points after the distribution of residuals.
+
+    Attributes
+    ----------
+    points : DataFrame
+        As given, with ``easting`` and ``northing`` after the distribution and the part
+        of it in ``distributed_easting``, ``distributed_northing`` [m]. Differences of
+        check points are those of the new coordinates, differences of control points
+        stay what they were: they are what was distributed.
+    weights : csr_array, shape (n_points, n_used)
+        Share of each point in the residual of each control point.
+    control_places, control_sources : ndarray of int, shape (n_used,)
+        Where the control points that were used stand among the points, and in the table
+        of control points.
+    """
+
+    points: pd.DataFrame
+    weights: sparse.csr_array
+    control_places: np.ndarray
+    control_sources: np.ndarray
+
+
+def distribute_residuals(points, control_points, method):
+    """Distribute the residuals of control points to all points.
+
+    Parameters
+    ----------
+    points : DataFrame
+        point_id, easting, northing, role, difference_easting, difference_northing [m].
+    control_points : DataFrame
+        point_id and further columns; gives the order of ``control_sources``.
+    method : {"natural_neighbour", "inverse_distance", "multiquadric"}
+        A point beyond the hull of the control points takes, with natural neighbours,
+        what the nearest place of the hull takes.
+
+    Returns
+    -------
+    Distribution
+        Points whose role is control take their given coordinates. Without any control
+        point that has coordinates nothing is distributed.
+    """
+    differences = points[[f"difference_{name}" for name in PLANE]].to_numpy(dtype=float)
+    xy = points[list(PLANE)].to_numpy(dtype=float)
+    is_used = (points["role"] == "control").to_numpy() & np.isfinite(differences).all(1)
+    places = np.flatnonzero(is_used)
+    if len(places):
+        given = np.where(is_used[:, None], xy - differences, xy)
+        weights = distribution_weights(given[places], given, method)
+    else:
+        weights = sparse.csr_array((len(points), 0))
+    shift = -(weights @ differences[places])
+    is_check = (points["role"] == "check").to_numpy()[:, None]
+    moved = np.where(is_check, differences + shift, differences)
+    columns = {}
+    for axis, name in enumerate(PLANE):
+        columns[name] = xy[:, axis] + shift[:, axis]
+        columns[f"difference_{name}"] = moved[:, axis]
+        columns[f"distributed_{name}"] = shift[:, axis]
+    sources = pd.Index(control_points["point_id"]).get_indexer(
+        points["point_id"].iloc[places]
+    )
+    return Distribution(points.assign(**columns), weights, places, sources)
+
+
+def errors_after_distribution(errors, distribution):
+    """Covariances of the points after the distribution.
+
+    A point's error is its own less the weighted errors of the control points' densified
+    coordinates, plus those of their given coordinates.
+
+    Parameters
+    ----------
+    errors : PropagatedErrors
+        Before it.
+    distribution : Distribution
+
+    Returns
+    -------
+    PropagatedErrors
+    """
+    n_axes, n_points = errors.n_axes, len(errors.point_ids)
+    weights = _per_axis(distribution.weights, n_axes)
+    n_used = len(distribution.control_places)
+    densified = sparse.csr_array(
+        (np.ones(n_used), (np.arange(n_used), distribution.control_places)),
+        shape=(n_used, n_points),
+    )
+    left = sparse.eye_array(n_points * n_axes) - weights @ _per_axis(densified, n_axes)
+    chains = {name: (left, *chain) for name, chain in errors.chains.items()}
+    n_control = len(errors.standard_errors["control"])
+    given = sparse.csr_array(
+        (np.ones(n_used), (np.arange(n_used), distribution.control_sources)),
+        shape=(n_used, n_control),
+    )
+    direct = weights @ _per_axis(given, n_axes)
+    chains["control"] = _with_direct_part(chains["control"], direct)
+    size = (n_axes, n_axes)
+    blocks = {
+        name: tuple(sparse.bsr_array(part, blocksize=size) for part in chain)
+        for name, chain in chains.items()
+    }
+    return propagate(errors.point_ids, blocks, errors.standard_errors, n_axes)
+
+
+def _per_axis(weights, n_axes):
+    return sparse.kron(weights, sparse.eye_array(n_axes), format="csr")
+
+
+def _with_direct_part(chain, direct):
+    """Chain whose product is that of ``chain`` plus ``direct``, without forming it."""
+    through = sparse.eye_array(direct.shape[1])
+    first, *middle, last = chain
+    return (
+        sparse.hstack([first, direct]),
+        *(sparse.block_diag([part, through]) for part in middle),
+        sparse.vstack([last, through]),
+    )

@@ -1,0 +1,1 @@
+"""Residuals of control points, distributed to the points between them."""
