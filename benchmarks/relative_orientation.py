@@ -2,9 +2,12 @@
 
 ``orient_from_images``, and ``orient_pairs`` under it, against scipy's
 Levenberg-Marquardt on the coplanarity condition, weighted by its gradient (Sampson),
-pair by pair. scipy gives the elements and nothing else; ours gives covariance,
-residuals and, from the table, model coordinates too.
+and against PoseLib's refinement in C++ where it is installed, pair by pair. Both give
+the elements and nothing else, and need a start; ours gives covariance, residuals and,
+from the table, model coordinates too.
 """
+
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -57,7 +60,8 @@ def run():
                         lambda: _by_scipy(few),
                         N_LOOP,
                         floor=FLOOR[name],
-                    )
+                    ),
+                    *_poselib_contenders(few),
                 ],
             )
             for name, ours in ways
@@ -123,6 +127,50 @@ def _by_scipy(pairs):
         model_id: least_squares(_sampson, np.zeros(5), method="lm", args=_rays(part))
         for model_id, part in pairs.groupby("model_id", sort=False)
     }
+
+
+def _poselib_contenders(few):
+    try:
+        import poselib  # noqa: PLC0415
+    except ImportError:
+        print("\nPoseLib is not installed (extra: bench): it does not take part")
+        return []
+    run = partial(_by_poselib, poselib, few)
+    _assert_same_angles(run(), few)
+    return [Contender("PoseLib refine_relative_pose, pose only", run, N_LOOP)]
+
+
+def _by_poselib(poselib, few):
+    """Poses of camera systems with y downwards and z ahead, from the normal case."""
+    camera = {
+        "model": "PINHOLE",
+        "width": 460,
+        "height": 460,
+        "params": [PRINCIPAL_DISTANCE, PRINCIPAL_DISTANCE, 0.0, 0.0],
+    }
+    options = {"loss_type": "TRIVIAL", "max_iterations": 100, "gradient_tol": 1e-14}
+    poses = {}
+    for model_id, part in few.groupby("model_id", sort=False):
+        start = poselib.CameraPose()
+        start.t = np.array([-1.0, 0.0, 0.0])
+        left, right = (
+            part[[f"x_{side}", f"y_{side}"]].to_numpy() * [1.0, -1.0]
+            for side in ("left", "right")
+        )
+        poses[model_id], _ = poselib.refine_relative_pose(
+            left, right, start, camera, camera, options
+        )
+    return poses
+
+
+def _assert_same_angles(poses, few):
+    ours = orient_from_images(few, PRINCIPAL_DISTANCE)
+    flip = np.diag([1.0, -1.0, -1.0])
+    for model_id, pose in poses.items():
+        angles = ours.parameters.loc[model_id, ["omega", "phi", "kappa"]].to_numpy()
+        # axes turned by half a turn about x; their rotation goes from left to right
+        turn = flip @ rotation_from_angles(*angles) @ flip
+        assert np.abs(turn - pose.R).max() < 1e-6, (model_id, turn - pose.R)
 
 
 def _assert_same(ours, few):

@@ -387,6 +387,31 @@ def test_suspects_are_taken_out(faulty_pairs, image_pairs):
     pd.testing.assert_frame_equal(good.parameters, plain.parameters)
 
 
+@pytest.mark.parametrize("norm", ["huber", "tukey"])
+def test_suspects_get_less_weight(faulty_pairs, image_pairs, norm):
+    oriented = orient_from_images(faulty_pairs, C, outliers=norm)
+    assert oriented.n_points["blunder"] == 15
+    row = oriented.residuals.set_index(["model_id", "point_id"]).loc[("blunder", "p3")]
+    assert row["weight"] < 0.05
+    assert row["is_suspect"]
+    snooped = orient_from_images(faulty_pairs, C, outliers="snoop")
+    columns = ["w", "p_value", "is_suspect"]
+    pd.testing.assert_frame_equal(
+        oriented.residuals[columns], snooped.residuals[columns]
+    )
+    angles = ["omega", "phi", "kappa"]
+    apart = oriented.parameters[angles] - snooped.parameters[angles]
+    kept = orient_from_images(faulty_pairs, C).parameters[angles]
+    covariance = snooped.covariance("blunder").loc[angles, angles]
+    sigma = np.sqrt(np.diag(covariance))
+    assert (apart.loc["blunder"].abs() < sigma).all()
+    spoilt = (kept - snooped.parameters[angles]).loc["blunder"].abs()
+    assert (spoilt > 3.0 * sigma).any()
+    assert "blunder p3. They have less weight" in " ".join(oriented.summary().split())
+    with pytest.raises(SettingsError, match="weights, which the determinants do not"):
+        orient_from_images(image_pairs, C, estimator="determinants", outliers=norm)
+
+
 def test_summary_names_what_was_taken_out(faulty_pairs):
     said = orient_from_images(faulty_pairs, C, outliers="snoop").summary()
     assert "blunder p3. They were taken out: measure them" in " ".join(said.split())

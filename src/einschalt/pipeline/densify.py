@@ -20,10 +20,7 @@ from einschalt.stages.stage1_approximate_coordinates import (
     approximate_coordinates,
     require_usable,
 )
-from einschalt.stages.stage2_relative_orientation import (
-    ORIENTATION_COLUMNS,
-    relative_orientation,
-)
+from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage3_model_transformation import (
     STAGE,
     ModelTransformation,
@@ -109,7 +106,11 @@ class DensificationResult(Result):
     orientations : DataFrame
         flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],
         is_converged, verdict (on the dangerous surface: safe, weak, critical),
-        inflation, reason, then the elements; no rows where nothing was oriented.
+        inflation, reason, m_g_intersection_um, m_g_orientation_um, then the elements;
+        no rows where nothing was oriented.
+    orientation_residuals : DataFrame
+        flight, coverage, model_id, point_id, then the residuals of stage 2 [mm] and,
+        of images, weight, w, p_value, is_suspect; no rows where nothing was oriented.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     single_values : DataFrame
@@ -136,6 +137,7 @@ class DensificationResult(Result):
     models: pd.DataFrame
     residuals: pd.DataFrame
     orientations: pd.DataFrame
+    orientation_residuals: pd.DataFrame
     failures: pd.DataFrame
     single_values: pd.DataFrame
     approximations: pd.DataFrame
@@ -191,7 +193,10 @@ def densify(block, settings=None, *, progress=None):
     require_control(block, settings)
     said = progress or _silent
     said("relative orientation", 0.0)
-    flights = {name: relative_orientation(f) for name, f in block.flights.items()}
+    flights = {
+        name: relative_orientation(flight, outliers=settings.outliers)
+        for name, flight in block.flights.items()
+    }
     said("approximate coordinates", 0.3)
     high = _high_flight(block, flights, settings)
     approximations = block.approximate_points if high is None else high.points
@@ -234,7 +239,8 @@ def _result(block, settings, stages, seconds):
         points=points,
         models=_by_flight(high, low, _models_with_parameters),
         residuals=_by_flight(high, low, lambda fit: fit.residuals),
-        orientations=_orientations(stages.flights),
+        orientations=_of_flights(stages.flights, "orientations"),
+        orientation_residuals=_of_flights(stages.flights, "residuals"),
         failures=failures,
         single_values=values[values["easting"].notna()].reset_index(drop=True),
         approximations=block.approximate_points if high is None else high.points,
@@ -344,16 +350,15 @@ def _models_with_parameters(fit):
     return pd.concat([fit.models, fit.parameters.reset_index(drop=True)], axis=1)
 
 
-def _orientations(flights):
-    parts = [
-        oriented.orientations.assign(flight=name)
-        for name, oriented in flights.items()
-        if len(oriented.orientations)
-    ]
+def _of_flights(flights, table):
+    """A table of stage 2 of all flights that were oriented."""
+    of_flights = {name: getattr(oriented, table) for name, oriented in flights.items()}
+    parts = [part.assign(flight=name) for name, part in of_flights.items() if len(part)]
     if not parts:
-        return pd.DataFrame(columns=["flight", *ORIENTATION_COLUMNS])
-    table = pd.concat(parts, ignore_index=True)
-    return table[["flight", *(name for name in table if name != "flight")]]
+        empty = next(iter(of_flights.values()))
+        return pd.DataFrame(columns=["flight", *empty.columns])
+    joined = pd.concat(parts, ignore_index=True)
+    return joined[["flight", *(name for name in joined if name != "flight")]]
 
 
 def _failures(flights, high, low):

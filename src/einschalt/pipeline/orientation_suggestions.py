@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.typesetting import count, fixed, names, shortened
-from einschalt.pipeline.suggestion import Suggestion
+from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 
 MEASURE_ELSEWHERE = "Measure points in them that lie higher or lower, or farther apart"
 WORST_FIRST = ("critical", "weak")
@@ -46,6 +46,42 @@ def models_near_a_dangerous_surface(result):
         f"Relative orientation near a dangerous surface: {', '.join(parts)}; omega is "
         f"{known}",
         MEASURE_ELSEWHERE,
+    )
+
+
+def image_points_that_contradict(result):
+    """Image points that contradict their pair, and what was done with them."""
+    rows = result.orientation_residuals
+    if "is_suspect" not in rows or not rows["is_suspect"].any():
+        return None
+    p_value = rows["p_value"].to_numpy(dtype=float)
+    # a suspect of one pair in a thousand is chance: the worst must stand out of all
+    if np.nanmin(p_value) * np.isfinite(p_value).sum() > SIGNIFICANCE:
+        return None
+    suspects = rows[rows["is_suspect"]].sort_values("p_value", kind="stable")
+    shown = names(
+        [
+            f"{flight.removesuffix('_flight')} {shortened(model)} {shortened(point)}"
+            for flight, model, point in zip(
+                suspects["flight"],
+                suspects["model_id"],
+                suspects["point_id"],
+                strict=True,
+            )
+        ],
+        4,
+    )
+    done = {
+        "keep": 'Measure them again, or set outliers = "snoop"',
+        "snoop": "They were taken out of the orientation: measure them again",
+    }
+    return Suggestion(
+        f"{count(len(suspects), 'image point')} that contradict their pair, worst "
+        f"first (flight, model, point): {shown}",
+        done.get(
+            result.settings.outliers,
+            "They have less weight in the orientation: measure them again",
+        ),
     )
 
 

@@ -17,6 +17,7 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.orientation_suggestions import (
+    image_points_that_contradict,
     models_near_a_dangerous_surface,
     orientations_without_convergence,
 )
@@ -51,6 +52,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         points_without_coordinates(result),
         orientations_without_convergence(result),
         models_near_a_dangerous_surface(result),
+        image_points_that_contradict(result),
         check_differences(result),
         control_differences(result),
         shifted_block(result),

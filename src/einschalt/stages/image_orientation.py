@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.units import (
     METRES_PER_MM,
     METRES_PER_UM,
@@ -15,6 +16,7 @@ from einschalt.foundations.units import (
 from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
+from einschalt.theory.relative_orientation.deformation_error import deformation_variance
 from einschalt.theory.relative_orientation.model_precision import (
     N_CHANGES,
     OrientedPairs,
@@ -37,6 +39,9 @@ LARGE = "sigma_0 is more than three times the median. Look for gross errors."
 CONTRADICT = "Points that contradict their models, worst first (model, point):"
 MEASURE_AGAIN = "Measure them again, or take them out with outliers = 'snoop'."
 TAKEN_OUT = "They were taken out: measure them again."
+LESS_WEIGHT = "They have less weight: measure them again."
+# weights that fell so far that the point hardly counts
+SMALL_WEIGHT = 0.5
 MOST_LISTED = 12
 
 
@@ -62,10 +67,11 @@ class ImageOrientation(ModelResult):
     residuals : DataFrame
         [coverage,] model_id, point_id, residual_x_left, residual_y_left,
         residual_x_right, residual_y_right [mm] (adjusted less measured),
-        redundancy_number (of the condition of the point), weight (1, NaN where the
-        point was taken out), w (length of the four residuals over its standard error),
-        p_value, is_suspect. Of a point that was taken out the residuals are what the
-        model misses it by, its redundancy number is 1, and it is a suspect.
+        redundancy_number (of the condition of the point), weight (1, less after a
+        robust norm, NaN where the point was taken out), w (length of the four residuals
+        over its standard error), p_value, is_suspect. Of a point that was taken out
+        the residuals are what the model misses it by, its redundancy number is 1, and
+        it is a suspect.
     model_points : DataFrame
         [coverage,] model_id, point_id, x, y, z in the unit of the base: intersections
         of the adjusted rays ("rigorous"), or with the mean of both y ("determinants");
@@ -167,6 +173,37 @@ class ImageOrientation(ModelResult):
         table["base_to_height"] = squares[0] / np.sqrt(squares[1])
         return table
 
+    @cached_property
+    def measuring_error(self):
+        """What image coordinates and orientation make of m_g: DataFrame by model_id.
+
+        m_g_intersection_um, m_g_orientation_um: total errors in plan at the mean image
+        scale of the model, of the intersection of rays, and of what an affine
+        transformation leaves of the orientation's error. NaN without redundancy.
+        """
+        xyz, start = self._points_of_models()
+        # NaN where there is no model
+        count = np.where(np.diff(start), np.diff(start), np.nan)
+        sigma_0 = self.models["sigma_0"].to_numpy()
+        # image scale: principal distance over the mean depth of the points
+        depth = np.abs(segment_sum(xyz[:, 2], start) / count)
+        scale = self.pairs.distance[:, 0] / depth
+        own = np.trace(self._precision.image_part[:, :2, :2], axis1=1, axis2=2)
+        bent = deformation_variance(
+            self._precision.gain[:, :2],
+            self.pairs.orientation.cofactor,
+            xyz[:, :2],
+            start,
+        )
+        to_um = sigma_0 * scale * METRES_PER_MM / METRES_PER_UM
+        return pd.DataFrame(
+            {
+                "m_g_intersection_um": np.sqrt(segment_sum(own, start) / count) * to_um,
+                "m_g_orientation_um": np.sqrt(bent) * to_um,
+            },
+            index=pd.Index(self.models["model_id"], name="model_id"),
+        )
+
     def model_covariance(self, model_id, coverage=None):
         """Covariance matrix of all points of a model.
 
@@ -265,7 +302,11 @@ def _suspects(result):
     if rows.empty:
         return []
     named = [f"{row.model_id} {row.point_id}" for row in rows.itertuples()]
-    remedy = TAKEN_OUT if rows["weight"].isna().any() else MEASURE_AGAIN
+    remedy = MEASURE_AGAIN
+    if rows["weight"].isna().any():
+        remedy = TAKEN_OUT
+    elif (rows["weight"] < SMALL_WEIGHT).all():
+        remedy = LESS_WEIGHT
     return [f"{CONTRADICT} {typesetting.names(named)}. {remedy}"]
 
 

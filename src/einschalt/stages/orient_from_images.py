@@ -36,11 +36,15 @@ from einschalt.theory.relative_orientation.orientation_elements import (
     CASES,
     orientation_elements,
 )
+from einschalt.theory.relative_orientation.robust_orientation import (
+    NORMS,
+    orient_robustly,
+)
 
 STAGE = "stage2_relative_orientation"
 KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
-OUTLIERS = ("keep", "snoop")
+OUTLIERS = ("keep", "snoop", "huber", "tukey")
 # probability with which a model without gross errors gets a suspect
 SIGNIFICANCE = 0.001
 # the rule of model coordinates that belongs to the estimator
@@ -82,9 +86,11 @@ def orient_from_images(
     estimator : {"rigorous", "determinants"}
         Gauss-Helmert with equal weights of the four image coordinates, or the least sum
         of squares of the unweighted determinants, as in lecture notes.
-    outliers : {"keep", "snoop"}
+    outliers : {"keep", "snoop", "huber", "tukey"}
         Only name the points that contradict their model, or take them out: first those
-        that most of the points contradict, then the worst one until none is left.
+        that most of the points contradict, then the worst one until none is left; or
+        keep them all with weights that fall with the size of their misclosure (only
+        with the rigorous estimator).
 
     Returns
     -------
@@ -118,11 +124,10 @@ def orient_from_images(
     _check_unit(checked.frame, np.max(principal_distance))
     measured = _Measured.of(checked.frame, "coverage" in image_pairs.columns)
     points = measured.pairs(principal_distance)
-    is_out = np.zeros(len(points.image), dtype=bool)
-    if outliers == "snoop":
-        is_out = find_gross_errors(points, estimator, SIGNIFICANCE)
+    is_wrong = _gross_errors(points, estimator, outliers)
+    is_out = is_wrong & (outliers == "snoop")
     used = points.chosen(~is_out)
-    pairs = used.orient(estimator)
+    pairs, factors = _orient(used, estimator, outliers)
     models = _models_table(measured.names, pairs, case)
     length = _base_lengths(base_length, models)
     elements = orientation_elements(pairs, length, case)
@@ -142,15 +147,30 @@ def orient_from_images(
         models=models,
         parameters=pd.DataFrame(elements.values, index, list(elements.names)),
         elements=elements,
-        residuals=_residuals_table(measured.keys, points, is_out, pairs)[
-            is_good[points.model]
-        ].reset_index(drop=True),
+        residuals=measured.keys.assign(
+            **_residuals(points, is_out, pairs, factors),
+            **_tests(points, is_wrong, is_out, pairs),
+        )[is_good[points.model]].reset_index(drop=True),
         model_points=_points_table(measured.keys[~is_out], model.xyz)[
             is_good[used.model]
         ].reset_index(drop=True),
         failures=_failures(models, pairs.status),
         pairs=OrientedPairs(pairs, length, case, used.distance),
     )
+
+
+def _gross_errors(points, estimator, outliers):
+    if outliers == "keep":
+        return np.zeros(len(points.image), dtype=bool)
+    return find_gross_errors(points, estimator, SIGNIFICANCE)
+
+
+def _orient(points, estimator, outliers):
+    """Orientation of all pairs, and the factors of their points' weights."""
+    if outliers not in NORMS:
+        return points.orient(estimator), np.ones(len(points.image))
+    robust = orient_robustly(points, outliers)
+    return robust.orientation, robust.factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,6 +212,12 @@ def _check_arguments(principal_distance, case, estimator, outliers):
             raise SettingsError(
                 f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
             )
+    if outliers in NORMS and estimator != "rigorous":
+        raise SettingsError(
+            f"outliers = {outliers!r} with estimator = {estimator!r}",
+            expected="weights, which the determinants do not have",
+            remedy='Use estimator = "rigorous", or outliers = "snoop"',
+        )
     distance = np.atleast_1d(_as_numbers("principal_distance", principal_distance))
     is_good = (distance >= SMALLEST_DISTANCE_MM) & (distance <= LARGEST_DISTANCE_MM)
     if distance.shape not in ((1,), (2,)) or not is_good.all():
@@ -311,26 +337,34 @@ def _failures(models, status):
     )
 
 
-def _residuals_table(keys, points, is_out, pairs):
-    others = points.chosen(is_out)
+def _residuals(points, is_out, pairs, factors):
+    """Columns that say how far each point is off, and how much it counts."""
     residuals, numbers = np.empty((len(is_out), 4)), np.ones(len(is_out))
     residuals[~is_out] = pairs.residuals
-    residuals[is_out] = misclosures(pairs, others).corrections
+    residuals[is_out] = misclosures(pairs, points.chosen(is_out)).corrections
     numbers[~is_out] = pairs.redundancy_numbers
-    tests = condition_tests(pairs, points.chosen(~is_out))
+    names = [f"residual_{name}" for name in COORDINATES]
+    return {
+        **dict(zip(names, residuals.T, strict=True)),
+        "redundancy_number": numbers,
+        "weight": _merged(is_out, factors, np.nan),
+    }
+
+
+def _tests(points, is_wrong, is_out, pairs):
+    """Columns of the tests; those of points in robust fits are of data snooping."""
+    used, others = points.chosen(~is_wrong), points.chosen(is_wrong)
+    if is_wrong.sum() > is_out.sum():
+        pairs = used.orient("rigorous")
+    tests = condition_tests(pairs, used)
     predicted = prediction_tests(pairs, others)
-    used = points.chosen(~is_out)
-    is_suspect = is_out.copy()
-    is_suspect[~is_out] = is_rejected_by_holm(tests.p_value, used.start, SIGNIFICANCE)
-    table = keys.copy()
-    table[[f"residual_{name}" for name in COORDINATES]] = residuals
-    return table.assign(
-        redundancy_number=numbers,
-        weight=np.where(is_out, np.nan, 1.0),
-        w=_merged(is_out, tests.w, predicted.w),
-        p_value=_merged(is_out, tests.p_value, predicted.p_value),
-        is_suspect=is_suspect,
-    )
+    is_suspect = is_wrong.copy()
+    is_suspect[~is_wrong] = is_rejected_by_holm(tests.p_value, used.start, SIGNIFICANCE)
+    return {
+        "w": _merged(is_wrong, tests.w, predicted.w),
+        "p_value": _merged(is_wrong, tests.p_value, predicted.p_value),
+        "is_suspect": is_suspect,
+    }
 
 
 def _merged(is_out, of_used, of_others):

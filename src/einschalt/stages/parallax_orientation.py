@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
+from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -19,6 +20,10 @@ from einschalt.stages.dangerous_surface import (
 from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.theory.adjustment.least_squares import pooled_standard_error
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
+from einschalt.theory.relative_orientation.deformation_error import (
+    correction_derivatives,
+    deformation_variance,
+)
 from einschalt.theory.relative_orientation.hallert import ParallaxAdjustment
 from einschalt.theory.relative_orientation.model_correction import correct_model
 from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
@@ -237,10 +242,15 @@ class CorrectedModelPoints:
         models in ``failures``.
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
+    orientation_error : ndarray, shape (n_models,)
+        Of each orientation, what an affine transformation leaves of its error in the
+        plan coordinates of these points: total, in their unit. NaN where nothing was
+        redundant, or fewer than three points were corrected.
     """
 
     points: pd.DataFrame
     failures: pd.DataFrame
+    orientation_error: np.ndarray
 
 
 def correct_model_points(orientation, model_points):
@@ -279,6 +289,7 @@ def correct_model_points(orientation, model_points):
         orientation.adjustment.elements[model],
         orientation.case,
     )
+    error = _orientation_error(orientation, xyz[rows], model)
     # rays that part meet above the centres, or nowhere
     is_apart = ~(corrected[:, 2] < 0.0)
     faults.say_of_rows(asked.codes[is_apart], APART, CHECK_PARALLAXES)
@@ -286,7 +297,22 @@ def correct_model_points(orientation, model_points):
     shared = [name for name in frame.columns if name in model_points.columns]
     points = model_points.assign(**{name: frame[name] for name in shared})
     is_kept = faults.is_sound[asked.codes]
-    return CorrectedModelPoints(points[is_kept], faults.table(asked.names))
+    return CorrectedModelPoints(points[is_kept], faults.table(asked.names), error)
+
+
+def _orientation_error(orientation, xyz, model):
+    sort = segments(model, len(orientation.models))
+    xyz, model = xyz[sort.order], model[sort.order]
+    derivatives = correction_derivatives(
+        xyz,
+        orientation.models["base"].to_numpy(dtype=float)[model],
+        orientation.adjustment.elements[model],
+        orientation.case,
+    )
+    variance = deformation_variance(
+        derivatives[:, :2], orientation.adjustment.cofactor, xyz[:, :2], sort.start
+    )
+    return np.sqrt(variance) * orientation.adjustment.sigma_0
 
 
 def _find_models(orientation, names, has_coverages, faults):

@@ -7,10 +7,11 @@ through unchanged.
 
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError, name_some
-from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
 from einschalt.stages.orient_from_images import orient_from_images
 from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
 from einschalt.stages.parallax_orientation import correct_model_points
@@ -19,6 +20,8 @@ from einschalt.stages.results import FAILURE_COLUMNS, Result
 STAGE = "stage2_relative_orientation"
 LENGTHS = ("x", "y", "z", "y_parallax", "base")
 SURFACE_COLUMNS = ["verdict", "inflation", "reason"]
+MEASURING_ERRORS = ["m_g_intersection_um", "m_g_orientation_um"]
+KEYS = ["model_id", "point_id"]
 ORIENTATION_COLUMNS = [
     "coverage",
     "model_id",
@@ -28,6 +31,7 @@ ORIENTATION_COLUMNS = [
     "sigma_0",
     "is_converged",
     *SURFACE_COLUMNS,
+    *MEASURING_ERRORS,
 ]
 
 
@@ -43,14 +47,21 @@ class RelativeOrientation(Result):
     orientations : DataFrame
         coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
         verdict (safe, weak, critical), inflation (standard error of omega over that on
-        flat terrain), reason (empty where safe), then the elements [rad, mm]; no rows
-        where nothing was to be oriented.
+        flat terrain), reason (empty where safe), m_g_intersection_um (from images, NaN
+        otherwise), m_g_orientation_um (what an affine transformation leaves of the
+        orientation's error; total, of images at image scale, of parallaxes at that of
+        the model), then the elements [rad, mm]; no rows where nothing was to be
+        oriented.
+    residuals : DataFrame
+        coverage, model_id, point_id, and the columns of the orientation's residuals
+        [mm]; no rows where nothing was to be oriented.
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
     """
 
     model_points: pd.DataFrame
     orientations: pd.DataFrame
+    residuals: pd.DataFrame
     failures: pd.DataFrame
 
     def summary(self):
@@ -66,7 +77,7 @@ class RelativeOrientation(Result):
         )
 
 
-def relative_orientation(flight):
+def relative_orientation(flight, *, outliers="keep"):
     """Orient the models of a flight and give their corrected points.
 
     Parameters
@@ -74,6 +85,9 @@ def relative_orientation(flight):
     flight : Flight
         With ``model_points`` (and ``y_parallaxes``, ``base``), or ``image_points``,
         ``models`` and ``camera`` or ``principal_distance_mm``.
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        What happens to image points that contradict their pair: they are only named,
+        taken out, or given less weight. Six parallaxes cannot spare one: they are kept.
 
     Returns
     -------
@@ -89,12 +103,13 @@ def relative_orientation(flight):
         Model points that are to be corrected have no z.
     """
     if flight.image_points is not None:
-        return _from_images(flight)
+        return _from_images(flight, outliers)
     if flight.y_parallaxes is not None:
         return _from_parallaxes(flight)
     return RelativeOrientation(
         flight.points_to_fit,
         pd.DataFrame(columns=ORIENTATION_COLUMNS),
+        pd.DataFrame(columns=["coverage", *KEYS]),
         pd.DataFrame(columns=FAILURE_COLUMNS),
     )
 
@@ -140,16 +155,20 @@ def _require_points(points, failures):
     )
 
 
-def _from_images(flight):
+def _from_images(flight, outliers):
     pairs = image_pairs(flight.image_coordinates(), flight.models)
     oriented = orient_from_images(
-        pairs, flight.principal_distance_mm, **_given(case=flight.orientation_case)
+        pairs,
+        flight.principal_distance_mm,
+        **_given(case=flight.orientation_case),
+        outliers=outliers,
     )
     _require_points(oriented.model_points, oriented.failures)
     points = _at_image_scale(oriented.model_points, flight.principal_distance_mm)
     return RelativeOrientation(
         points,
-        _orientations(oriented, oriented.converged),
+        _orientations(oriented, oriented.converged, oriented.measuring_error),
+        oriented.residuals,
         oriented.failures.assign(stage=STAGE),
     )
 
@@ -176,9 +195,17 @@ def _from_parallaxes(flight):
     corrected = correct_model_points(oriented, _scaled(flight.model_points, to_mm))
     failures = pd.concat([oriented.failures, corrected.failures], ignore_index=True)
     _require_points(corrected.points, failures)
+    um_per_mm = METRES_PER_MM / METRES_PER_UM
+    measuring_error = pd.DataFrame(
+        {
+            "m_g_intersection_um": np.nan,
+            "m_g_orientation_um": corrected.orientation_error * um_per_mm,
+        }
+    )
     return RelativeOrientation(
         flight.to_fit(_scaled(corrected.points, 1.0 / to_mm)),
-        _orientations(oriented, oriented.models["is_usable"]),
+        _orientations(oriented, oriented.models["is_usable"], measuring_error),
+        oriented.residuals,
         failures.drop_duplicates(["coverage", "model_id"]).assign(stage=STAGE),
     )
 
@@ -191,7 +218,7 @@ def _scaled(lengths, factor):
     return lengths.assign(**{name: lengths[name] * factor for name in names})
 
 
-def _orientations(oriented, is_converged):
+def _orientations(oriented, is_converged, measuring_error):
     models = oriented.models
     facts = pd.DataFrame(
         {
@@ -206,4 +233,5 @@ def _orientations(oriented, is_converged):
     )
     surfaces = oriented.dangerous_surface.reset_index(drop=True)
     facts[SURFACE_COLUMNS] = surfaces[SURFACE_COLUMNS]
+    facts[MEASURING_ERRORS] = measuring_error[MEASURING_ERRORS].to_numpy()
     return pd.concat([facts, oriented.parameters.reset_index(drop=True)], axis=1)

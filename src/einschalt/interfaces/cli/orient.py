@@ -72,8 +72,9 @@ def orient(
         Path, "a camera.toml, in place of --principal-distance: TABLE in its pixels."
     ) = None,
     outliers: _images(
-        Literal["keep", "snoop"],
-        "keep points that contradict their model, or take them out (default: keep).",
+        Literal["keep", "snoop", "huber", "tukey"],
+        "keep points that contradict their model, take them out, or give them less "
+        "weight (default: keep).",
     ) = None,
     terrain: _terrain(
         Path, "instead of TABLE: model_id, h1 … h6, heights in standard points [m]."

@@ -22,6 +22,7 @@ from einschalt.interfaces.reports.html_report import render
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
+IF_ANY = ("orientation_residuals",)
 FIRST_COLUMNS = {
     "points": (
         "point_id",
@@ -73,6 +74,7 @@ FIRST_COLUMNS = {
         "is_suspect",
     ),
     "orientations": ("flight", "coverage", "model_id"),
+    "orientation_residuals": ("flight", "coverage", "model_id", "point_id"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all
@@ -148,12 +150,14 @@ def refuse_block_folder(folder):
 
 def _write_tables(result, folder):
     written = []
-    for name in (*TABLES, "failures"):
+    # a table of its own where there is anything in it
+    further = [name for name in IF_ANY if len(getattr(result, name))]
+    for name in (*TABLES, *further, "failures"):
         frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
         decimals = {column: _decimals(column) for column in frame.columns}
         write_csv(frame, folder / f"{name}.csv", decimals=decimals)
         written.append(f"{name}.csv")
-        if name in TABLES:
+        if name != "failures":
             write_parquet(frame, folder / f"{name}.parquet")
             written.append(f"{name}.parquet")
     return written

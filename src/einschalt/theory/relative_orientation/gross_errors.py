@@ -152,21 +152,35 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
         size = np.empty(end - begin)
         pose, zr = pose_at(poses[k]), right_z[k]
         for turn in range(N_ABSOLUTE_STEPS + N_TUKEY_STEPS):
-            scale = _scale(image, zr, pose, size)
+            scale = misclosure_scale(image, zr, pose, size)
             sums = _weighted_sums(image, zr, pose, scale, turn >= N_ABSOLUTE_STEPS)
             step, _ = descent_step(sums, 0.0)
             if not math.isfinite(step[0]):
                 break
             pose = moved(pose, step)
-        scale = _scale(image, zr, pose, size)
+        scale = misclosure_scale(image, zr, pose, size)
         # nothing is far where most points fit exactly
         if scale > 0.0 and np.sum(size > PUT_ASIDE * scale) < 0.5 * (end - begin):
             is_out[begin:end] = size > PUT_ASIDE * scale
 
 
 @numba.njit(**COMPILED)
-def _scale(image, zr, pose, size):
-    """Standard error of a misclosure by the median; fills their sizes."""
+def misclosure_scale(image, zr, pose, size):
+    """Standard error of a misclosure by the median; fills their sizes.
+
+    Parameters
+    ----------
+    image : ndarray, shape (4, n)
+    zr : float
+    pose : pose
+    size : ndarray, shape (n,)
+        Filled with the lengths of the corrections that close each condition.
+
+    Returns
+    -------
+    float
+        In left principal distances.
+    """
     base, rotation = pose
     n = image.shape[1]
     for i in range(n):

@@ -1,0 +1,244 @@
+"""Relative orientations that gross errors do not spoil, of all pairs at once.
+
+Iteratively reweighted least squares: each condition has, beside the weight of its image
+coordinates, a factor that falls with the size of its misclosure (Huber, Tukey). It
+begins at the ordinary orientation, with the weights of absolute values, so that a few
+large errors have lost their pull before the norm begins.
+
+Conditions are weighted at the measured coordinates (Sampson's error); that of corrected
+coordinates differs from it by squares of image errors over the principal distance.
+
+Sources: Huber 1981, ch. 7; see docs/theory/robust.md.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+
+from einschalt.foundations.batches import over_segments
+from einschalt.theory.adjustment.norms import HUBER, TUKEY
+from einschalt.theory.relative_orientation.coplanarity import (
+    BEHIND,
+    MOST_BEHIND,
+    NOT_CONVERGED,
+    ORIENTED,
+    PairOrientation,
+    spread_cofactor,
+)
+from einschalt.theory.relative_orientation.coplanarity_condition import (
+    COMPILED,
+    NO_SUMS,
+    SQUARES,
+    add_condition,
+    coplanarity,
+    descent_step,
+    factorise,
+    frame_of,
+    moved,
+    parameter_row,
+    solve,
+)
+from einschalt.theory.relative_orientation.coplanarity_solution import (
+    N_PARAMETERS,
+    pose_at,
+)
+from einschalt.theory.relative_orientation.gross_errors import (
+    FEWEST_POINTS,
+    LEAST_SIZE,
+    misclosure_scale,
+)
+from einschalt.theory.relative_orientation.starting_orientations import facing
+
+N_ABSOLUTE_STEPS, MOST_STEPS = 10, 500
+# medians may jump to and fro for ever: after so many steps the scale is held
+STEPS_WITH_SCALE = 250
+# square of the last step in units of its standard error
+LAST_STEP = 1e-14
+# what is left of numbers of the order of 1 where points fit exactly
+ROUNDING = 1e-13
+# limits for one condition, and the norm by its name
+NORMS = {"huber": (1.345, HUBER[1]), "tukey": (4.685, TUKEY[1])}
+
+
+@dataclass(frozen=True, eq=False)
+class RobustOrientation:
+    """Robust relative orientations.
+
+    Attributes
+    ----------
+    orientation : PairOrientation
+        ``sum_of_squares`` is such that sigma_0 is that of a good image coordinate.
+    factors : ndarray, shape (n_points,)
+        Of the weights, 0 to 1; 1 in pairs of fewer than eight points, whose majority
+        is not worth more than the worst of them.
+    """
+
+    orientation: PairOrientation
+    factors: np.ndarray
+
+
+def orient_robustly(pairs, norm):
+    """Orient all pairs with weights that fall with the size of a misclosure.
+
+    Parameters
+    ----------
+    pairs : StereoPairs
+    norm : {"huber", "tukey"}
+
+    Returns
+    -------
+    RobustOrientation
+        Pairs that could not be oriented at all are what they were.
+    """
+    ordinary = pairs.orient("rigorous")
+    start = np.ascontiguousarray(pairs.start, dtype=np.int64)
+    left = pairs.distance[pairs.model, 0]
+    turned = np.swapaxes(ordinary.rotation, 1, 2).reshape(-1, 9)
+    poses = np.hstack([ordinary.base, turned])
+    out = (
+        poses,
+        ordinary.cofactor * pairs.distance[:, :1, None] ** 2,
+        ordinary.sum_of_squares / pairs.distance[:, 0] ** 2,
+        ordinary.n_in_front.copy(),
+        ordinary.status.copy(),
+        np.ascontiguousarray(ordinary.residuals.T / left),
+        ordinary.redundancy_numbers.copy(),
+        np.ones(len(pairs.image)),
+    )
+    limit, of_norm = NORMS[norm]
+    over_segments(
+        _orient_range,
+        start,
+        np.ascontiguousarray(pairs.image.T / left),
+        -pairs.distance[:, 1] / pairs.distance[:, 0],
+        (limit, norm == "tukey", of_norm.consistency),
+        out,
+    )
+    _, cofactor, squares, n_in_front, status, corrections, numbers, factors = out
+    robust = replace(
+        ordinary,
+        base=poses[:, :3],
+        rotation=poses[:, 3:].reshape(-1, 3, 3).transpose(0, 2, 1),
+        cofactor=cofactor / pairs.distance[:, :1, None] ** 2,
+        sum_of_squares=squares * pairs.distance[:, 0] ** 2,
+        residuals=(corrections * left).T,
+        redundancy_numbers=numbers,
+        n_in_front=n_in_front,
+        status=status,
+    )
+    return RobustOrientation(robust, factors)
+
+
+@numba.njit(**COMPILED)
+def _orient_range(first, last, start, scaled, right_z, norm, out):
+    poses, cofactor, squares, n_in_front, status, corrections, numbers, factors = out
+    for k in range(first, last):
+        begin, end = start[k], start[k + 1]
+        if end - begin < FEWEST_POINTS or not math.isfinite(poses[k, 0]):
+            continue
+        image, zr = np.ascontiguousarray(scaled[:, begin:end]), right_z[k]
+        pose, scale, is_converged = _descend(image, zr, pose_at(poses[k]), norm)
+        factor = factors[begin:end]
+        _set_factors(image, zr, pose, (scale, norm), factor)
+        closing = corrections[:, begin:end]
+        of_points = factor, closing, numbers[begin:end]
+        found = _judge(image, zr, pose, of_points, cofactor[k])
+        squares[k] = found / norm[2]
+        pose, n_in_front[k] = facing(image + closing, zr, pose)
+        is_behind = n_in_front[k] < (1.0 - MOST_BEHIND) * (end - begin)
+        status[k] = BEHIND if is_behind else ORIENTED
+        if not is_converged:
+            status[k] = NOT_CONVERGED
+        base, rotation = pose
+        for i in range(3):
+            poses[k, i] = base[i]
+        for i in range(9):
+            poses[k, 3 + i] = rotation[i]
+
+
+@numba.njit(**COMPILED)
+def _descend(image, zr, pose, norm):
+    """Pose, scale of the misclosures there, and whether it converged."""
+    size = np.empty(image.shape[1])
+    scale = misclosure_scale(image, zr, pose, size)
+    for turn in range(MOST_STEPS):
+        if 0 < turn < STEPS_WITH_SCALE:
+            # half of the way, so that steps to and fro die away
+            scale = math.sqrt(scale * misclosure_scale(image, zr, pose, size))
+        if not scale > ROUNDING:  # most points fit exactly
+            return pose, 0.0, scale >= 0.0
+        is_absolute = turn < N_ABSOLUTE_STEPS
+        sums = _normals(image, zr, pose, (scale, norm), is_absolute)
+        step, gain = descent_step(sums, 0.0)
+        if not math.isfinite(step[0]):
+            return pose, scale, False
+        pose = moved(pose, step)
+        if not is_absolute and gain <= LAST_STEP * scale * scale:
+            return pose, scale, True
+    return pose, scale, False
+
+
+@numba.njit(**COMPILED)
+def _factor(ratio, norm, is_absolute):
+    limit, is_tukey, _ = norm
+    if is_absolute:
+        return 1.0 / max(ratio, LEAST_SIZE)
+    if is_tukey:
+        share = 1.0 - (ratio / limit) ** 2
+        return share * share if share > 0.0 else 0.0
+    return limit / max(ratio, limit)
+
+
+@numba.njit(**COMPILED)
+def _normals(image, zr, pose, scaled_norm, is_absolute):
+    scale, norm = scaled_norm
+    base, tangents, rotation = frame_of(pose, False)
+    sums = NO_SUMS
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+        d0, d1, d2, d3 = by_image
+        q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
+        factor = _factor(abs(f) / math.sqrt(q) / scale, norm, is_absolute)
+        row = parameter_row(by_base, by_turn, tangents)
+        sums = add_condition(sums, row, f, factor / q)
+    return sums
+
+
+@numba.njit(**COMPILED)
+def _set_factors(image, zr, pose, scaled_norm, factor):
+    scale, norm = scaled_norm
+    misclosure_scale(image, zr, pose, factor)
+    for i in range(factor.size):
+        factor[i] = _factor(factor[i] / scale, norm, False) if scale > 0.0 else 1.0
+
+
+@numba.njit(**COMPILED)
+def _judge(image, zr, pose, of_points, cofactor):
+    """Fill corrections, redundancy numbers and cofactors; weighted sum of squares."""
+    factor, corrections, numbers = of_points
+    base, tangents, rotation = frame_of(pose, False)
+    sums = NO_SUMS
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+        q = by_image[0] ** 2 + by_image[1] ** 2 + by_image[2] ** 2 + by_image[3] ** 2
+        row = parameter_row(by_base, by_turn, tangents)
+        sums = add_condition(sums, row, f, factor[i] / q)
+        for axis in range(4):
+            corrections[axis, i] = -f / q * by_image[axis]
+    normal = factorise(sums, 0.0)
+    for i in range(image.shape[1]):
+        point = image[0, i], image[1, i], image[2, i], image[3, i]
+        _, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
+        q = by_image[0] ** 2 + by_image[1] ** 2 + by_image[2] ** 2 + by_image[3] ** 2
+        row = parameter_row(by_base, by_turn, tangents)
+        x = solve(normal, row)
+        leverage = 0.0
+        for j in range(N_PARAMETERS):
+            leverage += row[j] * x[j]
+        numbers[i] = 1.0 - factor[i] / q * leverage
+    spread_cofactor(normal, sums, tangents, cofactor)
+    return sums[SQUARES]
