@@ -152,8 +152,8 @@ IMAGE_POINTS = Schema(
     (
         Column("image_id", "id"),
         POINT_ID,
-        _number("x", "millimetres"),
-        _number("y", "millimetres"),
+        _number("x", "millimetres, or pixels of the camera"),
+        _number("y", "millimetres, or pixels of the camera"),
     ),
     key=("image_id", "point_id"),
 )

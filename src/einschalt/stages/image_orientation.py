@@ -15,6 +15,7 @@ from einschalt.foundations.units import (
 )
 from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
+from einschalt.theory.relative_orientation.coplanarity_condition import COS_45
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.deformation_error import deformation_variance
 from einschalt.theory.relative_orientation.model_precision import (
@@ -33,6 +34,10 @@ AMBIGUOUS = (
     "taken. Measure more points, at different heights."
 )
 SOME_BEHIND = "a point lies behind a camera. Look for gross errors in x."
+AGAINST_X = (
+    "the base points against x. Where it was not flown that way, left and right image "
+    "are exchanged, or the images are mirrored."
+)
 POOLED = "sigma_0 (an image coordinate, all models together)"
 NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
 LARGE = "sigma_0 is more than three times the median. Look for gross errors."
@@ -287,6 +292,7 @@ def _problems(result, good):
     for is_it, text in (
         (good["is_ambiguous"], AMBIGUOUS),
         (good["n_in_front"] < good["n_points"], SOME_BEHIND),
+        (_is_against_x(result, good), AGAINST_X),
         (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
         (_is_near_surface(result, good), NEAR_SURFACE),
     ):
@@ -294,6 +300,11 @@ def _problems(result, good):
             names = typesetting.names(good.loc[is_it, "model_id"])
             problems.append(f"model {names}: {text}")
     return [*problems, *_suspects(result)]
+
+
+def _is_against_x(result, good):
+    x = result.pairs.orientation.base[good.index, 0]
+    return pd.Series(x < -COS_45, index=good.index)
 
 
 def _suspects(result):

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import typing
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from einschalt.interfaces.cli import densify as command
 from einschalt.pipeline.settings import Settings
 
+ROOT = Path(__file__).parents[3]
 FILES = {
     *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
     *("points.parquet", "models.parquet", "residuals.parquet"),
@@ -28,6 +30,7 @@ FILES = {
         ("coverage_mean", command.CoverageMean),
         ("weighting", command.Weighting),
         ("outliers", command.Outliers),
+        ("residual_distribution", command.Distribution),
     ],
 )
 def test_options_are_those_of_settings(field, choices):
@@ -120,9 +123,11 @@ def test_an_output_that_is_a_file_is_said(invoke, block_folder, tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_an_interruption_ends_with_130(block_folder, tmp_path):
+def test_an_interruption_ends_with_130(tmp_path):
+    # a block that takes long enough to be interrupted
+    block = ROOT / "data_examples" / "neukirchen"
     done = subprocess.Popen(
-        [sys.executable, "-m", "einschalt", "densify", block_folder, "-o", tmp_path],
+        [sys.executable, "-m", "einschalt", "densify", block, "-o", tmp_path],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -388,6 +388,52 @@ def test_parquet_is_read_as_csv_is(invoke, parallaxes, tmp_path):
     assert one == other
 
 
+def test_a_base_with_a_decimal_comma_is_said(invoke, parallaxes, tmp_path):
+    done = invoke("orient", parallaxes, "--base", "92,5", "-o", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "--base: '92,5' has a decimal comma" in done.stderr
+    assert "Write 92.5" in done.stderr
+
+
+def test_hopeless_pairs_are_rows_with_verdict_and_reason(invoke, image_pairs, tmp_path):
+    good = pd.read_csv(image_pairs).query("model_id == '1/2'")
+    left, right = ["x_left", "y_left"], ["x_right", "y_right"]
+    along = np.linspace(-1.0, 1.0, 5)[:, None] * [40.0, 80.0]
+    on_line = good.iloc[:5].assign(
+        x_left=46.0 + along[:, 0], y_left=along[:, 1],
+        x_right=along[:, 0] - 46.0, y_right=along[:, 1],
+    )  # fmt: skip
+    exchanged = good.rename(columns=dict(zip(left + right, right + left, strict=True)))
+    rng = np.random.default_rng(4)
+    pairs = {
+        "on a line": on_line,
+        "one place": good.assign(x_left=1.0, y_left=1.0, x_right=2.0, y_right=2.0),
+        "no base": good.assign(x_right=good["x_left"], y_right=good["y_left"]),
+        "one mirrored": good.assign(x_right=-good["x_right"]),
+        "no pair": good.assign(
+            **dict(zip(left + right, rng.uniform(-90, 90, (4, 20)), strict=True))
+        ),
+        "four points": good.iloc[:4],
+    }
+    doubtful = {
+        "exchanged": exchanged,
+        "both mirrored": good.assign(x_left=-good["x_left"], x_right=-good["x_right"]),
+    }
+    tables = [t.assign(model_id=name) for name, t in {**pairs, **doubtful}.items()]
+    file = write(pd.concat([good, *tables])[good.columns], tmp_path / "all.csv")
+    out = tmp_path / "out"
+    done = invoke("orient", file, "--principal-distance", DISTANCE, "-o", out)
+    assert done.exit_code == 0
+    failures = read(out, "failures")
+    assert set(failures["model_id"]) == set(pairs)
+    assert failures[["reason", "remedy"]].notna().all(axis=None)
+    surfaces = read(out, "dangerous_surface").set_index("model_id")
+    assert (surfaces.loc[list(pairs), "verdict"] == "critical").all()
+    assert surfaces.loc[list(pairs), "reason"].notna().all()
+    said = " ".join(done.stdout.split())
+    assert "model exchanged, both mirrored: the base points against x" in said
+
+
 def test_as_a_process(spawn, terrain, tmp_path):
     options = ["--principal-distance", "152", "--altitude", "1600", "-o", tmp_path]
     done = spawn("orient", "--terrain", terrain, *options)

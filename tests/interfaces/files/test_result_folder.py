@@ -158,6 +158,9 @@ def test_oriented_models_stand_in_orientations(tmp_path, measurement):
     )
     assert 0 < len(orientations) <= n_models
     assert list(orientations.columns[:3]) == ["flight", "coverage", "model_id"]
+    residuals = pd.read_csv(tmp_path / "result" / "orientation_residuals.csv")
+    assert list(residuals.columns[:3]) == ["flight", "coverage", "model_id"]
+    assert len(residuals) == len(result.orientation_residuals)
 
 
 def test_a_block_is_not_overwritten_by_its_result(good_result, tmp_path):

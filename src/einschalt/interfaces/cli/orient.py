@@ -223,11 +223,22 @@ def _from_images(file, seen_by, base, options):
 def _base(text):
     """Take a base as it was written: a number, or the name of a table."""
     # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
+    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
+    from einschalt.foundations.number_texts import (  # noqa: PLC0415
+        is_number,
+        say_number,
+    )
     from einschalt.foundations.tables import MODEL_BASES  # noqa: PLC0415
     from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
 
-    return float(text) if is_number(text) else read_table(Path(text), MODEL_BASES)
+    if is_number(text):
+        return float(text)
+    if text[:1] in "+-.0123456789" and not Path(text).exists():
+        found, expected, remedy = say_number(text, "millimetres")
+        raise SettingsError(
+            f"--base: {found}", expected=f"{expected}, or a table", remedy=remedy
+        )
+    return read_table(Path(text), MODEL_BASES)
 
 
 def _read(file, schema):
