@@ -17,7 +17,7 @@ from benchmarks.racing import Contender, one_core, race
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
 from einschalt.foundations.rotations import rotation_from_angles
-from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.theory.relative_orientation.coplanarity import orient_pairs
 
 N_PAIRS, N_LOOP = 10_000, 200

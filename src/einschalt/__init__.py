@@ -14,6 +14,7 @@ from importlib import import_module
 
 __version__ = "0.1.0"
 
+_ORIENTATION = "einschalt.stages.relative_orientation"
 # name -> module; imported on first use, so that planning and help start quickly
 _HOME = {
     "read_block": "einschalt.interfaces.python_api",
@@ -28,8 +29,8 @@ _HOME = {
     "transform_models": "einschalt.stages.stage3_model_transformation",
     "error_budget": "einschalt.stages.stage4_error_budget",
     "average_coverages": "einschalt.stages.stage5_double_coverage",
-    "orient_from_parallaxes": "einschalt.stages.orient_from_parallaxes",
-    "orient_from_images": "einschalt.stages.orient_from_images",
+    "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
+    "orient_from_images": f"{_ORIENTATION}.orient_from_images",
     "simulate_block": "einschalt.interfaces.python_api",
     "BlockGeometry": "einschalt.pipeline.simulation",
     "BlockNoise": "einschalt.pipeline.simulation",

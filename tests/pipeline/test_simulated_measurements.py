@@ -7,8 +7,10 @@ from scipy import linalg, stats
 
 from einschalt.pipeline.simulated_noise import BlockNoise
 from einschalt.pipeline.simulation import PRESETS, simulate_block
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 from einschalt.stages.stage2_relative_orientation import image_pairs
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.relative_orientation.parallax_equations import predict_parallaxes

@@ -11,12 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.stages.dangerous_surface import (
+from einschalt.stages.relative_orientation.dangerous_surface import (
     HEIGHTS,
     FlightPlan,
     forecast_dangerous_surfaces,
 )
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 from einschalt.theory.relative_orientation.base_normal_planes import (
     collinearity,
     examine_planes,

@@ -7,8 +7,11 @@ import pytest
 
 from einschalt.pipeline.block_facts import ORIENTATION_CASES, ORIENTATION_METHODS
 from einschalt.pipeline.simulation import PRESETS, simulate_block
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import METHODS, orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    METHODS,
+    orient_from_parallaxes,
+)
 from einschalt.stages.stage2_relative_orientation import (
     ORIENTATION_COLUMNS,
     image_pairs,

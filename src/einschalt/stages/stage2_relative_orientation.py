@@ -12,9 +12,13 @@ import pandas as pd
 
 from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
-from einschalt.stages.parallax_orientation import correct_model_points
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
+from einschalt.stages.relative_orientation.parallax_orientation import (
+    correct_model_points,
+)
 from einschalt.stages.results import FAILURE_COLUMNS, Result
 
 STAGE = "stage2_relative_orientation"

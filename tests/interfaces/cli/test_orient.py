@@ -7,8 +7,10 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.files.camera_toml import read_camera
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 
 BASE, DEPTH, DISTANCE = 92.0, 152.0, 153.0
 OF_PARALLAXES = {

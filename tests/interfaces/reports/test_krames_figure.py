@@ -9,7 +9,9 @@ import pytest
 
 from einschalt.foundations.errors import GeometryError, TableError
 from einschalt.interfaces.reports.krames_figure import krames_figure
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 from einschalt.theory.relative_orientation.hallert import flat_six_points
 from einschalt.theory.relative_orientation.parallax_equations import (
     INDEPENDENT,

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.theory.relative_orientation.deformation_error import (
     correction_derivatives,
     deformation_variance,

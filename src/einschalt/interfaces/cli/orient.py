@@ -172,7 +172,7 @@ def _require(value, name):
 
 def _forecast(terrain, principal_distance, plan):
     # imported when the command runs, so that help does not wait for it
-    from einschalt.stages.dangerous_surface import (  # noqa: PLC0415
+    from einschalt.stages.relative_orientation.dangerous_surface import (  # noqa: PLC0415
         TERRAIN_HEIGHTS,
         FlightPlan,
         forecast_dangerous_surfaces,
@@ -186,7 +186,7 @@ def _forecast(terrain, principal_distance, plan):
 def _from_parallaxes(file, base, options):
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.tables import Y_PARALLAXES  # noqa: PLC0415
-    from einschalt.stages.orient_from_parallaxes import (  # noqa: PLC0415
+    from einschalt.stages.relative_orientation.orient_from_parallaxes import (  # noqa: PLC0415
         orient_from_parallaxes,
     )
 
@@ -203,7 +203,9 @@ def _from_images(file, seen_by, base, options):
     from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
     from einschalt.foundations.tables import IMAGE_PAIRS  # noqa: PLC0415
     from einschalt.interfaces.files.camera_toml import read_camera  # noqa: PLC0415
-    from einschalt.stages.orient_from_images import orient_from_images  # noqa: PLC0415
+    from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
+        orient_from_images,
+    )
 
     _require(file, "TABLE")
     if base is not None and not is_number(base):

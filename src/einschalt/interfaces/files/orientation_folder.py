@@ -10,7 +10,7 @@ from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.reports.krames_figure import krames_figure
 from einschalt.interfaces.reports.parallax_figure import parallax_figure
-from einschalt.stages.residual_parallaxes import (
+from einschalt.stages.relative_orientation.residual_parallaxes import (
     labels,
     parallaxes_of_images,
     parallaxes_of_parallaxes,

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.stages.dangerous_surface import turned_to_base
+from einschalt.stages.relative_orientation.dangerous_surface import turned_to_base
 from einschalt.theory.adjustment.least_squares import pooled_standard_error
 
 NAMES = ["coverage", "model_id"]

@@ -12,8 +12,12 @@ from einschalt.foundations.errors import (
     SettingsError,
     TableError,
 )
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
-from einschalt.stages.parallax_orientation import correct_model_points
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
+from einschalt.stages.relative_orientation.parallax_orientation import (
+    correct_model_points,
+)
 from einschalt.theory.relative_orientation.model_correction import disturb_model
 from einschalt.theory.relative_orientation.parallax_equations import (
     CASES,

@@ -12,7 +12,7 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.stages.dangerous_surface import (
+from einschalt.stages.relative_orientation.dangerous_surface import (
     ModelGeometry,
     surface_problems,
     surface_table,
@@ -109,7 +109,7 @@ class ParallaxOrientation(ModelResult):
         """Whether the points of each model lie near a dangerous surface, and why.
 
         Index model_id; verdict (safe, weak or critical), inflation, and the other
-        columns of :func:`einschalt.stages.dangerous_surface.surface_table`.
+        columns of ``dangerous_surface.surface_table``.
         """
         geometry = self.geometry
         examination = examine_surfaces(

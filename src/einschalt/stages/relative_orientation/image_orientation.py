@@ -13,7 +13,10 @@ from einschalt.foundations.units import (
     METRES_PER_UM,
     RADIANS_PER_GON,
 )
-from einschalt.stages.dangerous_surface import geometry_of_images, surface_table
+from einschalt.stages.relative_orientation.dangerous_surface import (
+    geometry_of_images,
+    surface_table,
+)
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
 from einschalt.theory.relative_orientation.coplanarity_condition import COS_45
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
@@ -122,8 +125,8 @@ class ImageOrientation(ModelResult):
         """Whether the points of each model lie near a dangerous surface, and why.
 
         Index model_id; verdict (safe, weak or critical), inflation, and the other
-        columns of :func:`einschalt.stages.dangerous_surface.surface_table`. Models that
-        could not be oriented are critical, with the reason of their failure.
+        columns of ``dangerous_surface.surface_table``. Models that could not be
+        oriented are critical, with the reason of their failure.
         """
         reason = self.models["reason"].to_numpy()
         geometry = geometry_of_images(self.elements.cameras, *self._points_of_models())

@@ -5,13 +5,15 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import SettingsError, TableError
-from einschalt.stages.dangerous_surface import (
+from einschalt.stages.relative_orientation.dangerous_surface import (
     HEIGHTS,
     FlightPlan,
     forecast_dangerous_surfaces,
 )
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 
 COLUMNS = [
     "verdict",

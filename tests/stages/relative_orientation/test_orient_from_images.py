@@ -6,7 +6,7 @@ import pytest
 
 from einschalt.foundations.errors import EinschaltError, SettingsError, TableError
 from einschalt.foundations.rotations import rotation_from_angles
-from einschalt.stages.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 
 C = 152.0
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]

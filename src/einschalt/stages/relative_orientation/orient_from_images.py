@@ -11,7 +11,7 @@ from einschalt.foundations.errors import SettingsError, TableError, raise_proble
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.stages.image_orientation import ImageOrientation
+from einschalt.stages.relative_orientation.image_orientation import ImageOrientation
 from einschalt.stages.results import failures_table
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.relative_orientation import coplanarity

@@ -4,9 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.stages.orient_from_images import orient_from_images
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
-from einschalt.stages.residual_parallaxes import (
+from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
+from einschalt.stages.relative_orientation.residual_parallaxes import (
     parallaxes_of_images,
     parallaxes_of_parallaxes,
 )

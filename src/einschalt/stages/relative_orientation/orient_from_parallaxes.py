@@ -12,8 +12,8 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
-from einschalt.stages.dangerous_surface import ModelGeometry
-from einschalt.stages.parallax_orientation import (
+from einschalt.stages.relative_orientation.dangerous_surface import ModelGeometry
+from einschalt.stages.relative_orientation.parallax_orientation import (
     ABOVE,
     COUNT_Z_UP,
     NAME_COVERAGE,
@@ -22,7 +22,7 @@ from einschalt.stages.parallax_orientation import (
     models_frame,
     places_of_models,
 )
-from einschalt.stages.six_point_methods import (
+from einschalt.stages.relative_orientation.six_point_methods import (
     adjust_by_gruber,
     adjust_by_krames,
     contradiction_table,

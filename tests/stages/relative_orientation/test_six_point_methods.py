@@ -4,7 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.stages.orient_from_parallaxes import orient_from_parallaxes
+from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    orient_from_parallaxes,
+)
 from einschalt.theory.relative_orientation.bachmann import (
     pass_matrices,
     stationary_covariance,

@@ -1,0 +1,1 @@
+"""Relative orientation of all models of a flight, from table to table."""
