@@ -9,7 +9,14 @@ from importlib import import_module
 for library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-RACES = ("transformation", "table_to_table", "relative_orientation", "densification")
+RACES = (
+    "transformation",
+    "table_to_table",
+    "relative_orientation",
+    "densification",
+    "robust",
+    "propagation",
+)
 
 
 def main(names):

@@ -20,6 +20,7 @@ from einschalt.theory.transformation.point_tests import (
     other_point_tests,
     plan_sums,
 )
+from einschalt.theory.transformation.robust_plane import fit_plane_robustly
 
 KEY = ["coverage", "model_id", "point_id"]
 GROUND_NAMES = ("easting", "northing", "height")
@@ -211,10 +212,11 @@ def _weigh_less(norms, start_norms=None):
     def screen(transformation, significance):
         observed, fit_of = transformation.observed, _fit_of(transformation.kind)
         points, n_axes = observed.points, observed.source.shape[1]
+        fit_all = fit_plane_robustly if n_axes == 2 else fit_robustly
         begun = None
         if start_norms is not None:
-            begun = fit_robustly(points, fit_of, start_norms[n_axes]).weights
-        robust = fit_robustly(points, fit_of, norms[n_axes], begun)
+            begun = fit_all(points, fit_of, start_norms[n_axes]).weights
+        robust = fit_all(points, fit_of, norms[n_axes], begun)
         weighted = replace(observed, weights=robust.weights)
         table = residual_table(robust.fit, weighted, significance)
         snooped = _Snooped(transformation, significance).table

@@ -25,10 +25,16 @@ class Norm:
         of their weights, 0 to 1. ``statsmodels.robust.norms`` has many more.
     consistency : float
         E[factor · length²] / k of clean points with k coordinates.
+    family : str
+        One of FAMILIES, or empty where ``weights`` is another function.
+    limit : float
+        Its limit.
     """
 
     weights: Callable
     consistency: float
+    family: str = ""
+    limit: float = np.nan
 
 
 def huber_factors(length, limit=1.345):
@@ -61,18 +67,23 @@ def tukey_factors(length, limit=4.685):
     return np.maximum(1.0 - (length / limit) ** 2, 0.0) ** 2
 
 
-def _of(factors, limit, consistency):
-    return Norm(lambda length: factors(length, limit), consistency)
+_FACTORS = {"huber": huber_factors, "tukey": tukey_factors}
+FAMILIES = tuple(_FACTORS)
+
+
+def _of(family, limit, consistency):
+    factors = _FACTORS[family]
+    return Norm(lambda length: factors(length, limit), consistency, family, limit)
 
 
 # by the number of coordinates
 HUBER = {
-    1: _of(huber_factors, 1.345, 0.8214),
-    2: _of(huber_factors, 1.501, 0.8013),
-    3: _of(huber_factors, 1.628, 0.7814),
+    1: _of("huber", 1.345, 0.8214),
+    2: _of("huber", 1.501, 0.8013),
+    3: _of("huber", 1.628, 0.7814),
 }
 TUKEY = {
-    1: _of(tukey_factors, 4.685, 0.7578),
-    2: _of(tukey_factors, 5.123, 0.7300),
-    3: _of(tukey_factors, 5.490, 0.7068),
+    1: _of("tukey", 4.685, 0.7578),
+    2: _of("tukey", 5.123, 0.7300),
+    3: _of("tukey", 5.490, 0.7068),
 }

@@ -134,18 +134,33 @@ def fit_robustly(points, fit_of, norm, start_weights=None):
 
 def _factors(fit, part, norm):
     """Factors of the weights that follow from the residuals of a fit."""
-    n_axes = fit.residuals.shape[1]
     # models that cannot be fitted have no residuals
     squares = np.sum(np.nan_to_num(fit.residuals) ** 2, axis=1)
     length = np.sqrt(part.weights * squares)
-    n_observations = n_axes * np.diff(part.start)
-    share = fit.redundancy / np.maximum(n_observations, 1)
-    usual = np.sqrt(chdtri(n_axes, 0.5) * share)
     with np.errstate(divide="ignore", invalid="ignore"):
-        scale = segment_median(length, part.start) / usual
+        scale = segment_median(length, part.start) / usual_length(fit, part)
     # where half of the points fit exactly there is no scale: nothing is changed
     scale = np.where(scale > 0.0, scale, np.inf)[part.model]
     return np.maximum(norm.weights(length / scale), LEAST_FACTOR)
+
+
+def usual_length(fit, points):
+    """Median length of the residuals of each model where the standard error is 1.
+
+    Parameters
+    ----------
+    fit : PlaneFit or SpatialFit
+    points : CommonPoints
+
+    Returns
+    -------
+    ndarray, shape (n_models,)
+        √(χ²_k(½) f / (k n)) with the redundancy f of n points with k coordinates.
+    """
+    n_axes = fit.residuals.shape[1]
+    n_observations = n_axes * np.diff(points.start)
+    share = fit.redundancy / np.maximum(n_observations, 1)
+    return np.sqrt(chdtri(n_axes, 0.5) * share)
 
 
 def segment_median(values, start):

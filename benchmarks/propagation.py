@@ -1,0 +1,83 @@
+"""Covariance of all points of a Neukirchen block: time against the fits, and memory.
+
+There is no peer: a two-step densification is propagated nowhere else. What is carried
+is compared with plain Monte Carlo in tests/truth.
+"""
+
+import tracemalloc
+from statistics import median
+from time import perf_counter
+
+import einschalt as es
+from benchmarks.racing import ROUNDS, Outcome, report
+from einschalt.pipeline.error_propagation import propagate_block
+from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+
+LARGEST_RATIO = 3.0  # of the time that the fits of both flights take
+LARGEST_MEMORY = 1.0  # GB
+MODES = ("all", "most_central")
+
+
+def run():
+    """Time the propagation of each mode.
+
+    Returns
+    -------
+    bool
+        Whether it is quick and small enough.
+    """
+    block = es.simulate_block("neukirchen", seed=1)
+    outcomes = []
+    for mode in MODES:
+        outcomes += _judge(block, mode)
+    return report(
+        f"Propagation of {len(block.truth)} points against the fits of both flights "
+        f"({ROUNDS} rounds)",
+        outcomes,
+    )
+
+
+def _judge(block, mode):
+    high, low = _fits(block, mode)
+    values = with_positions(
+        low.values(block.low_flight.model_points), block.low_flight.model_points
+    )
+    means = average_coverages(values, coverage_mean=mode)
+    fits, propagated = [], []
+    for _ in range(ROUNDS):
+        fits.append(_seconds(lambda: _fits(block, mode)))
+        propagated.append(_seconds(lambda: propagate_block(block, high, low, means)))
+    ratio = median(p / f for p, f in zip(propagated, fits, strict=True))
+    tracemalloc.start()
+    propagate_block(block, high, low, means)
+    gigabytes = tracemalloc.get_traced_memory()[1] / 1e9
+    tracemalloc.stop()
+    return [
+        Outcome(
+            f"{mode}: time, ratio to the fits",
+            f"{1e3 * median(propagated):.1f} ms",
+            ratio,
+            f"<= {LARGEST_RATIO:g}",
+            ratio <= LARGEST_RATIO,
+        ),
+        Outcome(
+            f"{mode}: most memory [GB]",
+            f"{1e3 * gigabytes:.0f} MB",
+            gigabytes,
+            f"<= {LARGEST_MEMORY:g}",
+            gigabytes <= LARGEST_MEMORY,
+        ),
+    ]
+
+
+def _fits(block, mode):
+    high = es.approximate_coordinates(
+        block.high_flight.model_points, block.control_points, coverage_mean=mode
+    )
+    return high, es.transform_models(block.low_flight.model_points, high.points)
+
+
+def _seconds(work):
+    begin = perf_counter()
+    work()
+    return perf_counter() - begin
