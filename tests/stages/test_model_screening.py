@@ -140,3 +140,34 @@ def test_options_are_checked(transformation):
         screen_models(transformation, "ransac")
     with pytest.raises(SettingsError, match=r"significance = 1\.5; expected a number"):
         screen_models(transformation, "snoop", 1.5)
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert", "rigid"])
+def test_points_of_unequal_precision_are_tested_by_their_own(flight, ground, kind):
+    precision = np.random.default_rng(4).uniform(0.2, 3.0, len(flight))
+    fit = es.transform_models(flight, ground, kind=kind)
+    tested = screen_models(fit, "keep", precision=precision).residuals
+    # the fit itself keeps its weights; its tests are those of a weighted fit
+    for name in ("residual_easting", "leverage"):
+        np.testing.assert_array_equal(tested[name], fit.residuals[name])
+    weighted = es.transform_models(flight.assign(weight=precision), ground, kind=kind)
+    for name in ("w", "p_value"):
+        np.testing.assert_allclose(tested[name], weighted.residuals[name], rtol=1e-9)
+
+
+def test_points_that_are_said_to_be_worse_are_no_suspects(ground):
+    rng = np.random.default_rng(5)
+    shares = []
+    for _ in range(40):
+        size = np.where(rng.random(len(ground)) < 0.3, 3.0, 1.0)
+        xy = ground[["easting", "northing"]].to_numpy() - [4.5e6, 5.3e6]
+        xy = xy + rng.normal(0, NOISE, xy.shape) * size[:, None]
+        table = pd.DataFrame(xy, columns=["x", "y"])
+        model = table.assign(model_id="1/2", point_id=ground["point_id"].array)
+        fit = es.transform_models(model, ground)
+        equal = screen_models(fit).residuals["p_value"] < 0.05
+        known = screen_models(fit, precision=size**-2.0).residuals["p_value"] < 0.05
+        shares.append((equal.mean(), known.mean()))
+    equal, known = np.mean(shares, axis=0)
+    assert known == pytest.approx(0.05, abs=0.02)
+    assert equal > 0.08

@@ -8,11 +8,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.pipeline.block import Block
+from einschalt.pipeline.coverage_screening import screen_block, with_suspects
 from einschalt.pipeline.error_propagation import can_propagate, propagate_block
+from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.residual_distribution import distributed, require_control
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.variance_components import estimate_components
+from einschalt.stages.coverage_screening import CoverageScreening
 from einschalt.stages.model_screening import screen_models, without_suspects
 from einschalt.stages.results import FAILURE_COLUMNS, Result
 from einschalt.stages.stage1_approximate_coordinates import (
@@ -92,7 +95,8 @@ class DensificationResult(Result):
         point_id, easting, northing [, height] [, standard_error_easting,
         standard_error_northing, covariance_en, standard_error_total],
         standard_error_paper, standard_error_internal, n_models, n_coverages,
-        spread_total, role (new, control, check), difference_easting,
+        spread_total, role (new, control, check), is_suspect (coverages that differ by
+        more than they may), difference_easting,
         difference_northing [, difference_height] (densified less given, control and
         check points only) [, distributed_easting, distributed_northing (part of the
         coordinates that comes from the distribution of residuals)] [m].
@@ -117,6 +121,9 @@ class DensificationResult(Result):
         Every low-flight model's value of every point: coverage, model_id, point_id,
         easting, northing [, height], m_t, position_u, position_v,
         standard_error_paper.
+    screening : CoverageScreening
+        What each coverage gives for a point, and how far the coverages differ; the
+        values of suspects stand there beside their mean.
     approximations : DataFrame
         point_id, easting, northing [, height], n_models, n_coverages, spread_total.
     figures : BlockFigures
@@ -140,12 +147,18 @@ class DensificationResult(Result):
     orientation_residuals: pd.DataFrame
     failures: pd.DataFrame
     single_values: pd.DataFrame
+    screening: CoverageScreening
     approximations: pd.DataFrame
     figures: BlockFigures
     errors: PropagatedErrors | None
     high: ApproximateCoordinates | None
     low: ModelTransformation
     seconds: float
+
+    @property
+    def coverages(self):
+        """Values of the single coverages of a point, DataFrame, see ``screening``."""
+        return self.screening.table
 
     @cached_property
     def components(self):
@@ -201,8 +214,9 @@ def densify(block, settings=None, *, progress=None):
     high = _high_flight(block, flights, settings)
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
+    precision = observation_precision(block, flights, high)
     low = _low_flight(
-        block, flights[FLIGHT_LAST].model_points, approximations, settings
+        block, flights[FLIGHT_LAST].model_points, approximations, precision, settings
     )
     said("error budget", 0.8)
     values = _single_values(block.low_flight, low, flights[FLIGHT_LAST].model_points)
@@ -211,7 +225,8 @@ def densify(block, settings=None, *, progress=None):
     said("error propagation", 0.95)
     errors = propagate_block(block, high, low, means) if can_propagate(block) else None
     said("done", 1.0)
-    stages = _Stages(flights, high, low, values, means, errors)
+    screening = screen_block(means, errors, settings)
+    stages = _Stages(flights, high, low, values, means, errors, screening)
     return _result(block, settings, stages, perf_counter() - started)
 
 
@@ -225,11 +240,13 @@ class _Stages:
     values: pd.DataFrame
     means: CoverageMean
     errors: PropagatedErrors | None
+    screening: CoverageScreening
 
 
 def _result(block, settings, stages, seconds):
     high, low, values = stages.high, stages.low, stages.values
-    points = _with_roles(stages.means.points, block.control_points)
+    points = with_suspects(stages.means.points, stages.screening)
+    points = _with_roles(points, block.control_points)
     points, errors = distributed(block, settings, points, stages.errors)
     points = _with_totals(points, errors)
     failures = _failures(stages.flights, high, low)
@@ -243,6 +260,7 @@ def _result(block, settings, stages, seconds):
         orientation_residuals=_of_flights(stages.flights, "residuals"),
         failures=failures,
         single_values=values[values["easting"].notna()].reset_index(drop=True),
+        screening=stages.screening,
         approximations=block.approximate_points if high is None else high.points,
         figures=_figures(high, low, stages.means, points, failures),
         errors=errors,
@@ -271,14 +289,14 @@ def _high_flight(block, flights, settings):
     return replace(high, transformation=named)
 
 
-def _low_flight(block, model_points, approximations, settings):
+def _low_flight(block, model_points, approximations, precision, settings):
     ground = approximations
     if block.control_points is not None:
         is_check = block.control_points["role"] == "check"
         check = block.control_points.loc[is_check, "point_id"]
         ground = ground[~ground["point_id"].isin(check)]
     low = transform_models(model_points, ground, block.low_flight.transformation)
-    low = screen_models(low, settings.outliers, settings.significance)
+    low = screen_models(low, settings.outliers, settings.significance, precision)
     require_usable(low, "low flight", STAGE)
     return low
 
@@ -329,9 +347,11 @@ def _with_roles(points, control_points):
     names = [n for n in ("easting", "northing", "height") if n in points]
     differences = [f"difference_{name}" for name in names]
     if control_points is None:
-        return points.assign(role="new", **dict.fromkeys(differences, np.nan))
+        points.insert(points.columns.get_loc("is_suspect"), "role", "new")
+        return points.assign(**dict.fromkeys(differences, np.nan))
     given = control_points.set_index("point_id").reindex(points["point_id"])
-    points = points.assign(role=given["role"].fillna("new").to_numpy())
+    role = given["role"].fillna("new").to_numpy()
+    points.insert(points.columns.get_loc("is_suspect"), "role", role)
     for name, difference in zip(names, differences, strict=True):
         known = given[name].to_numpy() if name in given else np.nan
         points[difference] = points[name] - known

@@ -27,8 +27,14 @@ class Settings(BaseModel):
         of each model is taken out until none is left; or a robust norm gives them less
         weight. Unless they are kept, the value of a suspect does not enter the mean of
         its point where another model has one that is not suspect.
+    screening : {"propagated", "practice_1968", "off"}
+        How a point is found whose coverages differ by more than they may: by the
+        propagated precision of the difference, or, as in the double coverages of 1968,
+        by three standard errors that come from all differences. A suspect keeps the
+        values of its coverages beside their mean.
     significance : float
-        Probability with which a model without gross errors has a suspect.
+        Probability with which a model without gross errors has a suspect residual, and
+        with which a point without gross errors is suspected for its coverages.
     residual_distribution : {"none", "natural_neighbour", "inverse_distance", \
             "multiquadric"}
         How the residuals of control points are distributed to the points between, for
@@ -51,6 +57,7 @@ class Settings(BaseModel):
     coverage_mean: Literal["all", "most_central"] = "all"
     weighting: Literal["plain", "weighted"] = "plain"
     outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"
+    screening: Literal["propagated", "practice_1968", "off"] = "propagated"
     significance: float = Field(
         0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
     )

@@ -23,6 +23,7 @@ from einschalt.pipeline.orientation_suggestions import (
 )
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
+    coverages_that_differ,
     suspect_observations,
     wrong_measuring_errors,
 )
@@ -60,6 +61,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         contradicted_figures(result),
         wrong_measuring_errors(result),
         suspect_observations(result),
+        coverages_that_differ(result),
         points_that_differ(result),
         models_with_large_m_0(result),
         mirrored_models(result),

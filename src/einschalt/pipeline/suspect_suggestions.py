@@ -51,6 +51,26 @@ def _observations(rows):
     ]
 
 
+def coverages_that_differ(result):
+    """Points whose coverages differ by more than chance explains: gross errors."""
+    suspects = result.coverages[result.coverages["is_suspect"]]
+    if suspects.empty:
+        return None
+    p_value = result.coverages["p_value"].to_numpy(dtype=float)
+    # one good point in a thousand is a suspect: the worst must stand out of all
+    is_tested = np.isfinite(p_value).any()
+    if is_tested and np.nanmin(p_value) * result.screening.n_tested > SIGNIFICANCE:
+        return None
+    miss = np.hypot(suspects["difference_easting"], suspects["difference_northing"])
+    order = miss.sort_values(ascending=False, kind="stable").index
+    points = suspects["point_id"].loc[order].drop_duplicates()
+    return Suggestion(
+        f"{count(len(points), 'point')} with coverages that differ by up to "
+        f"{length(miss.max())}, more than they may: {names(points)}",
+        "Measure them again; the values of their coverages stand in coverages.csv",
+    )
+
+
 def wrong_measuring_errors(result):
     """Flights whose m_g, as it was given, is not that of the measurements."""
     if result.components is None:

@@ -28,7 +28,9 @@ TESTS = ["w", "p_value", "is_suspect"]
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 
 
-def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
+def screen_models(
+    transformation, outliers="snoop", significance=SIGNIFICANCE, precision=None
+):
     """Fit the models of a flight again so that gross errors do not spoil them.
 
     Parameters
@@ -39,6 +41,10 @@ def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
         and fit again until none is left; or give large residuals less weight.
     significance : float
         Probability with which a model without gross errors gets a suspect.
+    precision : ndarray, optional
+        Weight of each row of the model points in the tests, in proportion to 1 / σ²
+        of what it contributes to a residual; equal where left out. The fit keeps its
+        own weights.
 
     Returns
     -------
@@ -58,6 +64,10 @@ def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
     Residuals of a robust fit have no distribution that is known in small models.
     Therefore ``w``, ``p_value`` and ``is_suspect`` are those of data snooping with
     ``huber`` and ``tukey`` as well.
+
+    The tests are exact where the errors of a model's points are independent and their
+    sizes in the proportion of ``precision``. Points of unequal precision that are taken
+    for equal are suspects too often: the worse ones stand out.
     """
     if outliers not in OUTLIERS:
         raise SettingsError(
@@ -67,7 +77,7 @@ def screen_models(transformation, outliers="snoop", significance=SIGNIFICANCE):
         raise SettingsError(
             f"significance = {significance!r}", expected="a number between 0 and 1"
         )
-    return _SCREENS[outliers](transformation, significance)
+    return _SCREENS[outliers](_Tested(transformation, significance, precision))
 
 
 def without_suspects(values, transformation):
@@ -100,9 +110,36 @@ def without_suspects(values, transformation):
     return screened
 
 
-def _only_name(transformation, significance):
-    observed = transformation.observed
-    residuals = residual_table(transformation.fit, observed, significance)
+class _Tested:
+    """A transformation, and the fit in which its points are tested."""
+
+    def __init__(self, transformation, significance, precision):
+        self.transformation, self.significance = transformation, significance
+        self.observed = transformation.observed
+        self.fit_of = _fit_of(transformation.kind)
+        self.precision = None
+        if precision is not None:
+            self.precision = np.asarray(precision)[self.observed.row_numbers]
+
+    @property
+    def points(self):
+        """All points with the weights of the tests."""
+        points = self.observed.points
+        if self.precision is None:
+            return points
+        return replace(points, weights=points.weights * self.precision)
+
+    def table(self, fit, observed, tested):
+        """Residuals of a fit, with the tests of the same points in their own fit."""
+        in_tests = None
+        if self.precision is not None:
+            in_tests = fitted_point_tests(self.fit_of(tested), tested)
+        return residual_table(fit, observed, self.significance, in_tests)
+
+
+def _only_name(tested):
+    transformation, observed = tested.transformation, tested.observed
+    residuals = tested.table(transformation.fit, observed, tested.points)
     return _rebuilt(transformation, transformation.fit, observed, residuals)
 
 
@@ -116,9 +153,9 @@ def _rebuilt(transformation, fit, observed, residuals):
     )
 
 
-def _take_out(transformation, significance):
+def _take_out(tested):
     """Data snooping."""
-    snooped = _Snooped(transformation, significance)
+    snooped, transformation = _Snooped(tested), tested.transformation
     kept = snooped.table[~snooped.is_out]
     screened = _rebuilt(transformation, snooped.fit, snooped.kept, kept)
     is_usable = screened.models["is_usable"].to_numpy()[snooped.points.model]
@@ -132,7 +169,7 @@ class _Snooped:
     Attributes
     ----------
     points : CommonPoints
-        All of them.
+        All of them, with the weights of the tests.
     is_out : ndarray of bool, shape (n_points,)
     kept : Observations
         The others.
@@ -142,21 +179,22 @@ class _Snooped:
         Residuals and tests of all points.
     """
 
-    def __init__(self, transformation, significance):
-        observed, fit_of = transformation.observed, _fit_of(transformation.kind)
+    def __init__(self, tested):
+        observed, fit_of = tested.observed, tested.fit_of
 
         def tests_of(points):
             return fitted_point_tests(fit_of(points), points)
 
-        self.points = observed.points
-        self.is_out = snoop(self.points, tests_of, significance)
-        self.kept, self.fit = observed, transformation.fit
+        self.points = tested.points
+        self.is_out = snoop(self.points, tests_of, tested.significance)
+        self.kept, self.fit = observed, tested.transformation.fit
         if self.is_out.any():
             self.kept = _without(observed, self.is_out)
             self.fit = fit_of(self.kept.points)
-        self.table = residual_table(self.fit, self.kept, significance)
+        in_tests = self.points.chosen(~self.is_out)
+        self.table = tested.table(self.fit, self.kept, in_tests)
         if self.is_out.any():
-            out = _residuals_of_others(self.fit, self.kept, observed, self.is_out)
+            out = self._others(fit_of(in_tests), in_tests, observed)
             place = np.argsort(
                 np.concatenate(
                     [np.flatnonzero(~self.is_out), np.flatnonzero(self.is_out)]
@@ -164,6 +202,22 @@ class _Snooped:
             )
             both = pd.concat([self.table, out])
             self.table = both.iloc[place].reset_index(drop=True)
+
+    def _others(self, test_fit, in_tests, observed):
+        """Rows of the residual table for points that were taken out."""
+        sums = plan_sums(test_fit, in_tests.weights, in_tests.start)
+        out = self.points.chosen(self.is_out)
+        _, tests = other_point_tests(test_fit, sums, out.model, out)
+        residuals = self.fit.apply(out.model, out.source) - out.target
+        table = observed.rows[self.is_out].reset_index(drop=True)
+        table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals
+        return table.assign(
+            leverage=0.0,
+            redundancy_number=1.0,
+            w=tests.w,
+            p_value=tests.p_value,
+            is_suspect=True,
+        )
 
 
 def _fit_of(kind):
@@ -190,36 +244,20 @@ def _without(observed, is_out):
     )
 
 
-def _residuals_of_others(fit, kept, observed, is_out):
-    """Rows of the residual table for points that were taken out."""
-    out = observed.points.chosen(is_out)
-    sums = plan_sums(fit, kept.weights, kept.start)
-    residuals, tests = other_point_tests(fit, sums, out.model, out)
-    table = observed.rows[is_out].reset_index(drop=True)
-    table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals
-    return table.assign(
-        leverage=0.0,
-        redundancy_number=1.0,
-        w=tests.w,
-        p_value=tests.p_value,
-        is_suspect=True,
-    )
-
-
 def _weigh_less(norms, start_norms=None):
     """Screening by a robust norm, begun with another one."""
 
-    def screen(transformation, significance):
-        observed, fit_of = transformation.observed, _fit_of(transformation.kind)
+    def screen(tested):
+        transformation, observed = tested.transformation, tested.observed
         points, n_axes = observed.points, observed.source.shape[1]
         fit_all = fit_plane_robustly if n_axes == 2 else fit_robustly
         begun = None
         if start_norms is not None:
-            begun = fit_all(points, fit_of, start_norms[n_axes]).weights
-        robust = fit_all(points, fit_of, norms[n_axes], begun)
+            begun = fit_all(points, tested.fit_of, start_norms[n_axes]).weights
+        robust = fit_all(points, tested.fit_of, norms[n_axes], begun)
         weighted = replace(observed, weights=robust.weights)
-        table = residual_table(robust.fit, weighted, significance)
-        snooped = _Snooped(transformation, significance).table
+        table = residual_table(robust.fit, weighted, tested.significance)
+        snooped = _Snooped(tested).table
         residuals = table.assign(**{name: snooped[name] for name in TESTS})
         return _rebuilt(transformation, robust.fit, weighted, residuals)
 

@@ -10,7 +10,7 @@ SIGNIFICANCE = 0.001
 RESIDUAL_NAMES = ("residual_easting", "residual_northing", "residual_height")
 
 
-def residual_table(fit, observed, significance=SIGNIFICANCE):
+def residual_table(fit, observed, significance=SIGNIFICANCE, tests=None):
     """Residuals of all points that were fitted, with the joint test of each point.
 
     Parameters
@@ -19,6 +19,8 @@ def residual_table(fit, observed, significance=SIGNIFICANCE):
     observed : Observations
     significance : float
         Probability with which a model without gross errors has a suspect.
+    tests : PointTests, optional
+        Those of the fit itself where left out.
 
     Returns
     -------
@@ -33,7 +35,8 @@ def residual_table(fit, observed, significance=SIGNIFICANCE):
     leverage = fit.leverage[:, :2].mean(axis=1)
     table["leverage"] = leverage
     table["redundancy_number"] = redundancy_numbers(leverage)
-    tests = fitted_point_tests(fit, observed.points)
+    if tests is None:
+        tests = fitted_point_tests(fit, observed.points)
     return table.assign(
         w=tests.w,
         p_value=tests.p_value,

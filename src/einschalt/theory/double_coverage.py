@@ -6,6 +6,11 @@ import numpy as np
 
 from einschalt.foundations.batches import segment_min_max, segment_sum
 
+# limit of a coordinate's difference in its standard errors, and how often these are
+# taken anew from the differences within it
+PRACTICE_FACTOR = 3.0
+MOST_REPETITIONS = 50
+
 
 def position_in_extent(xy, start):
     """Position u, v of each point in the extent of its model.
@@ -137,3 +142,107 @@ def internal_standard_error(coordinates, start):
     if redundancy == 0:
         return np.nan
     return float(np.sqrt(np.nansum(spread**2 * (count - 1)) / redundancy))
+
+
+def difference_p_values(differences, covariance):
+    """Joint test of both coordinates of each difference.
+
+    Parameters
+    ----------
+    differences : ndarray, shape (n, 2)
+        Easting, northing [m].
+    covariance : ndarray, shape (n, 2, 2)
+        [m²]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Probability of a difference as large as this without a gross error:
+        exp(−T/2) with T = dᵀ C⁻¹ d, the tail of χ² with two degrees of freedom. NaN
+        where the covariance has no inverse.
+    """
+    (ee, en), (_, nn) = np.moveaxis(covariance, 0, -1)
+    e, n = differences.T
+    determinant = ee * nn - en**2
+    form = nn * e**2 + ee * n**2 - 2.0 * en * e * n
+    is_known = determinant > 0.0
+    squares = np.divide(form, determinant, out=np.full(len(e), np.nan), where=is_known)
+    return np.exp(-0.5 * squares)
+
+
+def shared_out(differences, standard_error):
+    """Covariance of differences whose size only they themselves tell.
+
+    Parameters
+    ----------
+    differences : ndarray, shape (n, 2)
+        [m]
+    standard_error : ndarray, shape (n,)
+        TOTAL errors in whose proportion the size is shared out, NaN where they are not
+        known: then all are taken for equal.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, 2)
+        Multiples of the unit matrix [m²]. The median of |d|²/σ² is 2 ln 2 where σ is
+        that of a coordinate: half of the differences may have gross errors.
+    """
+    shape = np.asarray(standard_error, dtype=float) ** 2
+    if not (np.isfinite(shape) & (shape > 0.0)).all():
+        shape = np.ones(len(differences))
+    squares = np.sum(differences**2, axis=1) / shape
+    size = np.median(squares) / (2.0 * np.log(2.0)) if len(squares) else np.nan
+    return (size * shape)[:, None, None] * np.eye(2)
+
+
+@dataclass(frozen=True, eq=False)
+class PracticeLimits:
+    """Differences against the limits of the double coverages of 1968.
+
+    Attributes
+    ----------
+    exceeds : ndarray of bool, shape (n,)
+        One coordinate at least lies beyond its limit.
+    standard_error : ndarray, shape (n,)
+        TOTAL, of each difference [m].
+    """
+
+    exceeds: np.ndarray
+    standard_error: np.ndarray
+
+
+def exceeds_practice(differences, n_coverages):
+    """Find differences beyond three standard errors in a coordinate.
+
+    In the cadastral flights of North Rhine-Westphalia the limit of a coordinate's
+    difference was 24 cm at 1:5000, three times √2 · 5.5 cm, the standard error of one
+    determination coming from the differences themselves.
+
+    Parameters
+    ----------
+    differences : ndarray, shape (n, 2)
+        Of a coverage and the mean of the others [m].
+    n_coverages : ndarray of int, shape (n,)
+        Of each point.
+
+    Returns
+    -------
+    PracticeLimits
+
+    Notes
+    -----
+    The standard error is that of the differences that are within the limits, found by
+    repetition: gross errors do not widen the limits that are to find them.
+    """
+    # variance of one value less the mean of k − 1 others: 1 + 1/(k − 1)
+    widening = n_coverages / np.maximum(n_coverages - 1.0, 1.0)
+    reduced = differences / np.sqrt(widening)[:, None]
+    exceeds = np.zeros(len(differences), dtype=bool)
+    for _ in range(MOST_REPETITIONS):
+        within = reduced[~exceeds]
+        single = np.sqrt(np.mean(within**2)) if len(within) else np.nan
+        before = exceeds
+        exceeds = (np.abs(reduced) > PRACTICE_FACTOR * single).any(axis=1)
+        if np.array_equal(before, exceeds):
+            break
+    return PracticeLimits(exceeds, single * np.sqrt(2.0 * widening))

@@ -16,8 +16,9 @@ from einschalt.interfaces.files.result_folder import TABLES, write_result
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
+SUFFIXES = (".csv", ".parquet")
 FILES = {
-    *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
+    *(f"{name}{suffix}" for name in (*TABLES, "coverages") for suffix in SUFFIXES),
     "failures.csv",
     "block.gpkg",
     "report.html",
@@ -37,7 +38,7 @@ def test_every_file_is_there_and_no_other(folder):
     assert {path.name for path in folder.iterdir()} == FILES
 
 
-@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("name", [*TABLES, "coverages"])
 def test_parquet_keeps_every_digit(folder, faulty_result, name):
     table = pd.read_parquet(folder / f"{name}.parquet")
     expected = getattr(faulty_result, name)[table.columns]

@@ -14,6 +14,7 @@ CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
 Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
+Screening = Literal["propagated", "practice_1968", "off"]
 
 
 def _option(kind, text):
@@ -43,8 +44,14 @@ def densify(
         "Gross errors of the low flight: named only, taken out one by one, or given "
         "less weight by a robust norm.",
     ) = None,
+    screening: _option(
+        Screening,
+        "Limits of the differences of a point's coverages: from the propagated "
+        "precision, three standard errors as in 1968, or none.",
+    ) = None,
     significance: _option(
-        float, "Probability with which a model without gross errors has a suspect."
+        float,
+        "Probability with which a model or point without gross errors is suspect.",
     ) = None,
     residual_distribution: _option(
         Distribution,
@@ -75,6 +82,7 @@ def densify(
         "coverage_mean": coverage_mean,
         "weighting": weighting,
         "outliers": outliers,
+        "screening": screening,
         "significance": significance,
         "residual_distribution": residual_distribution,
     }

@@ -22,7 +22,7 @@ from einschalt.interfaces.reports.html_report import render
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
-IF_ANY = ("orientation_residuals",)
+IF_ANY = ("orientation_residuals", "coverages")
 FIRST_COLUMNS = {
     "points": (
         "point_id",
@@ -75,6 +75,7 @@ FIRST_COLUMNS = {
     ),
     "orientations": ("flight", "coverage", "model_id"),
     "orientation_residuals": ("flight", "coverage", "model_id", "point_id"),
+    "coverages": ("point_id", "coverage", "easting", "northing"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all

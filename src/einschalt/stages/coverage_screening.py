@@ -1,0 +1,299 @@
+"""Screening of stage 5: points whose coverages differ by more than they may.
+
+The approximate coordinates are common to all coverages, so that the difference of two
+coverages has a smaller error than the values themselves would let one expect. Its
+covariance is L Σ Lᵀ with the difference as the last operator, correlations included.
+
+See docs/theory/double_coverage.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.names import encode
+from einschalt.stages.results import Result
+from einschalt.theory.double_coverage import (
+    difference_p_values,
+    exceeds_practice,
+    shared_out,
+)
+
+SCREENINGS = ("propagated", "practice_1968", "off")
+DIFFERENCES = ["difference_easting", "difference_northing"]
+COLUMNS = (
+    "point_id",
+    "coverage",
+    "easting",
+    "northing",
+    *DIFFERENCES,
+    "standard_error_difference",
+    "p_value",
+    "is_suspect",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CoverageDifferences:
+    """What each coverage gives for a point, against the mean of its other coverages.
+
+    Attributes
+    ----------
+    table : DataFrame
+        point_id, coverage, easting, northing (mean of the values of that coverage),
+        difference_easting, difference_northing (less the mean of the other coverages),
+        standard_error_paper (TOTAL, of the difference, were all values independent)
+        [m]. One row for each coverage of a point that has several.
+    rows, start : ndarray of int
+        Of each row, the values behind it: ``rows[start[k]:start[k + 1]]``.
+    shares : ndarray, shape (len(rows),)
+        With which the values enter the difference; they add up to zero.
+    """
+
+    table: pd.DataFrame
+    rows: np.ndarray
+    start: np.ndarray
+    shares: np.ndarray
+
+    def operator(self, n_values, n_axes):
+        """Differences of the table as an operator on all values of the flight.
+
+        Parameters
+        ----------
+        n_values, n_axes : int
+
+        Returns
+        -------
+        bsr_array, shape (n_rows · n_axes, n_values · n_axes)
+        """
+        blocks = self.shares[:, None, None] * np.eye(n_axes)
+        shape = (len(self.table) * n_axes, n_values * n_axes)
+        return sparse.bsr_array((blocks, self.rows, self.start), shape=shape)
+
+    @property
+    def is_needed(self):
+        """Rows without the first of two coverages, which says what the second says."""
+        point = self.table["point_id"].to_numpy()
+        if not len(point):
+            return np.zeros(0, dtype=bool)
+        first = np.flatnonzero(np.append(True, point[1:] != point[:-1]))
+        size = np.diff(np.append(first, len(point)))
+        is_needed = np.ones(len(point), dtype=bool)
+        is_needed[first[size == 2]] = False
+        return is_needed
+
+    def needed(self):
+        """Leave the rows that are needed: of two coverages the later less the earlier.
+
+        Returns
+        -------
+        CoverageDifferences
+        """
+        is_needed = self.is_needed
+        kept = np.repeat(is_needed, np.diff(self.start))
+        count = np.diff(self.start)[is_needed]
+        return CoverageDifferences(
+            self.table[is_needed].reset_index(drop=True),
+            self.rows[kept],
+            np.concatenate([[0], np.cumsum(count)]),
+            self.shares[kept],
+        )
+
+    def with_others(self, of_needed):
+        """Bring an array over the rows that are needed to all rows.
+
+        Parameters
+        ----------
+        of_needed : ndarray, shape (n_needed, ...)
+            The same for either of two coverages.
+
+        Returns
+        -------
+        ndarray, shape (n_rows, ...)
+        """
+        is_needed = self.is_needed
+        place = np.cumsum(is_needed) - 1
+        # the first of two stands right before the row that says the same
+        return of_needed[np.where(is_needed, place, place + 1)]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CoverageScreening(Result):
+    """Which points have coverages that differ by more than they may.
+
+    Attributes
+    ----------
+    table : DataFrame
+        point_id, coverage, easting, northing, difference_easting,
+        difference_northing, standard_error_difference (TOTAL) [m], p_value,
+        is_suspect. The values of all coverages, so that those of a suspect are kept
+        beside their mean.
+    practice : {"propagated", "practice_1968", "off"}
+    is_propagated : bool
+        Whether the limits follow from the propagated precision; otherwise they are
+        those of the differences themselves.
+    significance : float
+        Probability with which a point without gross errors is a suspect; NaN where
+        the practice has none.
+    """
+
+    table: pd.DataFrame
+    practice: str
+    is_propagated: bool
+    significance: float
+
+    @property
+    def suspects(self):
+        """point_id of the suspects, ndarray of object."""
+        return self.table.loc[self.table["is_suspect"], "point_id"].unique()
+
+    @property
+    def n_tested(self):
+        """Number of points that could be tested."""
+        tested = self.table.loc[self.table[DIFFERENCES[0]].notna(), "point_id"]
+        return int(tested.nunique())
+
+    def summary(self):
+        """Say how many points were screened, and how many failed."""
+        n_points = typesetting.count(self.n_tested, "point")
+        return f"{n_points} in several coverages, {len(self.suspects)} suspects"
+
+
+def coverage_differences(means):
+    """Compare what each coverage gives for a point with its other coverages.
+
+    Parameters
+    ----------
+    means : CoverageMean
+
+    Returns
+    -------
+    CoverageDifferences
+    """
+    used = means.used
+    points, coverages = encode(used["point_id"]), encode(used["coverage"])
+    # coverages in the order of their names: "1" before "2"
+    rank = np.argsort(np.argsort(coverages.names.astype(str), kind="stable"))
+    key = points.codes * len(coverages) + rank[coverages.codes]
+    distinct, group = np.unique(key, return_inverse=True)
+    by_group = segments(group, len(distinct))
+    of_point = distinct // len(coverages)
+    n_groups = np.bincount(of_point, minlength=len(points))
+    several = np.flatnonzero(n_groups[of_point] > 1)
+    weight_sum = segment_sum(means.weights[by_group.order], by_group.start)
+    by_point = segments(points.codes, len(points))
+    place, start = _values_of(several, of_point, by_point)
+    row = np.repeat(several, np.diff(start))
+    is_own = group[place] == row
+    share = means.weights[place] / weight_sum[group[place]]
+    others = n_groups[of_point[row]] - 1
+    shares = np.where(is_own, share, -share / others)
+    coordinates = used[["easting", "northing"]].to_numpy(dtype=float)
+    error = used["standard_error_paper"].to_numpy(dtype=float)
+    names = np.sort(coverages.names.astype(str)).astype(object)
+    mean = _sums(coordinates, place, start, np.where(is_own, share, 0.0))
+    table = pd.DataFrame(
+        {
+            "point_id": points.names[of_point[several]],
+            "coverage": names[distinct[several] % len(coverages)],
+            "easting": mean[:, 0],
+            "northing": mean[:, 1],
+        }
+    )
+    table[DIFFERENCES] = _sums(coordinates, place, start, shares)
+    table["standard_error_paper"] = np.sqrt(
+        segment_sum((shares * error[place]) ** 2, start)
+    )
+    rows = means.row_numbers[place]
+    return CoverageDifferences(table, rows, start, shares)
+
+
+def _values_of(rows, of_point, by_point):
+    """All values of the points of the rows, and where those of each row begin."""
+    first, count = by_point.start[of_point[rows]], by_point.count[of_point[rows]]
+    start = np.concatenate([[0], np.cumsum(count)])
+    within = np.arange(start[-1]) - np.repeat(start[:-1], count)
+    return by_point.order[np.repeat(first, count) + within], start
+
+
+def _sums(coordinates, place, start, shares):
+    """Weighted sums over differences to each row's first value, which keep digits."""
+    origin = coordinates[place[start[:-1]]]
+    offset = coordinates[place] - np.repeat(origin, np.diff(start), axis=0)
+    total = segment_sum(shares, start)
+    return segment_sum(shares[:, None] * offset, start) + total[:, None] * origin
+
+
+def screen_coverages(differences, covariance, practice, significance):
+    """Find the points whose coverages differ by more than they may.
+
+    Parameters
+    ----------
+    differences : CoverageDifferences
+    covariance : ndarray, shape (n_rows, 2, 2), or None
+        Of the differences [m²]; None where it could not be propagated.
+    practice : {"propagated", "practice_1968", "off"}
+        Joint test of both coordinates against the propagated covariance; or, as in
+        1968, each coordinate against three standard errors of a difference, taken from
+        the differences themselves; or nothing is tested.
+    significance : float
+        Probability with which a point without gross errors is a suspect, where its
+        difference is tested; the practice of 1968 has no other level than its own.
+
+    Returns
+    -------
+    CoverageScreening
+
+    Raises
+    ------
+    SettingsError
+        The practice is unknown.
+
+    Notes
+    -----
+    Without a propagated covariance, that of the budget M of the values is taken for
+    its shape, and the median of the differences for its size: the internal figure,
+    which gross errors do not enlarge. The significance then holds by approximation.
+    """
+    if practice not in SCREENINGS:
+        raise SettingsError(
+            f"screening = {practice!r} is unknown", expected=" or ".join(SCREENINGS)
+        )
+    table = differences.table.drop(columns="standard_error_paper")
+    d = table[DIFFERENCES].to_numpy()
+    is_propagated = practice == "propagated" and covariance is not None
+    p_value = np.full(len(d), np.nan)
+    is_suspect, total = np.zeros(len(d), dtype=bool), np.full(len(d), np.nan)
+    if practice == "propagated":
+        if covariance is None:
+            paper = differences.table["standard_error_paper"].to_numpy()
+            covariance = shared_out(d, paper)
+        total = np.sqrt(covariance[:, 0, 0] + covariance[:, 1, 1])
+        p_value = _of_points(difference_p_values(d, covariance), table["point_id"])
+        is_suspect = p_value < significance
+    elif practice == "practice_1968":
+        n_coverages = table.groupby("point_id")["coverage"].transform("size")
+        found = exceeds_practice(d, n_coverages.to_numpy())
+        is_suspect, total = found.exceeds, found.standard_error
+        is_suspect = pd.Series(is_suspect).groupby(table["point_id"]).transform("any")
+    table = table.assign(
+        standard_error_difference=total,
+        p_value=p_value,
+        is_suspect=np.asarray(is_suspect, dtype=bool),
+    )
+    level = significance if practice == "propagated" else np.nan
+    return CoverageScreening(table[list(COLUMNS)], practice, is_propagated, level)
+
+
+def _of_points(p_values, point_id):
+    """Probability of a point: of several coverages the worst, after Bonferroni."""
+    of_point = pd.Series(p_values).groupby(point_id.to_numpy(), sort=False)
+    size = of_point.transform("size").to_numpy()
+    # two coverages have one difference, which stands in both rows
+    n_tests = np.where(size == 2, 1, size)
+    return np.minimum(of_point.transform("min").to_numpy() * n_tests, 1.0)
