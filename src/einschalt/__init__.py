@@ -31,6 +31,8 @@ _HOME = {
     "average_coverages": "einschalt.stages.stage5_double_coverage",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
+    "plan_precision": "einschalt.pipeline.planning",
+    "optimal_scale": "einschalt.pipeline.planning",
     "simulate_block": "einschalt.interfaces.python_api",
     "BlockGeometry": "einschalt.pipeline.simulation",
     "BlockNoise": "einschalt.pipeline.simulation",

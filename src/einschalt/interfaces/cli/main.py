@@ -12,6 +12,7 @@ from einschalt.interfaces.cli.check import check
 from einschalt.interfaces.cli.densify import densify
 from einschalt.interfaces.cli.examples import examples
 from einschalt.interfaces.cli.orient import orient
+from einschalt.interfaces.cli.plan import plan
 from einschalt.interfaces.cli.simulate import simulate
 from einschalt.interfaces.cli.transform import transform
 
@@ -24,6 +25,11 @@ COMMANDS = {
     check: (
         "einschalt check data_examples/neukirchen",
         "einschalt check BLOCK | grep low_flight.csv",
+    ),
+    plan: (
+        "einschalt plan",
+        "einschalt plan --scale-number 6000:12000:1000 --spacing 200,300 --m-0 0.10",
+        "einschalt plan --camera ultracam_eagle --edge lattice --output plan.csv",
     ),
     simulate: (
         "einschalt simulate --output out/simulated",
@@ -92,7 +98,10 @@ def einschalt(
 
 
 for _command, _examples in COMMANDS.items():
-    app.command(epilog=examples(*_examples), no_args_is_help=True)(_command)
+    # planning has an answer where nothing is asked: Kovarik's own tables
+    app.command(epilog=examples(*_examples), no_args_is_help=_command is not plan)(
+        _command
+    )
 
 
 def run():

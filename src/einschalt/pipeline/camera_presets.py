@@ -1,0 +1,94 @@
+"""Cameras with their usual flights: what a planner need not look up."""
+
+from dataclasses import dataclass
+
+FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
+FILM_SPACINGS = (200.0, 300.0, 400.0)
+FILM_M_G_UM = (10.0, 5.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraPreset:
+    """A camera and how it is usually flown.
+
+    Attributes
+    ----------
+    title : str
+    image_format : tuple of float
+        Of the image along and across the strip [m].
+    principal_distance : float
+        [m]
+    pixel_um : float or None
+        Size of a pixel; None for film.
+    forward_overlap, side_overlap : float
+    m_g_um : tuple of float
+        Usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
+        Kovarik 1971, for digital images 0.3 pixels in each coordinate.
+    scale_numbers, spacings : tuple of float
+        Of the table that is made where none are asked for; spacings in metres.
+    """
+
+    title: str
+    image_format: tuple[float, float]
+    principal_distance: float
+    pixel_um: float | None = None
+    forward_overlap: float = 0.60
+    side_overlap: float = 0.30
+    m_g_um: tuple[float, ...] = FILM_M_G_UM
+    scale_numbers: tuple[float, ...] = FILM_SCALES
+    spacings: tuple[float, ...] = FILM_SPACINGS
+
+
+def _film(title, principal_distance):
+    return CameraPreset(
+        title=title, image_format=(0.23, 0.23), principal_distance=principal_distance
+    )
+
+
+def _digital(title, pixels, pixel_um, principal_distance, **usual):
+    """Make a preset of a frame camera: pixels along and across the strip."""
+    along, across = (round(1e-6 * pixel_um * count, 9) for count in pixels)
+    return CameraPreset(
+        title=title,
+        image_format=(along, across),
+        principal_distance=principal_distance,
+        pixel_um=pixel_um,
+        m_g_um=(round(0.3 * 2.0**0.5 * pixel_um, 1),),
+        **usual,
+    )
+
+
+LARGE_FORMAT = {"scale_numbers": (15_000.0, 20_000.0, 25_000.0, 30_000.0)}
+UAV = {
+    "forward_overlap": 0.80,
+    "side_overlap": 0.60,
+    "spacings": (10.0, 20.0, 30.0),
+}
+CAMERAS = {
+    "film_wide": _film("aerial film 23 cm, wide angle", 0.152),
+    "film_normal": _film("aerial film 23 cm, normal angle", 0.305),
+    "film_super_wide": _film("aerial film 23 cm, super-wide angle", 0.088),
+    "ultracam_eagle": _digital(
+        "UltraCam Eagle Mark 3", (17_004, 26_460), 4.0, 0.100, **LARGE_FORMAT
+    ),
+    "dmc_3": _digital("Leica DMC III", (14_592, 25_728), 3.9, 0.092, **LARGE_FORMAT),
+    "uav_full_frame": _digital(
+        "UAV, 45 megapixels of 36 mm x 24 mm, as DJI P1",
+        (5_460, 8_192),
+        4.4,
+        0.035,
+        scale_numbers=(4_000.0, 6_000.0, 8_000.0, 10_000.0),
+        **UAV,
+    ),
+    "uav_one_inch": _digital(
+        "UAV, 20 megapixels of 13 mm x 9 mm, as DJI Phantom 4 RTK",
+        (3_648, 5_472),
+        2.41,
+        0.0088,
+        scale_numbers=(10_000.0, 12_000.0, 14_000.0, 16_000.0),
+        **UAV,
+    ),
+}
+"""By the name that the command line takes. Sizes after the makers' data sheets."""
+DEFAULT_CAMERA = "film_wide"
+DEFAULT_M_0 = (0.10, 0.20)
