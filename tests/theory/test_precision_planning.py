@@ -36,7 +36,7 @@ def test_best_scale_is_the_minimum(kind, edge, image_format):
 
     def edge_error(log_scale):
         planned = planned_precision(np.exp(log_scale), 300.0, 0.1, 1e-5, model)
-        return float(planned.M_edge)
+        return min(float(planned.M_edge), 1e3)  # a lattice may determine nothing
 
     searched = minimize_scalar(
         edge_error, bounds=np.log([found / 1.2, found * 1.2]), method="bounded"

@@ -105,7 +105,7 @@ def lattice_leverage(kind, along, across) -> PlannedLeverage:
 
     >>> edge = lattice_leverage("affine", np.array(4.14), np.array(6.9)).edge
     >>> round(float(edge * 4.14 * 6.9), 2)
-    7.48
+    7.5
     """
     shape = np.broadcast_shapes(np.shape(along), np.shape(across))
     total = np.zeros((2, *shape))
