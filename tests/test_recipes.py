@@ -13,6 +13,7 @@ PRINTED = {
     "densify_real_block": ["8811-9111", "8938-9111", "check", "351"],
     "transform_national_frames": ["767 points", "1450 triangles", "6697187.0009"],
     "simulate_and_compare": ["truth", "propagated", "formula of 1971"],
+    "reproduce_kovarik_1971": ["0.1826", "17.89", "contradicts itself", "4c has the"],
     "finsterwalder_repetitions": ["25 repetitions", "Bachmann", "pass 20", "3.32"],
 }
 
