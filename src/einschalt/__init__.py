@@ -24,6 +24,7 @@ _HOME = {
     "Settings": "einschalt.pipeline.settings",
     "densify": "einschalt.interfaces.python_api",
     "DensificationResult": "einschalt.interfaces.python_api",
+    "densify_many": "einschalt.interfaces.python_api",
     "approximate_coordinates": "einschalt.stages.stage1_approximate_coordinates",
     "relative_orientation": "einschalt.stages.stage2_relative_orientation",
     "transform_models": "einschalt.stages.stage3_model_transformation",

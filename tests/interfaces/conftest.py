@@ -92,6 +92,17 @@ class BlockFolder:
         self.write(name, text.replace(old, new, count))
 
 
+@pytest.fixture(scope="session")
+def make_block():
+    """Write small sound blocks, each in a folder of its own."""
+
+    def make(folder):
+        folder.mkdir(parents=True)
+        return BlockFolder(folder)
+
+    return make
+
+
 @pytest.fixture
 def small_block(tmp_path):
     """The folder of a small sound block."""

@@ -111,3 +111,19 @@ def test_windows_paths_are_shortened(good_result):
         "file": "control_points.csv",
         "sha256": None,
     }
+
+
+def test_figures_are_those_of_the_result(good_result):
+    origin = provenance(good_result)
+    assert origin["seconds"] == 0.5
+    assert origin["figures"]["n_points"] == len(good_result.points)
+    new = good_result.points[good_result.points["role"] == "new"]
+    for kind in ("total", "paper", "internal"):
+        squares = new[f"standard_error_{kind}"] ** 2
+        figure = origin["figures"][f"mean_{kind}"]
+        assert figure == pytest.approx(np.sqrt(squares.mean()), rel=1e-12)
+
+
+def test_figures_that_are_not_known_are_null(given_approximations_result):
+    figures = provenance(given_approximations_result)["figures"]
+    assert figures["m_0_high"] is None

@@ -135,7 +135,16 @@ def n_cores():
     Returns
     -------
     int
+        At most ``EINSCHALT_CORES`` of the environment, where that is set: one of
+        several processes then does not take the cores of the others.
     """
+    granted = os.environ.get("EINSCHALT_CORES", "")
+    if granted.isdecimal():
+        return min(max(int(granted), 1), _n_own_cores())
+    return _n_own_cores()
+
+
+def _n_own_cores():
     if hasattr(os, "sched_getaffinity"):  # a scheduler may have left us only some
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -3,7 +3,9 @@
 Nothing in it tells of the computer: no absolute path, no name of host or user.
 """
 
+import math
 import platform
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import PurePosixPath, PureWindowsPath
@@ -28,7 +30,9 @@ def provenance(result) -> dict:
     dict
         ``schema``, ``program``, ``version``, ``created`` (UTC), ``block``, ``flights``,
         ``settings``, ``inputs`` (file and SHA-256 of each table; empty where the tables
-        came from a script), ``versions``; ready for JSON.
+        came from a script), ``versions``, ``figures`` (of the block, metres), and
+        ``seconds``; ready for JSON. From run to run only ``created`` and ``seconds``
+        differ.
     """
     block = result.block
     return {
@@ -41,6 +45,17 @@ def provenance(result) -> dict:
         "settings": result.settings.model_dump(mode="json"),
         "inputs": _inputs(block),
         "versions": versions(),
+        "figures": _figures(result),
+        "seconds": round(result.seconds, 3),
+    }
+
+
+def _figures(result):
+    """Figures of the block; null where one is not known."""
+    figures = {key: _plain(value) for key, value in asdict(result.figures).items()}
+    figures["n_suspects"] = int(result.residuals["is_suspect"].fillna(False).sum())
+    return {
+        key: value if math.isfinite(value) else None for key, value in figures.items()
     }
 
 

@@ -5,14 +5,19 @@ themselves.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_folder import write_block
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.pipeline import block as checked
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import simulation as simulated
+from einschalt.pipeline.dask_engine import DaskEngine
+from einschalt.pipeline.engine import LocalEngine
 from einschalt.pipeline.settings import Settings
 
 
@@ -121,6 +126,68 @@ def densify(block, settings=None, *, progress=None):
         )
     result = computed.densify(block, settings, progress=progress)
     return DensificationResult(**checked.plain_fields(result))
+
+
+def densify_many(
+    blocks,
+    output,
+    *,
+    scheduler=None,
+    settings=None,
+    workers=None,
+    memory_gb=None,
+    which="changed",
+    progress=None,
+):
+    """Compute many blocks, each in a process of its own, and write their results.
+
+    Parameters
+    ----------
+    blocks : str, Path or iterable of these
+        Folders of blocks; or one folder, below which all blocks are found.
+    output : str or Path
+        Gets a folder for each block, named after the block's, and blocks.csv,
+        blocks.parquet and blocks.html.
+    scheduler : str, optional
+        Address of a Dask scheduler, tcp://host:port, whose workers compute.
+    settings : Settings or dict, optional
+        In place of the blocks' own; a dict replaces only the fields that it has.
+    workers : int, optional
+        Processes on this computer, one per core where left out.
+    memory_gb : float, optional
+        What each of them may use [GB].
+    which : {"changed", "unfinished", "failed", "all"}, optional
+        What is computed: blocks without a result of their present input, settings and
+        version; of these not the ones that an interrupted run has seen fail; only
+        those that failed; or every block.
+    progress : callable, optional
+        Called after each block with ``row``, ``n_done``, ``n_all`` and
+        ``seconds_left`` as attributes of one object.
+
+    Returns
+    -------
+    DataFrame
+        One row per block: block, outcome (done, skipped, failed), stage, reason,
+        remedy, n_points, standard_error_total, standard_error_paper,
+        standard_error_internal (RMS over the new points, TOTAL [m]), seconds,
+        n_suspects, n_failed_models, n_moved, largest_move [m].
+
+    Raises
+    ------
+    EinschaltError
+        The call is wrong, the output cannot be written, or another batch runs in it. A
+        block that fails is a row.
+    """
+    if isinstance(blocks, (str, Path)):
+        blocks = find_blocks(blocks, output)
+    given = settings.model_dump() if isinstance(settings, Settings) else settings or {}
+    Settings(**given)  # before the work
+    engine = LocalEngine(workers, memory_gb=memory_gb)
+    if scheduler is not None:
+        engine = DaskEngine(scheduler)
+    with batch_folder(output) as folder:
+        plan = plan_batch(blocks, folder, given=given, which=which)
+        return run_batch(plan, engine, progress=progress)
 
 
 def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):

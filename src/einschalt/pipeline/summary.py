@@ -11,7 +11,22 @@ SECTIONS = (precision, known_points, distribution, flights)
 
 
 def summarize(result) -> str:
-    """Write the text of ``print(result)`` and of summary.txt.
+    """Write the text of ``print(result)``.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    str
+        That of :func:`lasting_summary`, and how long the block took.
+    """
+    return f"{lasting_summary(result)}Computed in {seconds(result.seconds)}.\n"
+
+
+def lasting_summary(result) -> str:
+    """Write the text of summary.txt: the same for every run of a block.
 
     Parameters
     ----------
@@ -45,7 +60,7 @@ def _suggestions(suggestions):
 
 
 def settings_line(result) -> str:
-    """Say what settings differ from the defaults, and how long the block took."""
+    """Say what settings differ from the defaults."""
     settings = result.settings
     chosen = [
         f"{key}{UNBROKEN}{value}"
@@ -53,5 +68,4 @@ def settings_line(result) -> str:
         if value != type(settings).model_fields[key].default
     ]
     said = f"{', '.join(chosen)}, others as by default" if chosen else "all defaults"
-    lines = wrapped(f"Settings: {said}.").replace(UNBROKEN, " = ")
-    return f"{lines}\nComputed in {seconds(result.seconds)}."
+    return wrapped(f"Settings: {said}.").replace(UNBROKEN, " = ")

@@ -254,3 +254,28 @@ def test_folder_that_cannot_be_made(tmp_path, demo_block):
     (tmp_path / "file").touch()
     with pytest.raises(FileError, match="cannot be written"):
         write_block(demo_block, tmp_path / "file")
+
+
+@pytest.mark.parametrize("name", ["low_flight.csv", "control_points.csv", "block.toml"])
+def test_table_that_changes_while_it_is_read(small_block, monkeypatch, name):
+    """Another program appends a row between our reading and our signing for it."""
+    from einschalt.interfaces.files import input_files
+
+    honest = input_files.checksum
+    seen = []
+
+    def checksum_and_write(path):
+        digest = honest(path)
+        if path.name == name and not seen:
+            seen.append(path)
+            with path.open("a", encoding="utf-8") as file:
+                file.write("\n")
+        return digest
+
+    for module in ("input_files", "block_folder"):
+        target = f"einschalt.interfaces.files.{module}.checksum"
+        monkeypatch.setattr(target, checksum_and_write)
+    said = rf"{name}: the file changed while it was read.*Run it again when the other"
+    with pytest.raises(FileError, match=said):
+        read_block(small_block.path)
+    assert seen

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from einschalt.interfaces.cli.batch import batch
 from einschalt.interfaces.cli.check import check
 from einschalt.interfaces.cli.densify import densify
 from einschalt.interfaces.cli.examples import examples
@@ -21,6 +22,12 @@ COMMANDS = {
         "einschalt densify data_examples/neukirchen --output out/neukirchen",
         "einschalt densify BLOCK --output out --coverage-mean most_central",
         "einschalt densify BLOCK --output out --weighting weighted --quiet",
+    ),
+    batch: (
+        "einschalt batch data_examples --output out/all",
+        "einschalt batch BLOCKS --output out --workers 8 --memory 4",
+        "einschalt batch BLOCKS --output out --resume",
+        "einschalt batch BLOCKS --output out --scheduler tcp://10.0.0.5:8786",
     ),
     check: (
         "einschalt check data_examples/neukirchen",
@@ -92,8 +99,8 @@ def einschalt(
 ):
     """Photogrammetric densification of control points, with honest precision.
 
-    Exit status: 0 when the work was done (models that failed are said), 2 when the
-    input or the call is wrong, 130 when interrupted.
+    Exit status: 0 when the work was done (models that failed are said), 1 when a batch
+    has failed blocks, 2 when the input or the call is wrong, 130 when interrupted.
     """
 
 

@@ -2,6 +2,7 @@
 
 import sys
 from contextlib import contextmanager
+from datetime import datetime, timedelta
 
 from einschalt.interfaces.cli.exits import complain
 
@@ -51,3 +52,41 @@ def _bar():
             progress.update(task, description=f"{title:<24}", completed=fraction)
 
         yield advance
+
+
+@contextmanager
+def batch_progress(*, is_quiet):
+    """Show the blocks of a batch as they are finished, and when it will end.
+
+    Parameters
+    ----------
+    is_quiet : bool
+        Show nothing.
+
+    Yields
+    ------
+    callable
+        To be called with the news after each block.
+    """
+    if is_quiet:
+        yield _no_news
+    elif sys.stderr.isatty():
+        with _bar() as advance:
+            yield lambda news: advance(_batch_line(news), news.n_done / news.n_all)
+    else:
+        yield lambda news: complain(_batch_line(news))
+
+
+def _no_news(_news):
+    """Show nothing."""
+
+
+def _batch_line(news):
+    row = news.row
+    reason = f": {row['reason']}" if row["outcome"] == "failed" else ""
+    line = f"{news.n_done}/{news.n_all}  {row['block']} {row['outcome']}{reason}"
+    if news.seconds_left is None or news.n_done == news.n_all:
+        return line
+    # on the clock of the one who waits
+    end = datetime.now().astimezone() + timedelta(seconds=news.seconds_left)
+    return f"{line}  (until about {end:%H:%M:%S})"

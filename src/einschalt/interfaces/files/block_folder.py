@@ -28,7 +28,11 @@ from einschalt.interfaces.files.block_toml import (
     write_block_toml,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera, write_camera
-from einschalt.interfaces.files.input_files import checksum, require_file
+from einschalt.interfaces.files.input_files import (
+    checksum,
+    require_file,
+    require_unchanged,
+)
 from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
 from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block import FLIGHTS, Block, Flight
@@ -119,10 +123,12 @@ def find_problems(path, *, kind=Block) -> BlockFindings:
     """
     try:
         file = _block_file(path)
+        signed = checksum(file)
         toml = read_block_toml(file)
+        require_unchanged(file, toml.source, signed)
     except EinschaltError as error:
         return BlockFindings((error,), (), (), None)
-    reading = _Reading(file, toml)
+    reading = _Reading(file, toml, signed)
     fields = reading.fields()
     problems = reading.toml.problems
     if not problems:
@@ -179,11 +185,11 @@ class _Draft:
 class _Reading:
     """Reads the tables that block.toml names, and keeps what is wrong with them."""
 
-    def __init__(self, file, toml: BlockToml):
+    def __init__(self, file, toml: BlockToml, signed):
         self.folder = file.parent
         self.toml = toml
         self.sources = {"block": toml.source}
-        self.checksums = {toml.source: checksum(file)}
+        self.checksums = {toml.source: signed}
         self.notes = []
 
     def fields(self):
@@ -252,8 +258,9 @@ class _Reading:
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
         path = self._path(source, section, key)
-        content = read(path, source)
         self.checksums[source] = checksum(path)
+        content = read(path, source)
+        require_unchanged(path, source, self.checksums[source])
         return content
 
     def _said(self, section, key, read):

@@ -155,3 +155,28 @@ def checksum(path):
     """
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def require_unchanged(path, source, signed):
+    """See that a file is still the one whose checksum was taken before it was read.
+
+    Parameters
+    ----------
+    path : str or Path
+    source : str
+        What the file is called in messages.
+    signed : str
+        SHA-256 of the file before.
+
+    Raises
+    ------
+    FileError
+        Another program has written it since: what was read may be half of each.
+    """
+    if checksum(path) != signed:
+        raise FileError(
+            "the file changed while it was read",
+            expected="a file that nobody writes",
+            remedy="Run it again when the other program has ended",
+            file=source,
+        )

@@ -19,6 +19,7 @@ from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.provenance import provenance
 from einschalt.interfaces.reports.html_report import render
+from einschalt.pipeline.summary import lasting_summary
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
@@ -117,7 +118,7 @@ def write_result(result, folder):
     written = _write_tables(result, folder)
     write_geopackage(result, folder / "block.gpkg")
     write_text(folder / "report.html", render(result))
-    write_text(folder / "summary.txt", result.summary().rstrip() + "\n")
+    write_text(folder / "summary.txt", lasting_summary(result))
     written += ["block.gpkg", "report.html", "summary.txt"]
     outputs = {name: checksum(folder / name) for name in written}
     origin = {**provenance(result), "outputs": outputs}

@@ -13,7 +13,6 @@ from einschalt.foundations.typesetting import (
     length_column,
     number,
     printable,
-    seconds,
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
@@ -95,7 +94,6 @@ def render(result) -> str:
         ],
         failures=_failures(result),
         settings=result.settings.model_dump(),
-        duration=seconds(result.seconds),
     )
 
 

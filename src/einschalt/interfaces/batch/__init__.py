@@ -1,0 +1,1 @@
+"""Batches: many block folders to many result folders, on one engine."""

@@ -1,0 +1,277 @@
+"""A batch: which blocks must be computed, their computation, and the table of all.
+
+While a batch runs, a hidden file in its folder marks the results as they were at the
+start. A run that finds it continues an interrupted one: what that one has finished
+counts as done, and the table becomes the one that it would have written.
+"""
+
+import json
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+from einschalt.foundations.batches import n_cores
+from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.batch.batch_tables import write_tables
+from einschalt.interfaces.batch.block_run import BlockTask, row_of_result, run_block
+from einschalt.interfaces.batch.block_search import name_blocks
+from einschalt.interfaces.batch.block_state import BlockState, look_at, read_json
+from einschalt.interfaces.batch.failure_file import keep_failure
+from einschalt.interfaces.batch.folder_lock import locked
+from einschalt.interfaces.files.atomic import (
+    make_folder,
+    said_as_file_error,
+    write_text,
+)
+from einschalt.interfaces.files.result_folder import refuse_block_folder
+from einschalt.pipeline.batch import (
+    DONE,
+    FAILED,
+    NOT_ASKED,
+    SKIPPED,
+    Expectation,
+    blocks_table,
+    row_of_failure,
+)
+
+MARKS = ".einschalt-batch.json"
+WHICH = ("changed", "unfinished", "failed", "all")
+
+
+@dataclass(frozen=True)
+class BatchPlan:
+    """What a batch has to do.
+
+    Attributes
+    ----------
+    output : Path
+    given : dict
+        Settings that go before those of each block.toml.
+    to_run : tuple of BlockState
+        The largest first, so that no worker is left alone with it at the end.
+    reasons : dict of str to str
+        Why each of them must be computed.
+    rows : dict of str to dict
+        Rows of the blocks that need no computation.
+    names : tuple of str
+        All blocks, in the order of the table.
+    marks : dict of str to str
+        What tells the results at the start of the run from later ones.
+    is_continued : bool
+        Whether there was an interrupted run.
+    """
+
+    output: Path
+    given: dict
+    to_run: tuple[BlockState, ...]
+    reasons: dict
+    rows: dict
+    names: tuple[str, ...]
+    marks: dict
+    is_continued: bool
+
+
+def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
+    """Find out what a batch has to do; nothing is written.
+
+    Parameters
+    ----------
+    blocks : iterable of str or Path
+        Folders.
+    output : str or Path
+    given : dict, optional
+        Settings that go before those of each block.toml.
+    which : {"changed", "unfinished", "failed", "all"}, optional
+        What is computed: blocks without a result of their present input, settings and
+        version; of these not the ones that an interrupted run has seen fail; only
+        those that failed; or every block.
+
+    Returns
+    -------
+    BatchPlan
+
+    Raises
+    ------
+    EinschaltError
+        ``which`` is unknown, a block is given twice, or the results would fall among
+        the blocks.
+    """
+    if which not in WHICH:
+        raise SettingsError(f"which = {which!r}", expected=" or ".join(WHICH))
+    output = Path(output).absolute()
+    named = name_blocks(blocks)
+    for folder in (output, *(output / name for name in named)):
+        refuse_block_folder(folder)
+    marks = (read_json(output / MARKS) or {}).get("blocks")
+    with ThreadPoolExecutor(n_cores()) as pool:
+        states = pool.map(
+            lambda item: look_at(*item, output / item[0], given or {}), named.items()
+        )
+        sorting = _Sorting(which, marks or {})
+        for state in states:
+            sorting.take(state)
+    return BatchPlan(
+        output=output,
+        given=given or {},
+        to_run=tuple(sorted(sorting.to_run, key=lambda state: -state.size)),
+        reasons=sorting.reasons,
+        rows=sorting.rows,
+        names=tuple(named),
+        marks=sorting.new_marks,
+        is_continued=marks is not None,
+    )
+
+
+class _Sorting:
+    """Parts blocks that must be computed from those whose row is known."""
+
+    def __init__(self, which, marks):
+        self.which = which
+        self.marks = marks
+        self.to_run = []
+        self.reasons = {}
+        self.rows = {}
+        self.new_marks = {}
+
+    def take(self, state):
+        name = state.name
+        row = None if self.which == "all" else self._known_row(state)
+        if row is None:
+            self.to_run.append(state)
+            self.reasons[name] = state.why or "asked for"
+            self.new_marks[name] = self.marks.get(name, state.mark())
+            return
+        self.rows[name] = row
+        if name in self.marks and row["outcome"] != SKIPPED:
+            self.new_marks[name] = self.marks[name]
+
+    def _known_row(self, state):
+        is_marked = state.name in self.marks
+        is_unfinished = self.which == "unfinished" and is_marked
+        if not state.why:
+            if is_marked and state.mark() != self.marks[state.name]:
+                return row_of_result(state.name, DONE, state.folder)
+            if not is_unfinished:
+                return row_of_result(state.name, SKIPPED, state.folder)
+        if self.which == "failed" and not state.has_failed:
+            return {"block": state.name, "outcome": SKIPPED, "reason": NOT_ASKED}
+        if is_unfinished and state.failure and state.failure["is_final"]:
+            said = {key: state.failure[key] for key in ("stage", "reason", "remedy")}
+            return {"block": state.name, "outcome": FAILED, **said}
+        return None
+
+
+def run_batch(plan, engine, *, progress=None):
+    """Compute the blocks of a plan, and write the table of all.
+
+    Parameters
+    ----------
+    plan : BatchPlan
+    engine : Engine
+    progress : callable, optional
+        Called after each block with a :class:`BatchNews`.
+
+    Returns
+    -------
+    DataFrame
+        One row per block.
+
+    Raises
+    ------
+    EinschaltError
+        The output cannot be written, or the engine is gone; blocks that are done stay.
+    """
+    write_text(plan.output / MARKS, json.dumps({"schema": 1, "blocks": plan.marks}))
+    rows = dict(plan.rows)
+    try:
+        for row in _computed(plan, engine, progress or _silent):
+            rows[row["block"]] = row
+    except BaseException:  # an interruption as well: what is done is said
+        write_tables(_table(plan, rows), plan.output)
+        raise
+    table = _table(plan, rows)
+    write_tables(table, plan.output)
+    with said_as_file_error(plan.output / MARKS):
+        (plan.output / MARKS).unlink()
+    return table
+
+
+@contextmanager
+def batch_folder(output):
+    """Make the folder of a batch, and keep other batches out of it.
+
+    Parameters
+    ----------
+    output : str or Path
+
+    Yields
+    ------
+    Path
+
+    Raises
+    ------
+    FileError
+        It cannot be written, it holds a block, or another batch runs in it.
+    """
+    refuse_block_folder(output)
+    folder = make_folder(output)
+    with locked(folder):
+        yield folder
+
+
+@dataclass(frozen=True)
+class BatchNews:
+    """What a batch tells after each block.
+
+    Attributes
+    ----------
+    row : dict
+        Of the table of blocks.
+    n_done, n_all : int
+        Of the blocks to be computed.
+    seconds_left : float or None
+        By the sizes of what is done and what is left.
+    """
+
+    row: dict
+    n_done: int
+    n_all: int
+    seconds_left: float | None
+
+
+def _silent(_news):
+    """Report no progress."""
+
+
+def _computed(plan, engine, progress: Callable):
+    tasks = [
+        BlockTask(state.name, state.block, state.folder, state.signature, plan.given)
+        for state in plan.to_run
+    ]
+    started = perf_counter()
+    expected = Expectation(total=sum(state.size for state in plan.to_run))
+    answers = engine.answers(run_block, tasks) if tasks else ()
+    for n_done, answer in enumerate(answers, 1):
+        row = answer.value
+        if answer.error is not None:
+            row = _row_of_engine(tasks[answer.place], answer.error)
+        expected.done += plan.to_run[answer.place].size
+        left = expected.seconds_left(perf_counter() - started)
+        progress(BatchNews(row, n_done, len(tasks), left))
+        yield row
+
+
+def _row_of_engine(task, error):
+    """Row of a block whose process ended: no answer of its own is there."""
+    if isinstance(error, SettingsError):
+        raise error
+    row = row_of_failure(task.name, error, "computation")
+    keep_failure(task.folder, row, error, task.signature)
+    return row
+
+
+def _table(plan, rows):
+    return blocks_table(rows[name] for name in plan.names if name in rows)

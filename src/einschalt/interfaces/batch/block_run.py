@@ -1,0 +1,180 @@
+"""One block of a batch, from its folder to its result: what a worker does.
+
+Whatever happens, the answer is a row. Beside the files of a result the folder then
+holds ``previous_points.parquet`` and ``changes.csv`` where there was a result before,
+or ``failure.json``.
+"""
+
+import threading
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from time import perf_counter
+
+import pandas as pd
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.batch.block_state import (
+    read_json,
+    whole_result,
+    with_settings,
+)
+from einschalt.interfaces.batch.failure_file import FAILURE, keep_failure
+from einschalt.interfaces.batch.folder_lock import locked
+from einschalt.interfaces.files.atomic import (
+    make_folder,
+    said_as_file_error,
+    write_bytes,
+)
+from einschalt.interfaces.files.block_folder import read_block
+from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.result_folder import (
+    DECIMALS,
+    PROVENANCE,
+    refuse_block_folder,
+    write_result,
+)
+from einschalt.pipeline.batch import (
+    DONE,
+    STAGES,
+    WRITING,
+    compare_points,
+    row_of_failure,
+    row_of_figures,
+)
+from einschalt.pipeline.densify import densify
+
+PREVIOUS = "previous_points.parquet"
+CHANGES = "changes.csv"
+DECIMALS_OF_CHANGES = {
+    "easting": DECIMALS["easting"],
+    "northing": DECIMALS["northing"],
+    "moved_easting": DECIMALS["difference"],
+    "moved_northing": DECIMALS["difference"],
+    "moved_total": DECIMALS["difference"],
+    "standard_error_total": DECIMALS["standard_error"],
+}
+# a worker of a cluster may have several threads; figures are drawn by one at a time
+ONE_AT_A_TIME = threading.Lock()
+
+
+@dataclass(frozen=True)
+class BlockTask:
+    """A block to be computed.
+
+    Attributes
+    ----------
+    name : str
+    block, folder : Path
+        Of the block, and of its result.
+    signature : dict
+        Version, settings and checksums with which it was planned.
+    given : dict
+        Settings that go before those of block.toml.
+    """
+
+    name: str
+    block: Path
+    folder: Path
+    signature: dict
+    given: dict
+
+
+def run_block(task) -> dict:
+    """Compute a block, and write its result.
+
+    Parameters
+    ----------
+    task : BlockTask
+
+    Returns
+    -------
+    dict
+        Its row of the table of blocks, done or failed.
+    """
+    started = perf_counter()
+    progress = _Progress()
+    try:
+        with ONE_AT_A_TIME:
+            _run(task, progress)
+    except Exception as error:  # noqa: BLE001 - one block must not stop the others
+        row = row_of_failure(task.name, error, progress.stage, perf_counter() - started)
+        keep_failure(task.folder, row, error, task.signature)
+        return row
+    return row_of_result(task.name, DONE, task.folder)
+
+
+def row_of_result(name, outcome, folder) -> dict:
+    """Row of a block whose result is whole.
+
+    Parameters
+    ----------
+    name : str
+    outcome : {"done", "skipped"}
+    folder : Path
+        Of its result.
+
+    Returns
+    -------
+    dict
+    """
+    provenance = read_json(folder / PROVENANCE)
+    changes = None
+    if outcome == DONE and (folder / CHANGES).exists():
+        changes = pd.read_csv(folder / CHANGES, dtype={"point_id": str})
+    return row_of_figures(
+        name, outcome, provenance["figures"], provenance["seconds"], changes
+    )
+
+
+class _Progress:
+    """Knows the stage that runs."""
+
+    def __init__(self):
+        self.stage = WRITING
+
+    def __call__(self, title, _fraction=0.0):
+        self.stage = STAGES.get(title, title.replace(" ", "_"))
+
+
+def _run(task, progress):
+    _require_version(task.signature["version"])
+    refuse_block_folder(task.folder)
+    with locked(make_folder(task.folder), waits=True):
+        progress("reading")
+        block = read_block(task.block)
+        result = densify(
+            block, with_settings(block.settings, task.given), progress=progress
+        )
+        progress(WRITING)
+        _compare(result.points, task.folder)
+        write_result(result, task.folder)
+        with said_as_file_error(task.folder / FAILURE):
+            (task.folder / FAILURE).unlink(missing_ok=True)
+
+
+def _require_version(version):
+    own = metadata.version("einschalt")
+    if own != version:
+        raise SettingsError(
+            f"the worker has einschalt {own}",
+            expected=f"{version}, as the batch has",
+            remedy="Install the same version everywhere",
+        )
+
+
+def _compare(points, folder):
+    """Write what moved since the run before; keep the points it is compared with.
+
+    A run that is killed from here on finds them again, and writes the same.
+    """
+    if whole_result(folder) is not None:
+        write_bytes(folder / PREVIOUS, (folder / "points.parquet").read_bytes())
+    try:
+        previous = pd.read_parquet(folder / PREVIOUS)
+    except (OSError, ValueError):  # none, or one that another program has damaged
+        with said_as_file_error(folder / CHANGES):
+            (folder / CHANGES).unlink(missing_ok=True)
+        return
+    changes = compare_points(points, previous)
+    write_csv(changes, folder / CHANGES, decimals=DECIMALS_OF_CHANGES)

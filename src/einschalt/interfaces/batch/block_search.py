@@ -1,0 +1,125 @@
+"""Which blocks there are below a folder, and what their results are called."""
+
+import os
+from collections import Counter
+from pathlib import Path
+
+from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.interfaces.files.block_toml import BLOCK_FILE
+
+TABLE_FILES = ("blocks.csv", "blocks.parquet", "blocks.html")
+
+
+def find_blocks(folder, output=None) -> list[Path]:
+    """Find all blocks below a folder, itself included.
+
+    Hidden folders and the folder of the results are passed over; links are followed,
+    each folder once.
+
+    Parameters
+    ----------
+    folder : str or Path
+    output : str or Path, optional
+
+    Returns
+    -------
+    list of Path
+        Sorted.
+
+    Raises
+    ------
+    FileError
+        There is no such folder, or no block in it.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileError(
+            "is no folder" if folder.exists() else "there is no such folder",
+            expected="a folder below which the blocks lie",
+            remedy="Correct the path",
+            file=folder,
+        )
+    not_here = None if output is None else Path(os.path.realpath(output))
+    if not_here == Path(os.path.realpath(folder)):
+        raise FileError(
+            "the results would fall among the blocks",
+            expected="a folder of its own for the results",
+            remedy="Name another folder",
+            file=output,
+        )
+    found = sorted(_below(folder, not_here))
+    if not found:
+        raise FileError(
+            f"the folder holds no block: no {BLOCK_FILE} in it or below it",
+            expected=f"folders with {BLOCK_FILE} and its tables",
+            remedy="Name the folder below which the blocks lie",
+            file=folder,
+        )
+    return found
+
+
+def _below(folder, not_here):
+    seen = set()
+    for path, folders, files in os.walk(folder, followlinks=True):
+        real = Path(os.path.realpath(path))
+        if real in seen or real == not_here:
+            folders.clear()
+            continue
+        seen.add(real)
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if BLOCK_FILE in files:
+            yield Path(path)
+
+
+def name_blocks(paths) -> dict[str, Path]:
+    """Name each block after its folder; after more of its path where that is not one's.
+
+    Parameters
+    ----------
+    paths : iterable of str or Path
+        Folders of blocks, or their block.toml.
+
+    Returns
+    -------
+    dict of str to Path
+        Name, with ``/`` where it has several parts, and folder.
+
+    Raises
+    ------
+    SettingsError
+        A block is named twice, or as the table of the batch is.
+    """
+    folders = [_folder_of(path) for path in paths]
+    names = [folder.name for folder in folders]
+    depth = 1
+    while twice := {n for n, k in Counter(map(str.casefold, names)).items() if k > 1}:
+        depth += 1
+        longer = [
+            "/".join(folder.parts[-depth:]) if name.casefold() in twice else name
+            for folder, name in zip(folders, names, strict=True)
+        ]
+        if longer == names:
+            raise _named_twice(folders, names, twice)
+        names = longer
+    reserved = [name for name in names if name.casefold() in TABLE_FILES]
+    if reserved:
+        raise SettingsError(
+            f"the folder {reserved[0]!r} is called like the table of all blocks",
+            expected="another name",
+            remedy="Rename the folder",
+        )
+    return dict(zip(names, folders, strict=True))
+
+
+def _folder_of(path):
+    path = Path(path).absolute()
+    return path.parent if path.name == BLOCK_FILE else path
+
+
+def _named_twice(folders, names, twice):
+    place = next(k for k, name in enumerate(names) if name.casefold() in twice)
+    return SettingsError(
+        f"the block {folders[place]} is given twice",
+        expected="each block once",
+        remedy="Leave one of them out",
+    )

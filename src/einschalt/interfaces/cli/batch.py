@@ -1,0 +1,137 @@
+"""``einschalt batch``: every block below a folder, again and again."""
+
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated
+
+import typer
+
+from einschalt.interfaces.cli.densify import (
+    CoverageMean,
+    Method,
+    Outliers,
+    Weighting,
+)
+from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+from einschalt.interfaces.cli.progress import batch_progress
+
+SOME_FAILED = 1
+MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
+
+
+def _setting(kind, text):
+    return Annotated[
+        kind | None, typer.Option(show_default="that of each block.toml", help=text)
+    ]
+
+
+def _flag(text, *names):
+    return Annotated[bool, typer.Option(*names, help=text)]
+
+
+@with_exit_status
+def batch(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="FOLDER", help="Folder below which the blocks lie."),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for the results.")
+    ],
+    workers: Annotated[
+        int | None,
+        typer.Option(show_default="one per core", help="Processes at the same time."),
+    ] = None,
+    memory: Annotated[
+        float | None,
+        typer.Option(show_default="no limit", help="Memory of each process [GB]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            show_default="this computer",
+            help="Dask scheduler of a cluster, tcp://host:port.",
+        ),
+    ] = None,
+    resume: _flag(
+        "Go on with an interrupted run; what it has seen fail is not tried again."
+    ) = False,
+    only_failed: _flag("Compute only blocks that failed.") = False,
+    everything: _flag("Compute unchanged blocks as well.", "--all") = False,
+    dry_run: _flag("Say what would be computed, and why.") = False,
+    method: _setting(Method, "How blocks are computed.") = None,
+    coverage_mean: _setting(CoverageMean, "Values that make a point's mean.") = None,
+    weighting: _setting(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
+    outliers: _setting(Outliers, "What happens to gross errors.") = None,
+    significance: _setting(float, "Of the test for gross errors.") = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
+    ] = False,
+):
+    """Compute every block below a folder, and say what became of each.
+
+    Writes one folder per block, named after it, with the files that densify writes,
+    and blocks.csv, blocks.parquet and blocks.html: one row per block. A block whose
+    result is there is skipped, unless its tables, its settings or the version of the
+    program have changed. A block that fails does not stop the others.
+
+    Exit status: 0 when every block has its result, 1 when some failed, 2 when the call
+    is wrong or the folder cannot be written, 130 when interrupted.
+    """
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.interfaces.batch.batch_run import plan_batch  # noqa: PLC0415
+    from einschalt.interfaces.batch.block_search import find_blocks  # noqa: PLC0415
+    from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
+
+    started = perf_counter()
+    chosen = {
+        "method": method,
+        "coverage_mean": coverage_mean,
+        "weighting": weighting,
+        "outliers": outliers,
+        "significance": significance,
+    }
+    given = {name: value for name, value in chosen.items() if value is not None}
+    which = _mode(resume=resume, only_failed=only_failed, everything=everything)
+    blocks = find_blocks(folder, output)
+    if dry_run:
+        _tell_plan(plan_batch(blocks, output, given=given, which=which))
+        return
+    with batch_progress(is_quiet=quiet) as progress:
+        table = python_api.densify_many(
+            blocks,
+            output,
+            scheduler=scheduler,
+            settings=given,
+            workers=workers,
+            memory_gb=memory,
+            which=which,
+            progress=progress,
+        )
+    if not quiet:
+        tell(summarize_batch(table, perf_counter() - started))
+        tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
+    if (table["outcome"] == "failed").any():
+        raise typer.Exit(SOME_FAILED)
+
+
+def _mode(**flags):
+    asked = [name for name, is_asked in flags.items() if is_asked]
+    if len(asked) > 1:
+        names = ("--" + name.replace("_", "-") for name in asked)
+        said = " and ".join(names).replace("--everything", "--all")
+        complain(f"einschalt: {said} exclude each other. Give one of them.")
+        raise typer.Exit(2)
+    return MODES[asked[0]] if asked else "changed"
+
+
+def _tell_plan(plan):
+    for name in plan.names:
+        if name in plan.reasons:
+            tell(f"run   {name}: {plan.reasons[name]}")
+        else:
+            row = plan.rows[name]
+            tell(f"keep  {name}: {row['reason'] or 'done by the interrupted run'}")
+    n_run = len(plan.to_run)
+    tell(f"{n_run} of {len(plan.names)} blocks would be computed; nothing was written")

@@ -1,0 +1,117 @@
+"""The table of a batch as one HTML page: failures first, then every block."""
+
+from urllib.parse import quote
+
+import jinja2
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.typesetting import (
+    MISSING,
+    count,
+    length,
+    length_column,
+    printable,
+    seconds,
+)
+from einschalt.pipeline.batch import DONE, FAILED, SKIPPED
+
+
+def render_batch(table) -> str:
+    """Render the table of a batch.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of :func:`einschalt.pipeline.batch.blocks_table`.
+
+    Returns
+    -------
+    str
+        A page in UTF-8 without any external resource; names in it are escaped, and
+        lead to the reports of the blocks.
+    """
+    failed = table[table["outcome"] == FAILED]
+    moved = table[table["n_moved"].fillna(0) > 0]
+    return _TEMPLATES.get_template("batch.html.j2").render(
+        verdict=_verdict(table),
+        headline=_headline(table),
+        failed=[
+            (printable(r.block), _words(r.stage), printable(r.reason), r.remedy)
+            for r in failed.itertuples()
+        ],
+        moved=_moved(moved),
+        **_blocks(table),
+    )
+
+
+def _verdict(table):
+    numbers = table["outcome"].value_counts()
+    said = [f"{numbers[o]} {o}" for o in (DONE, SKIPPED, FAILED) if numbers.get(o)]
+    return f"{count(len(table), 'block')}: {', '.join(said)}"
+
+
+def _headline(table):
+    n_points = int(table["n_points"].fillna(0).sum())
+    shown = [(f"{n_points}", "points of all blocks")]
+    for kind, what in (("total", "propagated"), ("paper", "after Kovarik’s budget")):
+        errors = table[f"standard_error_{kind}"].dropna()
+        if len(errors):
+            shown.append((length(errors.median()), f"{what}, total: median of blocks"))
+            shown.append((length(errors.max()), f"{what}, total: worst block"))
+    return shown
+
+
+def _moved(moved):
+    order = moved.sort_values("largest_move", ascending=False, kind="stable")
+    unit, texts = length_column(order["largest_move"])
+    cells = zip(order["block"], order["n_moved"], texts, strict=True)
+    return {
+        "columns": ("block", "points", f"largest move [{unit}]"),
+        "rows": [(printable(block), f"{n}", text) for block, n, text in cells],
+    }
+
+
+def _blocks(table):
+    kinds = [table[f"standard_error_{k}"] for k in ("total", "paper", "internal")]
+    unit, texts = length_column(np.concatenate(kinds))
+    parts = [texts[k * len(table) : (k + 1) * len(table)] for k in range(3)]
+    columns = (
+        *("block", "outcome", "points"),
+        *(f"{name} [{unit}]" for name in ("propagated", "paper", "internal")),
+        *("suspects", "failed models", "time"),
+    )
+    rows = zip(
+        [_link(row) for row in table.itertuples()],
+        table["outcome"],
+        map(_whole, table["n_points"]),
+        *parts,
+        map(_whole, table["n_suspects"]),
+        map(_whole, table["n_failed_models"]),
+        [MISSING if np.isnan(time) else seconds(time) for time in table["seconds"]],
+        strict=True,
+    )
+    return {"columns": columns, "rows": list(rows)}
+
+
+def _link(row):
+    """Name of a block, and where its report lies; nowhere, where it has none."""
+    has_report = row.outcome != FAILED and not np.isnan(row.seconds)
+    return printable(row.block), quote(f"{row.block}/report.html") * has_report
+
+
+def _whole(value):
+    return MISSING if pd.isna(value) else f"{value:d}"
+
+
+def _words(name):
+    return printable(name).partition("_")[2].replace("_", " ") or printable(name)
+
+
+_TEMPLATES = jinja2.Environment(
+    loader=jinja2.PackageLoader("einschalt.interfaces.reports"),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)

@@ -1,0 +1,292 @@
+"""A batch of blocks: the table of what became of each, and what moved since last time.
+
+Outcomes: ``done`` (computed in this run, or by the interrupted run that it continues),
+``skipped`` (nothing has changed since its result was computed), ``failed``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import BlockError, EinschaltError
+from einschalt.foundations.typesetting import count, length, printable
+from einschalt.foundations.typesetting import seconds as duration
+
+DONE, SKIPPED, FAILED = "done", "skipped", "failed"
+TEXT_COLUMNS = ("block", "outcome", "stage", "reason", "remedy")
+FIGURES = {
+    "n_points": "n_points",
+    "standard_error_total": "mean_total",
+    "standard_error_paper": "mean_paper",
+    "standard_error_internal": "mean_internal",
+}
+COUNTS = ("n_points", "n_suspects", "n_failed_models", "n_moved")
+COLUMNS = (
+    *TEXT_COLUMNS,
+    *FIGURES,
+    "seconds",
+    "n_suspects",
+    "n_failed_models",
+    "n_moved",
+    "largest_move",
+)
+UNCHANGED = "unchanged"
+NOT_ASKED = "only blocks that failed were asked for"
+WRITING = "writing"
+STAGES = {
+    "relative orientation": "stage2_relative_orientation",
+    "approximate coordinates": "stage1_approximate_coordinates",
+    "model transformation": "stage3_model_transformation",
+    "error budget": "stage4_error_budget",
+    "double coverage": "stage5_double_coverage",
+    "error propagation": "stage4_error_propagation",
+    "done": WRITING,
+}
+MOST_SAID = 10
+
+
+def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
+    """Row of a block whose result is there.
+
+    Parameters
+    ----------
+    name : str
+    outcome : {"done", "skipped"}
+    figures : Mapping
+        As provenance.json has them; None where one is not known.
+    seconds : float
+        Time of the computation.
+    changes : DataFrame, optional
+        Of :func:`compare_points`; left out where there was nothing to compare with.
+
+    Returns
+    -------
+    dict
+        A row of :func:`blocks_table`.
+    """
+    row = {column: figures.get(key) for column, key in FIGURES.items()}
+    if changes is not None:
+        is_moved = changes["change"] == "moved"
+        row["n_moved"] = int(is_moved.sum())
+        row["largest_move"] = changes.loc[is_moved, "moved_total"].max()
+    return {
+        **row,
+        "block": name,
+        "outcome": outcome,
+        "reason": UNCHANGED if outcome == SKIPPED else "",
+        "seconds": seconds,
+        "n_suspects": figures.get("n_suspects"),
+        "n_failed_models": figures.get("n_failed"),
+    }
+
+
+def row_of_failure(name, error, stage, seconds=None) -> dict:
+    """Row of a block that failed.
+
+    Parameters
+    ----------
+    name : str
+    error : Exception
+    stage : str
+        In which it came up, where the error does not know it better.
+    seconds : float, optional
+
+    Returns
+    -------
+    dict
+        A row of :func:`blocks_table`.
+    """
+    reason, remedy = _reason_and_remedy(error)
+    return {
+        "block": name,
+        "outcome": FAILED,
+        "stage": getattr(error, "stage", None) or stage,
+        "reason": reason,
+        "remedy": remedy,
+        "seconds": seconds,
+    }
+
+
+def _reason_and_remedy(error):
+    if isinstance(error, BlockError):
+        first = error.problems[0]
+        more = sum(problem.stands_for for problem in error.problems) - 1
+        reason, remedy = _reason_and_remedy(first)
+        more = f" (and {count(more, 'more problem')}: see failure.json)" if more else ""
+        return f"{reason}{more}", remedy
+    if isinstance(error, EinschaltError):
+        text = f"{error.where}: {error.found}" if error.where else error.found
+        expected = f"; expected {error.expected}" if error.expected else ""
+        return f"{text}{expected}", error.remedy
+    if isinstance(error, MemoryError):
+        return (
+            "needs more memory than there is",
+            "Run it with fewer processes, with a higher limit, or on a larger computer",
+        )
+    return (
+        f"{type(error).__name__}: {error}",
+        "This is a fault of the program: please report it with failure.json",
+    )
+
+
+def blocks_table(rows) -> pd.DataFrame:
+    """Table of a batch: one row per block, in the order of the rows.
+
+    Parameters
+    ----------
+    rows : iterable of dict
+
+    Returns
+    -------
+    DataFrame
+        block, outcome, stage, reason, remedy (texts, empty where there is nothing to
+        say), n_points, standard_error_total, standard_error_paper,
+        standard_error_internal (RMS over the new points, TOTAL [m]), seconds,
+        n_suspects, n_failed_models, n_moved (points that moved by more than their
+        standard error since the run before), largest_move [m].
+    """
+    rows = list(rows)
+    columns = {}
+    for name in COLUMNS:
+        values = [row.get(name) for row in rows]
+        if name in TEXT_COLUMNS:
+            columns[name] = pd.Series([value or "" for value in values], dtype=object)
+        else:
+            kind = "Int64" if name in COUNTS else float
+            columns[name] = pd.Series(values, dtype=float).astype(kind)
+    return pd.DataFrame(columns)
+
+
+def compare_points(points, previous) -> pd.DataFrame:
+    """Points that moved by more than their standard error, came, or went.
+
+    Parameters
+    ----------
+    points, previous : DataFrame
+        ``points`` of a result, and of the one before.
+
+    Returns
+    -------
+    DataFrame
+        point_id, change (moved, new, gone), easting, northing (new; of a point that is
+        gone the old ones), moved_easting, moved_northing, moved_total [m],
+        standard_error_total: what the point claims (propagated; where that is not
+        known after Kovarik's budget, else internal). A height that moved by more than
+        its standard error counts as well.
+    """
+    both = points.merge(
+        previous, on="point_id", how="outer", suffixes=("", "_before"), indicator="side"
+    )
+    claimed = _claimed(both)
+    moved = {
+        f"moved_{axis}": both[axis] - both[f"{axis}_before"]
+        for axis in ("easting", "northing")
+    }
+    total = np.hypot(*moved.values())
+    is_moved = (both["side"] == "both") & ((total > claimed) | _is_lifted(both))
+    change = np.select(
+        [is_moved, both["side"] == "left_only", both["side"] == "right_only"],
+        ["moved", "new", "gone"],
+        "",
+    )
+    table = pd.DataFrame(
+        {
+            "point_id": both["point_id"].astype(str),
+            "change": change,
+            "easting": both["easting"].fillna(both["easting_before"]),
+            "northing": both["northing"].fillna(both["northing_before"]),
+            **moved,
+            "moved_total": total,
+            "standard_error_total": claimed,
+        }
+    )
+    table = table[table["change"] != ""]
+    return table.sort_values("point_id", kind="stable").reset_index(drop=True)
+
+
+def _claimed(both):
+    claimed = pd.Series(np.nan, index=both.index)
+    for kind in ("total", "paper", "internal"):
+        name = f"standard_error_{kind}"
+        if name in both:
+            claimed = claimed.fillna(both[name])
+    return claimed
+
+
+def _is_lifted(both):
+    if not {"height", "height_before", "standard_error_height"} <= set(both):
+        return np.zeros(len(both), dtype=bool)
+    lift = (both["height"] - both["height_before"]).abs()
+    return (lift > both["standard_error_height"]).to_numpy()
+
+
+@dataclass
+class Expectation:
+    """When a batch will end, from the size of what is done and of what is left.
+
+    Attributes
+    ----------
+    total : float
+        Size of all that is to be done; any unit.
+    done : float
+    """
+
+    total: float
+    done: float = 0.0
+
+    def seconds_left(self, seconds_so_far):
+        """Seconds until the end, None where nothing can be said yet.
+
+        Parameters
+        ----------
+        seconds_so_far : float
+
+        Returns
+        -------
+        float or None
+        """
+        if self.done <= 0.0:
+            return None
+        return seconds_so_far * max(self.total - self.done, 0.0) / self.done
+
+
+def summarize_batch(table, seconds) -> str:
+    """Write what a batch says at its end.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Of :func:`blocks_table`.
+    seconds : float
+        Time of the whole run.
+
+    Returns
+    -------
+    str
+    """
+    numbers = table["outcome"].value_counts()
+    said = [f"{numbers[o]} {o}" for o in (DONE, SKIPPED, FAILED) if numbers.get(o)]
+    lines = [f"{count(len(table), 'block')}: {', '.join(said)} ({duration(seconds)})"]
+    failed = table[table["outcome"] == FAILED]
+    if len(failed):
+        lines += ["", "Failed"]
+        for row in failed.head(MOST_SAID).itertuples():
+            lines.append(f"  {printable(row.block)}: {printable(row.reason)}.")
+            if row.remedy:
+                lines.append(f"    {printable(row.remedy)}")
+        lines += _rest(failed)
+    moved = table[table["n_moved"].fillna(0) > 0]
+    moved = moved.sort_values("largest_move", ascending=False, kind="stable")
+    if len(moved):
+        lines += ["", "Moved by more than their standard error since the run before"]
+        for row in moved.head(MOST_SAID).itertuples():
+            points = count(int(row.n_moved), "point")
+            most = length(row.largest_move)
+            lines.append(f"  {printable(row.block)}: {points}, at most {most}")
+        lines += _rest(moved)
+    return "\n".join(lines)
+
+
+def _rest(rows):
+    return [f"  and {len(rows) - MOST_SAID} more"] if len(rows) > MOST_SAID else []

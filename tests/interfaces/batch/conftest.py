@@ -1,0 +1,139 @@
+"""Folders of blocks, sound and broken, and the bytes of what a batch leaves."""
+
+import csv
+import io
+import json
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+
+def _cut_in_two(block):
+    table = pd.read_csv(block.path / "low_flight.csv", dtype=str)
+    table.to_parquet(block.path / "low_flight.parquet")
+    block.replace("block.toml", '"low_flight.csv"', '"low_flight.parquet"')
+    data = (block.path / "low_flight.parquet").read_bytes()
+    block.write("low_flight.parquet", data[: len(data) // 2])
+
+
+def _in_a_line(block):
+    header, *lines = block.read("low_flight.csv").splitlines()
+    flat = [f"{line.rpartition(',')[0]},20.0" for line in lines]
+    block.write("low_flight.csv", "\n".join([header, *flat, ""]))
+
+
+# ten ways to break a block: how, in which stage it shows, with which reason and remedy
+BREAKAGES = {
+    "missing_table": (
+        lambda b: (b.path / "low_flight.csv").unlink(),
+        "reading",
+        "low_flight.csv: the file does not exist",
+        "Its folder holds",
+    ),
+    "no_number": (
+        lambda b: b.replace("low_flight.csv", ",10.0000,", ",n/a,"),
+        "reading",
+        "low_flight.csv, row 2, point 0012, model 11/12: x 'n/a' is not a number",
+        "Give a value",
+    ),
+    "unknown_key": (
+        lambda b: b.replace("block.toml", "scale_number", "scale_nmber"),
+        "reading",
+        "block.toml, row 10: [high_flight] scale_nmber",
+        "Write scale_number",
+    ),
+    "no_toml": (
+        lambda b: b.replace("block.toml", "m_g_um = 7.5", "m_g_um = 7,5"),
+        "reading",
+        "block.toml, row 11: 'm_g_um = 7,5' is no TOML",
+        "Write a decimal point",
+    ),
+    "empty_table": (
+        lambda b: b.write("control_points.csv", ""),
+        "reading",
+        "control_points.csv: the file is empty",
+        "Fill it",
+    ),
+    "unknown_crs": (
+        lambda b: b.replace("block.toml", "EPSG:31255", "EPSG:99999"),
+        "reading",
+        "EPSG:99999",
+        "",
+    ),
+    "truncated_parquet": (
+        _cut_in_two,
+        "reading",
+        "low_flight.parquet: the file is truncated",
+        "Copy or export it again",
+    ),
+    "workbook": (
+        lambda b: b.write("low_flight.csv", b"PK\x03\x04 and the rest of it"),
+        "reading",
+        "low_flight.csv: is a workbook or a zip archive",
+        "Save the sheet as CSV UTF-8",
+    ),
+    "missing_column": (
+        lambda b: b.replace("control_points.csv", "easting", "eesting"),
+        "reading",
+        "control_points.csv, row 1",
+        "easting",
+    ),
+    "points_in_a_line": (
+        _in_a_line,
+        "stage3_model_transformation",
+        "low flight",
+        "",
+    ),
+}
+
+
+@pytest.fixture(scope="session")
+def breakages():
+    return BREAKAGES
+
+
+@pytest.fixture(scope="session")
+def make_blocks(make_block):
+    """Write a folder with so many sound blocks, and one for each breakage."""
+
+    def make(folder, n_sound, broken=()):
+        for k in range(n_sound):
+            # different in size, so that the order of computation is another one
+            block = make_block(folder / f"block_{k:02d}")
+            shift = f"{10.0 + 0.001 * k:.4f}"
+            block.replace("low_flight.csv", ",10.0000,", f",{shift},", count=k)
+        for name in broken:
+            BREAKAGES[name][0](make_block(folder / name))
+        return folder
+
+    return make
+
+
+TIMES = re.compile(rb'"(created|seconds)": ("[^"]*"|[\d.]+)')
+
+
+def _without_times(path):
+    data = path.read_bytes()
+    if path.name in {"provenance.json", "failure.json"}:
+        return TIMES.sub(rb'"\1": 0', data)
+    if path.name == "blocks.csv":
+        rows = list(csv.DictReader(io.StringIO(data.decode("utf-8"))))
+        return json.dumps([{**row, "seconds": 0} for row in rows]).encode()
+    if path.name == "blocks.parquet":
+        return pd.read_parquet(path).drop(columns="seconds").to_json().encode()
+    if path.name == "blocks.html":
+        return re.sub(rb'<td class="n">[^<]*</td></tr>', b"</tr>", data)
+    return data
+
+
+@pytest.fixture(scope="session")
+def left():
+    """What lies in a folder: every file with its bytes, times apart."""
+
+    def look(folder):
+        files = sorted(path for path in Path(folder).rglob("*") if path.is_file())
+        return {str(p.relative_to(folder)): _without_times(p) for p in files}
+
+    return look

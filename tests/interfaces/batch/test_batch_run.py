@@ -1,0 +1,441 @@
+"""Batches of small blocks: what is computed, what is skipped, what the table says."""
+
+import json
+import os
+import shutil
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.interfaces.batch import batch_run
+from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.interfaces.files import atomic
+from einschalt.pipeline.engine import Answer, EngineError
+
+N_SOUND = 3
+FILES_OF_A_RESULT = {"points.csv", "points.parquet", "report.html", "provenance.json"}
+
+
+class HereEngine:
+    """Runs tasks in this process, so that tests need not wait for others to start."""
+
+    def __init__(self, until=None, error=KeyboardInterrupt):
+        self.until = until
+        self.error = error
+        self.names = []
+
+    def answers(self, function, tasks):
+        for place, task in enumerate(tasks):
+            if place == self.until:
+                raise self.error
+            self.names.append(task.name)
+            yield Answer(place, function(task))
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """Run a batch in this process; gives the table and the names of what was run.
+
+    Reports and maps, which take most of the time, are left to the runs of workers.
+    """
+    folder_of_results = "einschalt.interfaces.files.result_folder"
+    monkeypatch.setattr(f"{folder_of_results}.render", lambda _result: "report")
+    monkeypatch.setattr(
+        f"{folder_of_results}.write_geopackage",
+        lambda _result, path: atomic.write_text(path, "map of the result" * 100),
+    )
+
+    def call(folder, output, engine=None, **options):
+        from einschalt.interfaces.batch.block_search import find_blocks
+
+        engine = engine or HereEngine()
+        with batch_folder(output) as made:
+            plan = plan_batch(find_blocks(folder, output), made, **options)
+            table = run_batch(plan, engine)
+        return table.set_index("block"), engine.names
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory, make_blocks, breakages):
+    """Sound blocks and ten broken ones, run once with two processes."""
+    root = tmp_path_factory.mktemp("mixed")
+    make_blocks(root / "blocks", N_SOUND, breakages)
+    table = es.densify_many(root / "blocks", root / "out", workers=2)
+    return root, table.set_index("block")
+
+
+def test_sound_blocks_are_done_and_have_their_files(mixed):
+    root, table = mixed
+    done = table[table["outcome"] == "done"]
+    assert list(done.index) == [f"block_{k:02d}" for k in range(N_SOUND)]
+    for name in done.index:
+        names = {path.name for path in (root / "out" / name).iterdir()}
+        assert names >= FILES_OF_A_RESULT
+        assert "failure.json" not in names
+
+
+def test_figures_are_those_of_the_block_alone(mixed):
+    root, table = mixed
+    result = es.densify(es.read_block(root / "blocks" / "block_01"))
+    new = result.points[result.points["role"] == "new"]
+    row = table.loc["block_01"]
+    assert row["n_points"] == len(result.points) == 9
+    for kind in ("total", "paper", "internal"):
+        name = f"standard_error_{kind}"
+        assert row[name] == pytest.approx(np.sqrt(np.mean(new[name] ** 2)), rel=1e-12)
+    assert (row["n_suspects"], row["n_failed_models"]) == (0, 0)
+
+
+def test_every_broken_block_has_its_reason(mixed, breakages):
+    root, table = mixed
+    for name, (_, stage, reason, remedy) in breakages.items():
+        row = table.loc[name]
+        assert row["outcome"] == "failed", name
+        assert row["stage"] == stage, name
+        assert reason in row["reason"], name
+        assert remedy in row["remedy"], name
+        assert "Traceback" not in row["reason"]
+        failure = json.loads((root / "out" / name / "failure.json").read_text("utf-8"))
+        assert failure["reason"] == row["reason"]
+        assert "traceback" not in failure
+        assert not (root / "out" / name / "points.csv").exists()
+
+
+def test_tables_say_the_same_in_three_formats(mixed):
+    root, table = mixed
+    written = pd.read_parquet(root / "out" / "blocks.parquet").set_index("block")
+    assert list(written.index) == list(table.index)
+    for name in table:
+        assert written[name].fillna(-1).tolist() == table[name].fillna(-1).tolist()
+    read = pd.read_csv(root / "out" / "blocks.csv").set_index("block")
+    assert list(read["outcome"]) == list(table["outcome"])
+    assert list(read.columns)[:8] == [
+        *("outcome", "stage", "reason", "remedy", "n_points", "standard_error_total"),
+        *("standard_error_paper", "standard_error_internal"),
+    ]
+    page = (root / "out" / "blocks.html").read_text(encoding="utf-8")
+    assert all(name in page for name in table.index)
+    assert 'href="block_00/report.html"' in page
+
+
+def test_nothing_hidden_is_left(mixed):
+    root, _ = mixed
+    assert not [p for p in (root / "out").rglob("*") if p.name.startswith(".")]
+
+
+def test_second_run_skips_what_is_unchanged_and_tries_failures_again(
+    mixed, run, breakages
+):
+    root, first = mixed
+    table, names = run(root / "blocks", root / "out")
+    assert set(names) == set(breakages)
+    skipped = table[table["outcome"] == "skipped"]
+    assert list(skipped["reason"]) == ["unchanged"] * N_SOUND
+    columns = ["n_points", "standard_error_total", "standard_error_paper"]
+    same = (skipped[columns] == first.loc[skipped.index, columns]).all().all()
+    assert same
+    assert (table.loc[list(breakages), "outcome"] == "failed").all()
+
+
+@pytest.fixture
+def folder(tmp_path, make_blocks):
+    return make_blocks(tmp_path / "blocks", 2, ["no_number"])
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "why"),
+    [
+        ("control_points.csv", "13000.00", "13000.20", "control_points.csv changed"),
+        ("low_flight.csv", "20.0000", "20.0001", "low_flight.csv changed"),
+        ("block.toml", "5.0", "6.0", "block.toml changed"),
+    ],
+)
+def test_exactly_the_block_whose_input_changed_runs(
+    folder, tmp_path, run, file, old, new, why
+):
+    run(folder, tmp_path / "out")
+    path = folder / "block_01" / file
+    path.write_text(path.read_text("utf-8").replace(old, new, 1), encoding="utf-8")
+    plan = plan_batch([folder / "block_00", folder / "block_01"], tmp_path / "out")
+    assert plan.reasons == {"block_01": why}
+    table, names = run(folder, tmp_path / "out")
+    assert names == ["block_01", "no_number"]
+    assert list(table["outcome"]) == ["skipped", "done", "failed"]
+
+
+def test_a_touched_file_is_no_changed_file(folder, tmp_path, run):
+    """A clock that jumps spoils nothing either: times play no part."""
+    run(folder, tmp_path / "out")
+    for path in (folder / "block_00").iterdir():
+        os.utime(path, (4e9, 4e9))
+    for path in (tmp_path / "out" / "block_01").iterdir():
+        os.utime(path, (0, 0))
+    assert run(folder, tmp_path / "out")[1] == ["no_number"]
+
+
+def test_clock_that_jumps_while_a_batch_runs(folder, tmp_path, run, monkeypatch, left):
+    run(folder, tmp_path / "calm")
+    jumps = iter([10**6 * (-1) ** k for k in range(10**6)])
+    honest = time.time
+    monkeypatch.setattr(time, "time", lambda: honest() + next(jumps))
+    run(folder, tmp_path / "jumping")
+    assert left(tmp_path / "jumping") == left(tmp_path / "calm")
+
+
+def test_settings_and_version_count(folder, tmp_path, run, monkeypatch):
+    out = tmp_path / "out"
+    run(folder, out)
+    given = {"coverage_mean": "most_central"}
+    assert set(run(folder, out, given=given)[1]) == {
+        "block_00",
+        "block_01",
+        "no_number",
+    }
+    assert run(folder, out, given=given)[1] == ["no_number"]
+    monkeypatch.setattr(
+        "einschalt.interfaces.batch.block_state.metadata.version", lambda _: "99.0"
+    )
+    plan = plan_batch([folder / "block_00"], out, given=given)
+    assert plan.reasons["block_00"].startswith("computed by version 0.")
+
+
+@pytest.mark.parametrize("name", ["points.csv", "block.gpkg", "provenance.json"])
+@pytest.mark.parametrize("how", ["cut", "gone"])
+def test_a_spoilt_result_is_computed_again(folder, tmp_path, run, left, name, how):
+    out = tmp_path / "out"
+    run(folder, out)
+    before = {
+        name: data
+        for name, data in left(out / "block_00").items()
+        if name not in {"changes.csv", "previous_points.parquet"}
+    }
+    file = out / "block_00" / name
+    file.unlink() if how == "gone" else file.write_bytes(file.read_bytes()[:100])
+    table, names = run(folder, out)
+    assert set(names) == {"block_00", "no_number"}
+    assert table.loc["block_00", "outcome"] == "done"
+    assert left(out / "block_00") == before
+
+
+def test_failure_that_was_mended_is_done(folder, tmp_path, run, left):
+    out = tmp_path / "out"
+    run(folder, out)
+    broken, sound = (folder / n / "low_flight.csv" for n in ("no_number", "block_00"))
+    shutil.copy(sound, broken)
+    table, names = run(folder, out, which="failed")
+    assert names == ["no_number"]
+    assert table.loc["no_number", ["outcome", "reason"]].tolist() == ["done", ""]
+    assert not (out / "no_number" / "failure.json").exists()
+
+
+def test_a_result_that_was_sound_stays_when_its_block_breaks(folder, tmp_path, run):
+    out = tmp_path / "out"
+    run(folder, out)
+    (folder / "block_00" / "low_flight.csv").unlink()
+    table, _ = run(folder, out)
+    assert table.loc["block_00", "outcome"] == "failed"
+    assert (out / "block_00" / "points.csv").exists()
+    note = json.loads((out / "block_00" / "failure.json").read_text("utf-8"))["note"]
+    assert "are of an earlier run" in note
+
+
+def test_only_failed_leaves_the_others(folder, tmp_path, run):
+    out = tmp_path / "out"
+    run(folder, out)
+    (folder / "block_00" / "control_points.csv").write_text("spoilt")
+    table, names = run(folder, out, which="failed")
+    assert names == ["no_number"]
+    said = "only blocks that failed were asked for"
+    assert table.loc["block_00", ["outcome", "reason"]].tolist() == ["skipped", said]
+
+
+def test_all_computes_what_is_unchanged(folder, tmp_path, run):
+    run(folder, tmp_path / "out")
+    assert len(run(folder, tmp_path / "out", which="all")[1]) == 3
+
+
+def test_points_that_moved_are_listed(folder, tmp_path, run):
+    """A control point corrected by 20 m takes the points near it along."""
+    out = tmp_path / "out"
+    run(folder, out)
+    before = pd.read_parquet(out / "block_01" / "points.parquet")
+    path = folder / "block_01" / "control_points.csv"
+    text = path.read_text("utf-8")
+    path.write_text(text.replace("13000.00", "12980.00", 1), encoding="utf-8")
+    table, _ = run(folder, out)
+    after = pd.read_parquet(out / "block_01" / "points.parquet")
+    both = after.merge(before, on="point_id", suffixes=("", "_before"))
+    move = np.hypot(
+        both["easting"] - both["easting_before"],
+        both["northing"] - both["northing_before"],
+    )
+    claimed = both["standard_error_total"].fillna(both["standard_error_paper"])
+    moved = both.loc[move > claimed, "point_id"]
+    assert len(moved)
+    changes = pd.read_csv(out / "block_01" / "changes.csv", dtype={"point_id": str})
+    assert set(changes["point_id"]) == set(moved)
+    row = table.loc["block_01"]
+    assert row["n_moved"] == len(moved)
+    assert row["largest_move"] == pytest.approx(move.max(), abs=1e-4)
+    assert pd.isna(table.loc["block_00", "n_moved"])
+
+
+@pytest.mark.parametrize(
+    ("which", "until", "error"),
+    [
+        ("changed", 0, KeyboardInterrupt),
+        ("changed", 1, EngineError("it is gone")),
+        ("unfinished", 1, KeyboardInterrupt),
+        ("unfinished", 2, EngineError("it is gone")),
+    ],
+)
+def test_interrupted_run_is_continued(folder, tmp_path, run, left, which, until, error):
+    """Whatever was changed before, and wherever it was interrupted."""
+    ends = {}
+    for how in ("calm", "interrupted"):
+        out = tmp_path / how
+        run(folder, out)
+        path = folder / "block_01" / "control_points.csv"
+        text = path.read_text("utf-8")
+        path.write_text(text.replace("13000.00", "12980.00", 1), encoding="utf-8")
+        toml = folder / "block_00" / "block.toml"
+        toml_text = toml.read_text("utf-8")
+        toml.write_text(f"{toml_text}\n# seen\n", encoding="utf-8")
+        if how == "interrupted":
+            with pytest.raises((KeyboardInterrupt, EngineError)):
+                run(folder, out, HereEngine(until, error))
+            table, names = run(folder, out, which=which)
+        else:
+            table, names = run(folder, out)
+        ends[how] = left(out)
+        path.write_text(text, encoding="utf-8")
+        toml.write_text(toml_text, encoding="utf-8")
+    assert ends["interrupted"] == ends["calm"]
+    assert list(table["outcome"]) == ["done", "done", "failed"]
+    # the largest first; what failed is tried again unless the run is resumed
+    ran = ["block_00", "block_01"][until:] + ["no_number"] * (which == "changed")
+    assert names == ran
+
+
+def test_interruption_of_a_run_of_all_is_resumed_where_it_was(folder, tmp_path, run):
+    out = tmp_path / "out"
+    run(folder, out)
+    with pytest.raises(KeyboardInterrupt):
+        run(folder, out, HereEngine(until=1), which="all")
+    table, names = run(folder, out, which="unfinished")
+    assert names == ["block_01"]
+    assert list(table["outcome"]) == ["done", "done", "failed"]
+
+
+def test_what_is_there_is_said_when_a_run_is_interrupted(folder, tmp_path, run):
+    with pytest.raises(KeyboardInterrupt):
+        run(folder, tmp_path / "out", HereEngine(until=1))
+    assert len(pd.read_csv(tmp_path / "out" / "blocks.csv")) == 1
+
+
+def test_two_batches_in_one_folder(folder, tmp_path, run):
+    with (
+        batch_folder(tmp_path / "out"),
+        pytest.raises(FileError, match=r"another run writes.*\(process .*Wait until"),
+    ):
+        run(folder, tmp_path / "out")
+    run(folder, tmp_path / "out")
+
+
+def test_results_do_not_fall_among_the_blocks(folder, tmp_path, run):
+    with pytest.raises(FileError, match="the results would fall among the blocks"):
+        run(folder, folder)
+    with pytest.raises(FileError, match="the folder holds a block, whose tables would"):
+        run(folder, folder / "block_00")
+
+
+def test_results_below_the_blocks_are_no_blocks(folder, run):
+    run(folder, folder / "results")
+    assert run(folder, folder / "results")[1] == ["no_number"]
+
+
+def test_unknown_choice(folder, tmp_path):
+    with pytest.raises(
+        SettingsError, match="which = 'some'; expected changed or unfin"
+    ):
+        plan_batch([folder / "block_00"], tmp_path, which="some")
+    with pytest.raises(SettingsError, match=r"\[settings\] coverage_mean = 'few'"):
+        es.densify_many([folder], tmp_path, settings={"coverage_mean": "few"})
+
+
+def test_given_folders_that_hold_no_block_are_rows(folder, tmp_path):
+    (tmp_path / "empty").mkdir()
+    table = es.densify_many([tmp_path / "empty"], tmp_path / "out", workers=1)
+    assert table["outcome"].tolist() == ["failed"]
+    assert "the folder holds no block.toml" in table["reason"][0]
+
+
+def test_other_version_on_a_worker_is_said(folder, tmp_path, run, monkeypatch):
+    plan = plan_batch([folder / "block_00"], tmp_path / "out")
+    monkeypatch.setattr(
+        "einschalt.interfaces.batch.block_run.metadata.version", lambda _: "99.0"
+    )
+    with batch_folder(tmp_path / "out"):
+        table = run_batch(plan, HereEngine())
+    assert "the worker has einschalt 99.0; expected 0." in table["reason"][0]
+    assert table["remedy"][0] == "Install the same version everywhere"
+
+
+def test_fault_of_the_program_is_a_row_with_its_traceback(
+    folder, tmp_path, run, monkeypatch
+):
+    def fail(*_args, **_options):
+        return 1 / 0
+
+    monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", fail)
+    table, _ = run(folder, tmp_path / "out")
+    row = table.loc["block_00"]
+    assert row["reason"] == "ZeroDivisionError: division by zero"
+    assert "please report it with failure.json" in row["remedy"]
+    kept = (tmp_path / "out" / "block_00" / "failure.json").read_text("utf-8")
+    assert "Traceback" in kept
+
+
+def test_expected_end_goes_by_size(folder, tmp_path):
+    news = []
+    with batch_folder(tmp_path / "out"):
+        plan = plan_batch(sorted(folder.iterdir()), tmp_path / "out")
+        run_batch(plan, HereEngine(), progress=news.append)
+    assert [n.n_done for n in news] == [1, 2, 3]
+    assert [n.row["block"] for n in news] == [state.name for state in plan.to_run]
+    assert news[0].seconds_left > news[1].seconds_left > news[2].seconds_left == 0.0
+
+
+def test_marks_of_a_run_are_hidden_and_go(folder, tmp_path, run):
+    with pytest.raises(KeyboardInterrupt):
+        run(folder, tmp_path / "out", HereEngine(until=1))
+    assert (tmp_path / "out" / batch_run.MARKS).exists()
+    run(folder, tmp_path / "out")
+    assert not (tmp_path / "out" / batch_run.MARKS).exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_same_bytes_for_any_number_of_workers(tmp_path, make_blocks, left):
+    make_blocks(tmp_path / "blocks", 3, ["no_number"])
+    ends = []
+    for workers in (1, 3):
+        out = tmp_path / f"out_{workers}"
+        es.densify_many(tmp_path / "blocks", out, workers=workers)
+        ends.append(left(out))
+    assert ends[0] == ends[1]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_output_that_cannot_be_written_is_said(folder, tmp_path, monkeypatch):
+    def refuse(_descriptor):
+        raise OSError(30, os.strerror(30))
+
+    monkeypatch.setattr(atomic.os, "fsync", refuse)
+    with pytest.raises(FileError, match=r"read-only file system\. Choose a folder"):
+        es.densify_many([folder / "block_00"], tmp_path / "out", workers=1)

@@ -1,0 +1,75 @@
+"""Which blocks are found, and what their results are called."""
+
+from pathlib import Path
+
+import pytest
+
+from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.interfaces.batch.block_search import find_blocks, name_blocks
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Blocks on several levels, one of them hidden."""
+    for name in ("b", "a", "2024/north", "2024/south", "2025/north", ".old/c", "a/x"):
+        (tmp_path / name).mkdir(parents=True, exist_ok=True)
+        (tmp_path / name / "block.toml").touch()
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+def test_blocks_of_all_levels_are_found_in_order(tree):
+    found = [path.relative_to(tree).as_posix() for path in find_blocks(tree)]
+    assert found == ["2024/north", "2024/south", "2025/north", "a", "a/x", "b"]
+
+
+def test_a_folder_may_be_a_block_itself(tree):
+    assert find_blocks(tree / "b") == [tree / "b"]
+
+
+def test_results_are_no_blocks(tree):
+    assert tree / "2024" / "north" not in find_blocks(tree, tree / "2024")
+
+
+def test_links_are_followed_once(tree):
+    (tree / "b" / "round").symlink_to(tree)
+    (tree / "z").symlink_to(tree / "2024")
+    assert len(find_blocks(tree)) == 6
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nowhere", "there is no such folder"),
+        ("b/block.toml", "is no folder"),
+        ("empty", "the folder holds no block: no block.toml in it or below it"),
+    ],
+)
+def test_no_blocks(tree, name, said):
+    with pytest.raises(FileError, match=said):
+        find_blocks(tree / name)
+
+
+def test_blocks_are_called_after_their_folders(tree):
+    named = name_blocks([tree / "a", tree / "b" / "block.toml"])
+    assert named == {"a": tree / "a", "b": tree / "b"}
+
+
+def test_equal_names_are_told_apart_by_their_parents(tree):
+    named = name_blocks(find_blocks(tree))
+    assert list(named) == ["2024/north", "south", "2025/north", "a", "x", "b"]
+
+
+def test_names_that_differ_in_case_only_are_equal_on_some_systems():
+    named = name_blocks(["/one/North", "/two/north"])
+    assert list(named) == ["one/North", "two/north"]
+
+
+def test_one_block_twice(tree):
+    with pytest.raises(SettingsError, match=r"the block .*a is given twice"):
+        name_blocks([tree / "a", tree / "b", tree / "a"])
+
+
+def test_a_block_that_is_called_like_the_table():
+    with pytest.raises(SettingsError, match=r"'blocks.csv' is called like the table"):
+        name_blocks([Path("/one/blocks.csv")])

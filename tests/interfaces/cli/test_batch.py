@@ -1,0 +1,135 @@
+"""``einschalt batch``."""
+
+import os
+import signal
+import subprocess
+import sys
+import typing
+
+import pandas as pd
+import pytest
+
+from einschalt.interfaces.cli import batch as command
+from einschalt.interfaces.cli.progress import _batch_line
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory, make_block):
+    """Two sound blocks and one without a table."""
+    folder = tmp_path_factory.mktemp("blocks")
+    for name in ("north", "south", "west"):
+        make_block(folder / name)
+    (folder / "west" / "low_flight.csv").unlink()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory, blocks, spawn):
+    """The first run of the command."""
+    output = tmp_path_factory.mktemp("results")
+    return output, spawn("batch", blocks, "--output", output, "--workers", 2)
+
+
+def test_status_1_where_a_block_failed(first):
+    output, done = first
+    assert done.returncode == 1
+    assert done.stdout.startswith("3 blocks: 2 done, 1 failed (")
+    assert "west: low_flight.csv: the file does not exist" in done.stdout
+    assert f"Table of all blocks in {output / 'blocks.csv'}" in done.stdout
+    assert "Traceback" not in done.stdout + done.stderr
+    assert len(pd.read_csv(output / "blocks.csv")) == 3
+
+
+def test_progress_with_the_expected_end(first):
+    _, done = first
+    lines = done.stderr.splitlines()
+    assert [line.split()[0] for line in lines] == ["1/3", "2/3", "3/3"]
+    assert "(until about " in lines[0]
+    assert "until" not in lines[2]
+
+
+def test_dry_run_says_why_and_writes_nothing(first, invoke, blocks, tmp_path):
+    output, _ = first
+    before = {path: path.stat().st_mtime_ns for path in output.rglob("*")}
+    said = invoke("batch", blocks, "-o", output, "--dry-run")
+    assert said.exit_code == 0
+    assert said.stdout.splitlines() == [
+        "keep  north: unchanged",
+        "keep  south: unchanged",
+        "run   west: no result yet",
+        "1 of 3 blocks would be computed; nothing was written",
+    ]
+    assert {path: path.stat().st_mtime_ns for path in output.rglob("*")} == before
+    invoke("batch", blocks, "-o", tmp_path / "new", "--dry-run")
+    assert not (tmp_path / "new").exists()
+
+
+def test_status_0_where_nothing_failed(first, invoke, blocks):
+    output, _ = first
+    said = invoke("batch", blocks / "north", "-o", output, "--quiet")
+    assert (said.exit_code, said.stdout, said.stderr) == (0, "", "")
+
+
+def test_settings_are_options(first, invoke, blocks):
+    output, _ = first
+    options = ["--coverage-mean", "most_central", "--dry-run"]
+    said = invoke("batch", blocks, "-o", output, *options).stdout
+    assert "run   north: the settings changed" in said
+
+
+@pytest.mark.parametrize(
+    ("field", "choices"),
+    [("method", command.Method), ("outliers", command.Outliers)],
+)
+def test_options_are_those_of_densify(field, choices):
+    from einschalt.pipeline.settings import Settings
+
+    allowed = typing.get_args(Settings.model_fields[field].annotation)
+    assert typing.get_args(choices) == allowed
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--resume", "--all"], "--resume and --all exclude each other"),
+        (["--workers", "0"], "workers = 0; expected a whole number from 1 to 1024"),
+        (["--memory", "-1"], "memory_gb = -1.0; expected a number above 0"),
+        (["--significance", "2"], "significance = 2.0"),
+    ],
+)
+def test_wrong_calls_end_with_2(invoke, blocks, tmp_path, options, said):
+    shown = invoke("batch", blocks, "-o", tmp_path / "out", *options)
+    assert shown.exit_code == 2
+    assert said in shown.stderr
+    assert not (tmp_path / "out" / "blocks.csv").exists()
+
+
+def test_no_blocks(invoke, tmp_path):
+    shown = invoke("batch", tmp_path, "-o", tmp_path / "out")
+    assert shown.exit_code == 2
+    assert "the folder holds no block" in shown.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_interruption_ends_with_130_and_is_continued(blocks, tmp_path, spawn):
+    call = [sys.executable, "-m", "einschalt", "batch", blocks, "-o", tmp_path]
+    done = subprocess.Popen(
+        [*call, "--workers", "1"], stderr=subprocess.PIPE, text=True
+    )
+    assert done.stderr.readline().startswith("1/3")
+    done.send_signal(signal.SIGINT)
+    _, said = done.communicate(timeout=300)
+    assert done.returncode == 130
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    assert spawn("batch", blocks, "-o", tmp_path, "--resume").returncode == 1
+    table = pd.read_csv(tmp_path / "blocks.csv")
+    assert table["outcome"].tolist() == ["done", "done", "failed"]
+
+
+def test_line_of_progress():
+    from types import SimpleNamespace as News
+
+    row = {"block": "west", "outcome": "failed", "reason": "is gone"}
+    line = _batch_line(News(row=row, n_done=2, n_all=3, seconds_left=None))
+    assert line == "2/3  west failed: is gone"

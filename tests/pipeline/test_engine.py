@@ -1,0 +1,164 @@
+"""Tasks run in other processes, and the end of a process ends one task only.
+
+The function is ``eval``, the one function of Python that does anything: every worker
+knows it, and the task says what happens.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.engine import (
+    Answer,
+    LocalEngine,
+    ProcessEndedError,
+    run_in_order,
+)
+
+POSIX = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+KILL_ITSELF = "__import__('os').kill(__import__('os').getpid(), 9)"
+
+
+@pytest.mark.parametrize("n_workers", [1, 3])
+def test_values_come_in_the_order_of_the_tasks(n_workers):
+    tasks = [f"{k}**2" for k in range(7)]
+    values = run_in_order(LocalEngine(n_workers), eval, tasks)
+    assert values == [k**2 for k in range(7)]
+
+
+def test_no_tasks():
+    assert run_in_order(LocalEngine(2), eval, []) == []
+
+
+def test_tasks_run_in_other_processes_at_the_same_time():
+    asked = "__import__('os').getpid()"
+    pids = run_in_order(LocalEngine(2), eval, [asked] * 8)
+    assert os.getpid() not in pids
+    assert 1 <= len(set(pids)) <= 2
+
+
+def test_errors_are_raised_as_they_were():
+    with pytest.raises(ZeroDivisionError, match="division by zero"):
+        run_in_order(LocalEngine(1), eval, ["1", "1/0", "2"])
+
+
+def test_what_cannot_be_sent_is_an_error():
+    (answer,) = LocalEngine(1).answers(eval, ["lambda: 1"])
+    assert isinstance(answer.error, RuntimeError)
+    assert "function" in str(answer.error)
+
+
+def test_what_a_task_prints_is_no_answer(capfd):
+    assert run_in_order(LocalEngine(1), eval, ["print('out') or 7"]) == [7]
+    out, err = capfd.readouterr()
+    assert (out, err.strip()) == ("", "out")
+
+
+@POSIX
+@pytest.mark.parametrize(
+    ("end", "said"),
+    [
+        ("__import__('os')._exit(3)", r"without an answer \(exit status 3\)"),
+        (KILL_ITSELF, r"without an answer \(signal 9\).*Run it with fewer processes"),
+    ],
+)
+def test_a_process_that_ends_ends_its_task_only(end, said):
+    answers = list(LocalEngine(2).answers(eval, ["1", end, "2", "3"]))
+    by_place = {answer.place: answer for answer in answers}
+    assert [by_place[k].value for k in (0, 2, 3)] == [1, 2, 3]
+    with pytest.raises(ProcessEndedError, match=said):
+        raise by_place[1].error
+
+
+@POSIX
+def test_a_task_whose_process_was_killed_is_tried_again(tmp_path):
+    """The first time it is killed by somebody, the second time it is left alone."""
+    mark = tmp_path / "mark"
+    task = (
+        f"__import__('os').path.exists({str(mark)!r}) and 'value' or "
+        f"(__import__('pathlib').Path({str(mark)!r}).touch(), {KILL_ITSELF})"
+    )
+    assert run_in_order(LocalEngine(2), eval, [task, "1"]) == ["value", 1]
+
+
+@POSIX
+def test_memory_is_limited():
+    engine = LocalEngine(1, memory_gb=1.0)
+    answers = list(engine.answers(eval, ["len(bytearray(2 * 10**9))", "1 + 1"]))
+    assert isinstance(answers[0].error, MemoryError)
+    assert answers[1] == Answer(1, value=2)
+
+
+def test_one_process_does_not_take_the_cores_of_the_others():
+    asked = "__import__('os').environ['EINSCHALT_CORES']"
+    cores = int(run_in_order(LocalEngine(1024), eval, [asked])[0])
+    assert cores == 1
+
+
+@pytest.mark.parametrize("n_workers", [0, -1, 2.5, 5000])
+def test_number_of_workers(n_workers):
+    with pytest.raises(SettingsError, match=r"workers = .*expected a whole number fro"):
+        LocalEngine(n_workers)
+
+
+@pytest.mark.parametrize("memory", [0.0, -1.0, float("nan")])
+def test_memory_above_zero(memory):
+    with pytest.raises(SettingsError, match=r"memory_gb = .*a number above 0"):
+        LocalEngine(1, memory_gb=memory)
+
+
+def test_errors_cross_the_border_with_their_facts():
+    error = ProcessEndedError("it ended", remedy="Try again")
+    assert str(pickle.loads(pickle.dumps(error))) == "it ended. Try again."
+
+
+SCRIPT = """
+    import sys
+    from einschalt.pipeline.engine import LocalEngine
+    # no guard of __main__: this line runs once
+    print("begin", flush=True)
+    for answer in LocalEngine(2).answers(eval, sys.argv[1:]):
+        print(answer.value, flush=True)
+"""
+TELL = "print(__import__('os').getpid(), flush=True) or __import__('time').sleep(60)"
+
+
+def start(*tasks, **options):
+    script = [sys.executable, "-c", textwrap.dedent(SCRIPT), *tasks]
+    return subprocess.Popen(script, stdout=subprocess.PIPE, text=True, **options)
+
+
+def test_a_script_needs_no_guard():
+    with start("1", "2") as script:
+        said = script.stdout.read().split()
+    assert said[0] == "begin"
+    assert sorted(said[1:]) == ["1", "2"]
+
+
+def is_running(pid):
+    try:
+        # a process that has ended and is not yet forgotten has no memory any more
+        return bool(Path(f"/proc/{pid}/statm").read_text().split()[0] != "0")
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_workers_end_with_their_runner(how):
+    with start(TELL, TELL, stderr=subprocess.PIPE) as script:
+        pids = [int(script.stderr.readline()) for _ in range(2)]
+        script.send_signal(how)
+        script.communicate()
+    deadline = time.monotonic() + 10.0
+    while any(map(is_running, pids)) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not any(map(is_running, pids))
