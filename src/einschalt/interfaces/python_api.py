@@ -54,7 +54,7 @@ class DensificationResult(computed.DensificationResult):
     ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
     """
 
-    def write(self, folder):
+    def write(self, folder, *, ellipse_scale=None):
         """Write tables, GeoPackage, report, summary and provenance into a folder.
 
         Every file is written whole or not at all; provenance.json comes last.
@@ -63,8 +63,18 @@ class DensificationResult(computed.DensificationResult):
         ----------
         folder : str or Path
             Made where it does not exist.
+        ellipse_scale : float, optional
+            How much larger the confidence ellipses are drawn in block.gpkg. The
+            default is a round factor that makes them visible.
+
+        Raises
+        ------
+        FileError
+            The folder cannot be written.
+        SettingsError
+            The scale is not positive.
         """
-        write_result(self, folder)
+        write_result(self, folder, ellipse_scale=ellipse_scale)
 
 
 def read_block(path):

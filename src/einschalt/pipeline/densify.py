@@ -11,13 +11,14 @@ from einschalt.pipeline.block import Block
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
 from einschalt.pipeline.error_propagation import can_propagate, propagate_block
 from einschalt.pipeline.observation_precision import observation_precision
+from einschalt.pipeline.precision_tables import PrecisionTables
 from einschalt.pipeline.residual_distribution import distributed, require_control
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.variance_components import estimate_components
 from einschalt.stages.coverage_screening import CoverageScreening
 from einschalt.stages.model_screening import screen_models, without_suspects
-from einschalt.stages.results import FAILURE_COLUMNS, Result
+from einschalt.stages.results import FAILURE_COLUMNS
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
     approximate_coordinates,
@@ -83,7 +84,7 @@ class BlockFigures:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DensificationResult(Result):
+class DensificationResult(PrecisionTables):
     """Densified coordinates of a block, with everything that led to them.
 
     Attributes

@@ -19,6 +19,20 @@ PLANE = [name for name, kind in KINDS.items() if len(kind.target) == 2]
 def can_propagate(block):
     """Whether every source of error of a block has a known size.
 
+    Parameters
+    ----------
+    block : Block
+
+    Returns
+    -------
+    bool
+    """
+    return not obstacle_to_propagation(block)
+
+
+def obstacle_to_propagation(block):
+    """Say what stands against the propagation of a block's errors.
+
     Given approximate coordinates come with correlations that nobody knows, and models
     from image coordinates or y-parallaxes share the errors of their orientation.
 
@@ -28,15 +42,19 @@ def can_propagate(block):
 
     Returns
     -------
-    bool
+    str
+        Empty where nothing does.
     """
     flights = block.flights.values()
-    return (
-        block.high_flight is not None
-        and "standard_error_m" in block.control_points
-        and all(flight.transformation in PLANE for flight in flights)
-        and not any(flight.is_oriented_numerically for flight in flights)
-    )
+    if block.high_flight is None:
+        return "given approximate coordinates share errors of unknown size"
+    if "standard_error_m" not in block.control_points:
+        return "the control points have no standard_error_m"
+    if not all(flight.transformation in PLANE for flight in flights):
+        return "the errors of heights are unknown"
+    if any(flight.is_oriented_numerically for flight in flights):
+        return "models that were oriented here share errors of their orientation"
+    return ""
 
 
 def propagate_block(block, high, low, means):

@@ -40,6 +40,10 @@ class Settings(BaseModel):
         How the residuals of control points are distributed to the points between, for
         a cadastre that must fit: control then keeps its given coordinates.
 
+    confidence : float
+        Probability with which the ellipses of the points hold the true point; 0.393
+        gives the mean error ellipse.
+
     Raises
     ------
     SettingsError
@@ -64,6 +68,9 @@ class Settings(BaseModel):
     residual_distribution: Literal[
         "none", "natural_neighbour", "inverse_distance", "multiquadric"
     ] = "none"
+    confidence: float = Field(
+        0.95, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
+    )
 
     def __init__(self, **fields):
         checked(super().__init__, fields, section="settings", names=type(self))

@@ -1,12 +1,26 @@
 """What print(result) shows: the verdict, problems and suggestions, then the numbers."""
 
 from einschalt.foundations.typesetting import seconds, wrapped
-from einschalt.pipeline.sections import distribution, flights, known_points, precision
+from einschalt.pipeline.sections import (
+    distribution,
+    error_sources,
+    flights,
+    known_points,
+    neighbours,
+    precision,
+)
 from einschalt.pipeline.sections.verdict import verdict
 from einschalt.pipeline.suggestions import find_suggestions
 
 UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
-SECTIONS = (precision, known_points, distribution, flights)
+SECTIONS = (
+    precision,
+    error_sources,
+    neighbours,
+    known_points,
+    distribution,
+    flights,
+)
 """Modules whose ``section(result)`` makes a part of summary.txt, in their order."""
 
 

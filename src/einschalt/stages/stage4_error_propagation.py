@@ -18,6 +18,7 @@ from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.propagation import (
     PairLayout,
     hat_operator,
+    pair_covariances,
     point_covariances,
     selection,
     weighted_mean,
@@ -30,6 +31,7 @@ from einschalt.theory.transformation.sensitivity import (
 )
 
 POINTS_AT_ONCE = 5000
+PAIRS_AT_ONCE = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,15 +182,33 @@ class PropagatedErrors:
         TableError
             A point is not among the final points.
         """
-        one, two = self._places(first), self._places(second)
+        places = np.column_stack([self._places(first), self._places(second)])
+        return self.covariance_at(places)
+
+    def covariance_at(self, places):
+        """Covariance between pairs of points, by their places among the points.
+
+        Parameters
+        ----------
+        places : ndarray of int, shape (n_pairs, 2)
+
+        Returns
+        -------
+        ndarray, shape (n_pairs, n_axes, n_axes)
+            [m²].
+        """
+        n_parts = max(1, -(-len(places) // PAIRS_AT_ONCE))
+        parts = [self._between(part) for part in np.array_split(places, n_parts)]
+        return np.concatenate(parts)
+
+    def _between(self, places):
+        points, place = np.unique(places, return_inverse=True)
+        pairs = place.reshape(places.shape)
         total = 0.0
         for source, chain in self.chains.items():
-            sigma = np.repeat(self.standard_errors[source], self.n_axes)
-            left, right = (
-                sparse.csr_array(_rows_of(chain, places, self.n_axes)) * sigma
-                for places in (one, two)
-            )
-            total = total + _blockwise_products(left, right, self.n_axes)
+            rows = _rows_of(chain, points, self.n_axes)
+            sizes = self.standard_errors[source]
+            total = total + pair_covariances(rows, sizes, pairs, self.n_axes)
         return _real_axes(total) if self.n_axes == 1 else total
 
     def _places(self, point_ids):
@@ -242,16 +262,6 @@ def _point_covariances(chain, standard_errors, n_axes):
 def _rows_of(chain, places, n_axes):
     rows = selection(places, chain[0].shape[0] // n_axes, n_axes)
     return reduce(operator.matmul, chain, rows)
-
-
-def _blockwise_products(one, two, n_axes):
-    one, two = one.tocsr(), two.tocsr().conjugate()
-    n_pairs = one.shape[0] // n_axes
-    result = np.empty((n_pairs, n_axes, n_axes), dtype=one.dtype)
-    for a in range(n_axes):
-        for b in range(n_axes):
-            result[:, a, b] = (one[a::n_axes] * two[b::n_axes]).sum(axis=1)
-    return result
 
 
 def _real_axes(scalar):

@@ -15,9 +15,9 @@ from scipy.spatial import ConvexHull
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.geopackage import (
     distinct_names,
-    exaggeration,
     write_geopackage,
 )
+from einschalt.interfaces.files.map_layers import exaggeration
 from einschalt.interfaces.files.qgis_styles import STYLES
 
 
@@ -46,6 +46,7 @@ def test_layers_are_in_the_system_of_the_block(package):
     assert {name: layers[name] for name in STYLES} == {
         "models": "Polygon",
         "residual_vectors": "LineString",
+        "ellipses": "Polygon",
         "points": "Point",
     }
     for name in STYLES:

@@ -17,8 +17,11 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 SUFFIXES = (".csv", ".parquet")
+PROPAGATED = ("error_sources", "neighbours", "ellipses")
 FILES = {
     *(f"{name}{suffix}" for name in (*TABLES, "coverages") for suffix in SUFFIXES),
+    # errors of this block are propagated, and nothing in it was oriented
+    *(f"{name}{suffix}" for name in PROPAGATED for suffix in SUFFIXES),
     "failures.csv",
     "block.gpkg",
     "report.html",

@@ -58,6 +58,16 @@ def densify(
         "Distribute the residuals of control points to the points between them, for a "
         "cadastre that must fit.",
     ) = None,
+    confidence: _option(
+        float, "Probability with which the confidence ellipses hold the true point."
+    ) = None,
+    ellipse_scale: Annotated[
+        float | None,
+        typer.Option(
+            show_default="a round factor that makes them visible",
+            help="How much larger the ellipses are drawn in block.gpkg.",
+        ),
+    ] = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -70,12 +80,16 @@ def densify(
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.interfaces.files.ellipse_layer import (  # noqa: PLC0415
+        require_scale,
+    )
     from einschalt.interfaces.files.result_folder import (  # noqa: PLC0415
         refuse_block_folder,
     )
 
     # before the work, which would be lost
     refuse_block_folder(output)
+    require_scale(ellipse_scale)
     read = python_api.read_block(block)
     chosen = {
         "method": method,
@@ -85,13 +99,14 @@ def densify(
         "screening": screening,
         "significance": significance,
         "residual_distribution": residual_distribution,
+        "confidence": confidence,
     }
     given = {name: value for name, value in chosen.items() if value is not None}
     settings = type(read.settings)(**{**read.settings.model_dump(), **given})
     with stage_progress(is_quiet=quiet) as progress:
         result = python_api.densify(read, settings, progress=progress)
         progress("writing", 1.0)
-        result.write(output)
+        result.write(output, ellipse_scale=ellipse_scale)
     if not quiet:
         tell(result.summary())
         tell(f"Results in {output}, report in {output / 'report.html'}")

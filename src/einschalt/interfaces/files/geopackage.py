@@ -1,15 +1,15 @@
 """block.gpkg: the result as map layers that QGIS opens styled.
 
 Layers: ``points``, with all that is known of them; ``residual_vectors``, from the given
-to the transformed coordinates, exaggerated as their description says; ``models``, the
-outline of the points of each model. Coordinates are in the system of the block, or in
+to the transformed coordinates, exaggerated as their description says; ``ellipses``,
+confidence ellipses of the points, exaggerated as well; ``models``, the outline of the
+points of each model. Coordinates are in the system of the block, or in
 an engineering system where it has none. Equal results give equal files: the dates in
 the file are fixed, the real one stands in provenance.json.
 """
 
 import sqlite3
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,8 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
+from einschalt.interfaces.files.ellipse_layer import ellipse_layer
+from einschalt.interfaces.files.map_layers import Layer, exaggeration
 from einschalt.interfaces.files.qgis_styles import add_styles
 from einschalt.interfaces.files.wkb_geometries import (
     lines_as_wkb,
@@ -30,8 +32,6 @@ GEOMETRY = "geom"
 DATE = "1970-01-01T00:00:00.000Z"
 # the file is forced to the disk once, when it is whole
 GDAL_OPTIONS = {"OGR_CURRENT_DATE": DATE, "OGR_SQLITE_SYNCHRONOUS": "OFF"}
-VECTOR_SHARE = 0.02  # length of a large residual vector in the extent of the block
-LARGE = 0.9  # the share of residuals that are shorter than a large one
 LOCAL_SYSTEM = (
     'ENGCRS["Local system, not georeferenced",EDATUM["Unknown"],CS[Cartesian,2],'
     'AXIS["easting (E)",east,ORDER[1],LENGTHUNIT["metre",1]],'
@@ -40,24 +40,16 @@ LOCAL_SYSTEM = (
 MODEL_KEY = ["flight", "coverage", "model_id"]
 
 
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One layer: its attributes, its geometries, and what is said of it."""
-
-    name: str
-    attributes: pd.DataFrame
-    geometries: pa.Array
-    geometry_type: str
-    description: str
-
-
-def write_geopackage(result, path):
+def write_geopackage(result, path, *, ellipse_scale=None):
     """Write a result as GeoPackage, whole or not at all.
 
     Parameters
     ----------
     result : DensificationResult
     path : str or Path
+    ellipse_scale : float, optional
+        How much larger the confidence ellipses are drawn; a round factor that makes
+        them visible where nothing is said.
 
     Raises
     ------
@@ -71,6 +63,7 @@ def write_geopackage(result, path):
     layers = [
         _models_layer(result, positions),
         _residuals_layer(result, positions),
+        ellipse_layer(result, ellipse_scale),
         _points_layer(result),
     ]
     name = result.block.crs
@@ -187,32 +180,6 @@ def _residuals_layer(result, positions):
         "LineString",
         f"Residuals, transformed less given, drawn {factor:g} times as long",
     )
-
-
-def exaggeration(xy, shift):
-    """Choose a round factor that makes small vectors visible on the map of a block.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        Points of the block [m].
-    shift : ndarray, shape (n_vectors, 2)
-        Vectors [m].
-
-    Returns
-    -------
-    float
-        1, 2 or 5 times a power of ten; 1 where there is nothing to enlarge.
-    """
-    xy = xy[np.isfinite(xy).all(axis=1)]
-    length = np.hypot(*shift[np.isfinite(shift).all(axis=1)].T)
-    extent = np.ptp(xy, axis=0).max() if len(xy) else 0.0
-    large = np.quantile(length, LARGE) if len(length) else 0.0
-    if not (extent > 0 and large > 0):
-        return 1.0
-    wanted = VECTOR_SHARE * extent / large
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= wanted))
 
 
 def _models_layer(result, positions):

@@ -138,6 +138,16 @@ STYLES = {
             _line("low_flight", "residual, low flight", "0,114,178,255"),
         ),
     ),
+    "ellipses": Style(
+        "fill",
+        "SimpleFill",
+        "role",
+        (
+            _outline("new", "ellipse of a new point", "60,60,60,255"),
+            _outline("control", "ellipse of a control point", "213,94,0,255"),
+            _outline("check", "ellipse of a check point", "0,158,115,255"),
+        ),
+    ),
     "points": Style(
         "marker",
         "SimpleMarker",

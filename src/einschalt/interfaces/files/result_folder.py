@@ -14,6 +14,7 @@ from einschalt.interfaces.files.atomic import (
     write_text,
 )
 from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.geopackage import write_geopackage
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.parquet_tables import write_parquet
@@ -23,7 +24,7 @@ from einschalt.pipeline.summary import lasting_summary
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
-IF_ANY = ("orientation_residuals", "coverages")
+IF_ANY = ("orientation_residuals", "coverages", "error_sources", "neighbours", "ellipses")
 FIRST_COLUMNS = {
     "points": (
         "point_id",
@@ -77,6 +78,9 @@ FIRST_COLUMNS = {
     "orientations": ("flight", "coverage", "model_id"),
     "orientation_residuals": ("flight", "coverage", "model_id", "point_id"),
     "coverages": ("point_id", "coverage", "easting", "northing"),
+    "error_sources": ("point_id", "standard_error_total"),
+    "neighbours": ("point_id", "neighbour_id", "distance"),
+    "ellipses": ("point_id", "easting", "northing"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all
@@ -90,6 +94,10 @@ DECIMALS = {
     "standard_error": 5,
     "m_0": 5,
     "s_0": 5,
+    "distance": 3,
+    "semi_major": 5,
+    "semi_minor": 5,
+    "azimuth_gon": 2,
     "leverage": 6,
     "redundancy_number": 6,
     "w": 3,
@@ -97,7 +105,7 @@ DECIMALS = {
 }
 
 
-def write_result(result, folder):
+def write_result(result, folder, *, ellipse_scale=None):
     """Write everything that a result holds.
 
     Parameters
@@ -105,18 +113,23 @@ def write_result(result, folder):
     result : DensificationResult
     folder : str or Path
         Made where it does not exist; files of an older result are replaced.
+    ellipse_scale : float, optional
+        How much larger the confidence ellipses are drawn in block.gpkg.
 
     Raises
     ------
     FileError
         The folder cannot be written. Every file that stands in it is whole.
+    SettingsError
+        The scale is not positive.
     """
     refuse_block_folder(folder)
+    require_scale(ellipse_scale)
     folder = make_folder(folder)
     with said_as_file_error(folder / PROVENANCE):
         (folder / PROVENANCE).unlink(missing_ok=True)
     written = _write_tables(result, folder)
-    write_geopackage(result, folder / "block.gpkg")
+    write_geopackage(result, folder / "block.gpkg", ellipse_scale=ellipse_scale)
     write_text(folder / "report.html", render(result))
     write_text(folder / "summary.txt", lasting_summary(result))
     written += ["block.gpkg", "report.html", "summary.txt"]
@@ -152,6 +165,10 @@ def refuse_block_folder(folder):
 
 def _write_tables(result, folder):
     written = []
+    for name in IF_ANY:  # an older result may have had it
+        for suffix in (".csv", ".parquet"):
+            with said_as_file_error(folder / f"{name}{suffix}"):
+                (folder / f"{name}{suffix}").unlink(missing_ok=True)
     # a table of its own where there is anything in it
     further = [name for name in IF_ANY if len(getattr(result, name))]
     for name in (*TABLES, *further, "failures"):

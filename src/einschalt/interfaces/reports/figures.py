@@ -11,7 +11,14 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from einschalt.foundations.typesetting import lengths, number, shortened
+from einschalt.interfaces.reports.ellipses_on_map import (
+    draw_ellipses,
+    ellipse_exaggeration,
+    ellipse_label,
+    evenly_thinned,
+)
 from einschalt.interfaces.reports.map_sheet import (
+    INK,
     STYLE,
     draw_key,
     draw_lengths,
@@ -33,8 +40,9 @@ POINTS_PER_IN = 72.0
 def block_map(result) -> str:
     """Draw the points by role, and vectors that show their errors.
 
-    Vectors at control and check points are densified − given; at new points they are
-    the difference of the first two coverages. Their exaggeration is stated.
+    Vectors at control and check points are densified − given, with confidence ellipses
+    of the densified points; at new points they are the difference of the first two
+    coverages. Their exaggeration is stated, and is that of the ellipses.
 
     Parameters
     ----------
@@ -55,6 +63,11 @@ def block_map(result) -> str:
         _draw_points(sheet, points)
         for vector in vectors:
             _draw_vectors(sheet.axes, vector, exaggeration)
+        known = points.loc[points["role"] != "new", "point_id"]
+        ellipses = result.ellipses
+        ellipses = ellipses[ellipses["point_id"].isin(known)]
+        if len(ellipses) <= MOST_VECTORS["control"]:
+            draw_ellipses(sheet, ellipses, exaggeration, NEW)
         draw_lengths(sheet, exaggeration)
         draw_key(sheet, _markers(points), [(v.label, v.colour) for v in vectors])
         return svg_of(sheet, "map", "Map of the block with residual vectors")
@@ -92,7 +105,25 @@ def precision_figure(result) -> str:
             rasterized=len(points) > MOST_DRAWN_AS_PATHS,
         )
         _draw_histogram(sheet, error_cm, drawn, claim)
+        _draw_new_ellipses(sheet, result, points)
         return svg_of(sheet, "precision", f"{claim} over the block")
+
+
+def _draw_new_ellipses(sheet, result, points):
+    """Ellipses of new points, evenly thinned, with what they are."""
+    ellipses = result.ellipses
+    ellipses = ellipses[ellipses["point_id"].isin(points["point_id"])]
+    if ellipses.empty:
+        return
+    shown = evenly_thinned(ellipses)
+    factor = ellipse_exaggeration(sheet, shown)
+    draw_ellipses(sheet, shown, factor, INK)
+    said = ellipse_label(result, factor)
+    if len(shown) < len(ellipses):
+        said += f", at {len(shown)} of {len(ellipses)} points"
+    below = {"ha": "right", "va": "top", "fontsize": 8.5}
+    low = -0.34 / sheet.size_in[1]  # beside the name of the axis
+    sheet.axes.text(1.0, low, said, transform=sheet.axes.transAxes, **below)
 
 
 def _norm(error_cm):

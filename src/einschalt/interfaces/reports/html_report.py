@@ -17,7 +17,12 @@ from einschalt.foundations.typesetting import (
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
-from einschalt.pipeline.sections import flights, known_points, precision
+from einschalt.pipeline.sections import (
+    error_sources,
+    flights,
+    known_points,
+    precision,
+)
 from einschalt.pipeline.sections.verdict import verdict_on
 from einschalt.pipeline.suggestions import (
     claim_column,
@@ -60,7 +65,11 @@ def render(result) -> str:
         block_map,
         precision_figure,
     )
+    from einschalt.interfaces.reports.sources_figure import (  # noqa: PLC0415
+        sources_figure,
+    )
 
+    drawn = {error_sources: sources_figure}
     return _TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
         sources={
@@ -72,7 +81,7 @@ def render(result) -> str:
         suggestions=find_suggestions(result),
         precision=precision.section(result),
         caution=precision.too_small(result),
-        remarks=precision.remarks(result),
+        remarks=(precision.what_to_believe(result), *precision.remarks(result)),
         claim=claim_column(result),
         differences=known_points.section(result),
         flights=flights.section(result),
@@ -88,13 +97,18 @@ def render(result) -> str:
         models=_models(result),
         orientations=_orientations(result),
         further=[
-            module.section(result)
+            (module.section(result), Markup(drawn.get(module, _no_figure)(result)))
             for module in summary.SECTIONS
             if module not in IN_TEMPLATE
         ],
         failures=_failures(result),
         settings=result.settings.model_dump(),
     )
+
+
+def _no_figure(_result):
+    """Draw nothing for a section without a figure."""
+    return ""
 
 
 def _headline(result):

@@ -5,7 +5,10 @@ import numpy as np
 from einschalt.foundations.typesetting import lengths, number_word
 from einschalt.pipeline.sections.section import Section
 from einschalt.pipeline.sections.verdict import mean_of
-from einschalt.pipeline.suggestions import coverages_of_low_flight
+from einschalt.pipeline.suggestions import (
+    coverages_of_low_flight,
+    has_credible_propagation,
+)
 
 TOTAL = (
     "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
@@ -26,6 +29,18 @@ TOO_SMALL = "standard_error_paper is too small: {}."
 HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
 GIVEN_SHARED = "neighbouring approximate points share errors, which is not known here"
 BOTH_SHARE = "{} coverages share the approximate coordinates"
+BELIEVE_PROPAGATED = (
+    "Believe the propagated figure: it alone counts the errors that points and "
+    "coverages share, which the other two leave out."
+)
+BELIEVE_NONE = (
+    "Believe none of the three as it stands: the measurements contradict the sizes of "
+    "errors that were given, and the largest figure is a lower bound."
+)
+BELIEVE_NEITHER = (
+    "Believe the larger figure as a lower bound: neither of them counts the errors "
+    "that points and coverages share."
+)
 
 
 def section(result) -> Section:
@@ -50,8 +65,15 @@ def section(result) -> Section:
         "Precision of the new points (total, RMS)",
         ("", *(name for name, _ in shown)),
         tuple(rows) if figures.n_new else (),
-        (too_small(result), *remarks(result)),
+        (what_to_believe(result), too_small(result), *remarks(result)),
     )
+
+
+def what_to_believe(result) -> str:
+    """Say in one sentence which of the figures to believe, and why they differ."""
+    if np.isnan(result.figures.mean_total):
+        return BELIEVE_NEITHER
+    return BELIEVE_PROPAGATED if has_credible_propagation(result) else BELIEVE_NONE
 
 
 def remarks(result) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ depends on), and the covariance of the end is L Σ Lᵀ.
 See docs/theory/propagation.md.
 """
 
+import numba
 import numpy as np
 from scipy import sparse
 
@@ -147,3 +148,52 @@ def point_covariances(operator, standard_errors, n_axes):
         squares = np.abs(scaled) ** 2
         return segment_sum(squares, blocks.indptr)
     return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)
+
+
+def pair_covariances(operator, standard_errors, pairs, n_axes):
+    """Covariances between pairs of points from independent sources.
+
+    Parameters
+    ----------
+    operator : sparse array, shape (n_points · n_axes, n_sources · n_axes)
+    standard_errors : ndarray, shape (n_sources,)
+        Of each source, per coordinate [m].
+    pairs : ndarray of int, shape (n_pairs, 2)
+        Places of the points of each pair.
+    n_axes : int
+
+    Returns
+    -------
+    ndarray, shape (n_pairs, n_axes, n_axes)
+        [m²]; complex where the operator is. Rows belong to the first point.
+    """
+    rows = sparse.csr_array(operator)
+    rows.sort_indices()
+    pairs = np.ascontiguousarray(pairs, dtype=np.int64)
+    out = np.zeros((len(pairs), n_axes, n_axes), dtype=rows.dtype)
+    variances = np.repeat(np.square(standard_errors), n_axes)
+    entries = (rows.indptr, rows.indices, rows.data)
+    _multiply_rows(*entries, variances, pairs, out)
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _multiply_rows(pointer, column, value, variances, pairs, out):
+    n_axes = out.shape[1]
+    for p in range(len(pairs)):
+        for a in range(n_axes):
+            row_a = pairs[p, 0] * n_axes + a
+            for b in range(n_axes):
+                row_b = pairs[p, 1] * n_axes + b
+                i, last_i = pointer[row_a], pointer[row_a + 1]
+                j, last_j = pointer[row_b], pointer[row_b + 1]
+                while i < last_i and j < last_j:
+                    if column[i] < column[j]:
+                        i += 1
+                    elif column[i] > column[j]:
+                        j += 1
+                    else:
+                        product = value[i] * np.conj(value[j])
+                        out[p, a, b] += variances[column[i]] * product
+                        i += 1
+                        j += 1

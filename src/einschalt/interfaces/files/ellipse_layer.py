@@ -1,0 +1,60 @@
+"""The layer of confidence ellipses in block.gpkg."""
+
+import numpy as np
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.map_layers import Layer, exaggeration
+from einschalt.interfaces.files.wkb_geometries import polygons_as_wkb
+from einschalt.theory.adjustment.ellipses import Ellipses, ellipse_outlines
+
+
+def require_scale(ellipse_scale):
+    """Refuse a factor with which no ellipse can be drawn.
+
+    Parameters
+    ----------
+    ellipse_scale : float or None
+
+    Raises
+    ------
+    SettingsError
+    """
+    if ellipse_scale is None or 0.0 < ellipse_scale < np.inf:
+        return
+    raise SettingsError(
+        f"ellipse_scale = {ellipse_scale!r}",
+        expected="a positive factor",
+        remedy="Leave it out for one that suits the map",
+    )
+
+
+def ellipse_layer(result, ellipse_scale=None) -> Layer:
+    """Draw the confidence ellipses of a result, so much larger that they are seen.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    ellipse_scale : float, optional
+        A round factor where nothing is said.
+
+    Returns
+    -------
+    Layer
+        Without rows where the errors were not propagated.
+    """
+    table = result.ellipses.merge(result.points[["point_id", "role"]], on="point_id")
+    xy = table[["easting", "northing"]].to_numpy(dtype=float)
+    axes = table[["semi_major", "semi_minor"]].to_numpy(dtype=float)
+    factor = ellipse_scale or exaggeration(xy, axes * [1.0, 0.0])
+    azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
+    outlines = ellipse_outlines(xy, Ellipses(*(factor * axes).T, azimuth))
+    n_vertices = outlines.shape[1]
+    start = np.arange(len(table) + 1) * n_vertices
+    return Layer(
+        "ellipses",
+        table.assign(exaggeration=factor),
+        polygons_as_wkb(outlines.reshape(-1, 2), start),
+        "Polygon",
+        f"Confidence ellipses, drawn {factor:g} times as large",
+    )

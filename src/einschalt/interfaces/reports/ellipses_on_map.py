@@ -1,0 +1,99 @@
+"""Confidence ellipses on the maps of the report."""
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+
+from einschalt.foundations.typesetting import number
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.reports.map_sheet import round_down
+from einschalt.theory.adjustment.ellipses import Ellipses, ellipse_outlines
+
+MOST_ELLIPSES = 600
+MOST_DRAWN_AS_PATHS = 2500
+
+
+def draw_ellipses(sheet, table, exaggeration, colour):
+    """Draw ellipses about points of a map.
+
+    Parameters
+    ----------
+    sheet : MapSheet
+    table : DataFrame
+        Rows of ``result.ellipses``.
+    exaggeration : float
+        How much larger they are drawn.
+    colour : str
+    """
+    axes_km = table[["semi_major", "semi_minor"]].to_numpy() * exaggeration / 1e3
+    azimuth = table["azimuth_gon"].to_numpy() * RADIANS_PER_GON
+    place_km = table[["easting", "northing"]].to_numpy() / 1e3
+    outlines = ellipse_outlines(place_km, Ellipses(*axes_km.T, azimuth))
+    sheet.axes.add_collection(
+        PolyCollection(
+            outlines,
+            facecolors="none",
+            edgecolors=colour,
+            linewidths=0.5,
+            zorder=3,
+            rasterized=len(outlines) > MOST_DRAWN_AS_PATHS,
+        ),
+        autolim=False,
+    )
+
+
+def evenly_thinned(table):
+    """Choose at most so many points that their ellipses can be told apart.
+
+    Parameters
+    ----------
+    table : DataFrame
+        easting, northing.
+
+    Returns
+    -------
+    DataFrame
+        One point of each cell of a grid, where there are too many.
+    """
+    if len(table) <= MOST_ELLIPSES:
+        return table
+    xy = table[["easting", "northing"]].to_numpy(dtype=float)
+    extent = np.ptp(xy, axis=0)
+    cell = np.sqrt(extent.prod() / MOST_ELLIPSES) or extent.max() / MOST_ELLIPSES
+    cells = np.floor((xy - xy.min(axis=0)) / (1.05 * cell)).astype(int)
+    _, chosen = np.unique(cells, axis=0, return_index=True)
+    return table.iloc[chosen]
+
+
+def ellipse_exaggeration(sheet, table):
+    """Round factor at which an ellipse hardly reaches its neighbour.
+
+    Parameters
+    ----------
+    sheet : MapSheet
+    table : DataFrame
+        Rows of ``result.ellipses``.
+
+    Returns
+    -------
+    float
+    """
+    largest = float(table["semi_major"].quantile(0.95))
+    area_m2 = np.prod(sheet.size_in) * sheet.m_per_in**2
+    reach_m = 0.7 * np.sqrt(area_m2 / len(table))
+    return round_down(reach_m / largest) if largest > 0.0 else 1.0
+
+
+def ellipse_label(result, exaggeration):
+    """Say what ellipses are drawn, and how large.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    exaggeration : float
+
+    Returns
+    -------
+    str
+    """
+    percent = number(100.0 * result.settings.confidence, 3).removesuffix(".0")
+    return f"{percent} % confidence ellipses × {exaggeration:g}"
