@@ -26,13 +26,16 @@ def enlarged(result, n_points):
         base[["easting", "northing"]].agg(side).to_numpy() for side in ("min", "max")
     )
     place = rng.uniform(low, high, (n_points, 2))
-    points = base.iloc[rng.integers(0, len(base), n_points)].reset_index(drop=True)
+    rows = rng.integers(0, len(base), n_points)
+    points = base.iloc[rows].reset_index(drop=True)
     points["point_id"] = [f"{k}" for k in range(n_points)]
     points[["easting", "northing"]] = place
     error = rng.normal(0.0, 0.03, (2 * n_points, 2))
     values = pd.concat([points.assign(coverage=name) for name in "12"])
     values[["easting", "northing"]] += error
-    return replace(result, points=points, single_values=values)
+    parts = {name: part[rows] for name, part in result.errors.parts.items()}
+    errors = replace(result.errors, point_ids=points["point_id"], parts=parts)
+    return replace(result, points=points, single_values=values, errors=errors)
 
 
 @pytest.mark.parametrize("draw", [block_map, precision_figure])

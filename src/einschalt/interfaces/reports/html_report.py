@@ -65,11 +65,7 @@ def render(result) -> str:
         block_map,
         precision_figure,
     )
-    from einschalt.interfaces.reports.sources_figure import (  # noqa: PLC0415
-        sources_figure,
-    )
 
-    drawn = {error_sources: sources_figure}
     return _TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
         sources={
@@ -96,19 +92,28 @@ def render(result) -> str:
         spread_points=_spread_points(result),
         models=_models(result),
         orientations=_orientations(result),
-        further=[
-            (module.section(result), Markup(drawn.get(module, _no_figure)(result)))
-            for module in summary.SECTIONS
-            if module not in IN_TEMPLATE
-        ],
+        further=_further_sections(result),
         failures=_failures(result),
         settings=result.settings.model_dump(),
     )
 
 
-def _no_figure(_result):
-    """Draw nothing for a section without a figure."""
-    return ""
+def _further_sections(result):
+    """Sections that the page shows one below the other, each with its figure if any."""
+    # imported when a report is rendered: matplotlib takes half a second
+    from einschalt.interfaces.reports.sources_figure import (  # noqa: PLC0415
+        sources_figure,
+    )
+
+    figure_of = {error_sources: sources_figure}
+    return [
+        (
+            module.section(result),
+            Markup(figure_of[module](result)) if module in figure_of else "",
+        )
+        for module in summary.SECTIONS
+        if module not in IN_TEMPLATE
+    ]
 
 
 def _headline(result):
