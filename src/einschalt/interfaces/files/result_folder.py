@@ -24,7 +24,13 @@ from einschalt.pipeline.summary import lasting_summary
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
-IF_ANY = ("orientation_residuals", "coverages", "error_sources", "neighbours", "ellipses")
+IF_ANY = (
+    "orientation_residuals",
+    "coverages",
+    "error_sources",
+    "neighbours",
+    "ellipses",
+)
 FIRST_COLUMNS = {
     "points": (
         "point_id",
