@@ -208,8 +208,9 @@ class PrecisionTables(Result):
         found = confidence_ellipses(self.errors.covariance[:, :2, :2], level)
         azimuth = found.azimuth / RADIANS_PER_GON
         columns = (found.semi_major, found.semi_minor, azimuth, level)
-        table = self.points[["point_id", *PLANE]]
-        return table.assign(**dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
+        table = pd.DataFrame({"point_id": self.errors.point_ids})
+        table = table.assign(**dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
+        return self.points[["point_id", *PLANE]].merge(table, on="point_id")
 
     def _require_errors(self):
         if self.errors is None:
