@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint format bench clean clean-cache
+.PHONY: demo test lint format bench faults clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -21,6 +21,9 @@ format: .venv/installed-test
 
 bench: .venv/installed-bench
 	$(BIN)/python -m benchmarks
+
+faults: .venv/installed-test
+	$(BIN)/python -m benchmarks.faults
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv

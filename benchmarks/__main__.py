@@ -16,6 +16,7 @@ RACES = (
     "densification",
     "robust",
     "propagation",
+    "batches",
 )
 
 

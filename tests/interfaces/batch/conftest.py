@@ -1,13 +1,12 @@
 """Folders of blocks, sound and broken, and the bytes of what a batch leaves."""
 
-import csv
-import io
-import json
-import re
+from importlib import import_module
 from pathlib import Path
 
 import pandas as pd
 import pytest
+
+ROOT = Path(__file__).parents[3]
 
 
 def _cut_in_two(block):
@@ -111,29 +110,15 @@ def make_blocks(make_block):
     return make
 
 
-TIMES = re.compile(rb'"(created|seconds)": ("[^"]*"|[\d.]+)')
-
-
-def _without_times(path):
-    data = path.read_bytes()
-    if path.name in {"provenance.json", "failure.json"}:
-        return TIMES.sub(rb'"\1": 0', data)
-    if path.name == "blocks.csv":
-        rows = list(csv.DictReader(io.StringIO(data.decode("utf-8"))))
-        return json.dumps([{**row, "seconds": 0} for row in rows]).encode()
-    if path.name == "blocks.parquet":
-        return pd.read_parquet(path).drop(columns="seconds").to_json().encode()
-    if path.name == "blocks.html":
-        return re.sub(rb'<td class="n">[^<]*</td></tr>', b"</tr>", data)
-    return data
+@pytest.fixture(scope="session")
+def benchmark_module():
+    """Import a module of benchmarks/, which lies beside the package."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT)
+        yield lambda name: import_module(f"benchmarks.{name}")
 
 
 @pytest.fixture(scope="session")
-def left():
+def left(benchmark_module):
     """What lies in a folder: every file with its bytes, times apart."""
-
-    def look(folder):
-        files = sorted(path for path in Path(folder).rglob("*") if path.is_file())
-        return {str(p.relative_to(folder)): _without_times(p) for p in files}
-
-    return look
+    return benchmark_module("result_trees").tree

@@ -48,6 +48,8 @@ def read_parquet(path, schema, *, source=None):
     path = require_file(path, source)
     try:
         table = parquet.ParquetFile(path).read()
+    except MemoryError:  # Arrow's is an ArrowException as well; the file is sound
+        raise
     except (pa.ArrowException, OSError) as error:
         raise _unreadable(path, source) from error
     columns = [

@@ -1,0 +1,90 @@
+"""Batches: what a block costs beside its computation, and what a second worker gains.
+
+There is no peer; judged are the overhead of a block (time in a batch of one worker over
+time of reading, computing and writing alone) and the speed of two workers against one.
+The start of the workers is measured with tasks that do nothing, and taken off.
+"""
+
+import time
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+import einschalt as es
+from benchmarks.racing import Outcome, report
+from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.interfaces.batch.block_search import find_blocks
+from einschalt.pipeline.engine import LocalEngine
+
+N_BLOCKS = 24
+SIDE = 5_000.0
+ROUNDS = 3
+LARGEST_OVERHEAD = 0.05
+LEAST_SPEED_UP = 1.8
+
+
+def run():
+    """Time batches of equal blocks.
+
+    Returns
+    -------
+    bool
+        Whether overhead and speed-up keep their floors.
+    """
+    with TemporaryDirectory() as folder:
+        root = Path(folder)
+        geometry = es.BlockGeometry(width=SIDE, height=SIDE)
+        for seed in range(N_BLOCKS):
+            block = es.simulate_block("neukirchen", seed=seed, geometry=geometry)
+            block.write(root / "blocks" / f"block_{seed:02d}")
+        rounds = [_round(root, number) for number in range(ROUNDS)]
+    one, two, alone = (median(times) for times in zip(*rounds, strict=True))
+    overhead = median(r[0] / r[2] - 1.0 for r in rounds)
+    speed_up = median(r[0] / r[1] for r in rounds)
+    outcomes = [
+        Outcome("a block alone", f"{1e3 * alone:.0f} ms", 1.0, "", True),
+        Outcome(
+            "a block in a batch, overhead",
+            f"{1e3 * one:.0f} ms",
+            overhead,
+            f"<= {LARGEST_OVERHEAD}",
+            overhead <= LARGEST_OVERHEAD,
+        ),
+        Outcome(
+            "two workers, times faster",
+            f"{1e3 * two:.0f} ms",
+            speed_up,
+            f">= {LEAST_SPEED_UP}",
+            speed_up >= LEAST_SPEED_UP,
+        ),
+    ]
+    return report(f"Batches of {N_BLOCKS} blocks ({ROUNDS} rounds)", outcomes)
+
+
+def _round(root, number):
+    """Seconds per block: one worker, two workers, in one process without a batch."""
+    one, two = (_batch(root, f"{number}-{n}", n) for n in (1, 2))
+    (alone,) = LocalEngine(1).answers(_alone, [root])
+    return one, two, alone.value
+
+
+def _batch(root, name, n_workers):
+    """Seconds per block, from the first answer of each worker to the last answer."""
+    blocks = find_blocks(root / "blocks")
+    times = []
+    with batch_folder(root / name) as output:
+        plan = plan_batch(blocks, output)
+        engine = LocalEngine(n_workers)
+        run_batch(plan, engine, progress=lambda _: times.append(time.perf_counter()))
+    # workers start at the same time: their first blocks hold the start-up
+    return (times[-1] - times[n_workers - 1]) / (len(times) - n_workers)
+
+
+def _alone(root):
+    """Seconds per block in this process; the first block holds the start-up."""
+    blocks = find_blocks(root / "blocks")
+    for number, block in enumerate(blocks):
+        if number == 1:
+            begin = time.perf_counter()
+        es.densify(es.read_block(block)).write(root / "alone" / block.name)
+    return (time.perf_counter() - begin) / (len(blocks) - 1)

@@ -1,0 +1,118 @@
+"""Bad nights: killed processes, full disks, memory that is not there.
+
+``make faults`` kills 50 times, on this computer and on a cluster; here it is a few.
+"""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+import einschalt as es
+from einschalt.pipeline.engine import LocalEngine
+
+LINUX = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
+
+
+@LINUX
+def test_killed_runs_end_with_the_same_bytes(benchmark_module):
+    faults = benchmark_module("faults")
+    (setting,) = faults.run(n_kills=3, n_blocks=2, starts=(faults.LocalRun,))
+    assert setting.killed.total() == 3
+    assert setting.n_ends >= 1
+
+
+@LINUX
+def test_killed_cluster_ends_with_the_same_bytes(benchmark_module):
+    pytest.importorskip("distributed", reason="the extra cluster is not installed")
+    faults = benchmark_module("faults")
+    (setting,) = faults.run(n_kills=1, n_blocks=2, starts=(faults.ClusterRun,))
+    assert setting.killed.total() == 1
+
+
+def batch(blocks, output, *options, **more):
+    call = [sys.executable, "-m", "einschalt", "batch", blocks, "-o", output, *options]
+    return subprocess.run(
+        [str(part) for part in call],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+        **more,
+    )
+
+
+@pytest.fixture
+def blocks(tmp_path, make_blocks):
+    return make_blocks(tmp_path / "blocks", 2)
+
+
+def only_small_files():
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
+def test_full_disk(blocks, tmp_path, left):
+    """Blocks fail with the reason, nothing is half-written, the next run mends all."""
+    out = tmp_path / "out"
+    said = batch(blocks, out, preexec_fn=only_small_files)
+    assert said.returncode == 1
+    assert "block.gpkg: cannot be written" in said.stdout
+    assert "See that the disk has space, or choose another folder" in said.stdout
+    assert "Traceback" not in said.stdout + said.stderr
+    table = pd.read_csv(out / "blocks.csv")
+    assert table["stage"].tolist() == ["writing"] * 2
+    assert not list(out.rglob("provenance.json"))
+    assert not [path for path in out.rglob(".*") if path.is_file()]
+    assert batch(blocks, out).returncode == 0
+    es.densify_many(blocks, tmp_path / "calm", workers=1)
+    assert left(out) == left(tmp_path / "calm")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
+def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
+    """A table of 15 million points beside a block of nine: one row with the reason."""
+    large = blocks / "block_00" / "low_flight.parquet"
+    n_rows = 15_000_000
+    text, number = pa.repeat("1", n_rows), pa.repeat(1.0, n_rows)
+    names = ["coverage", "model_id", "point_id", "x", "y"]
+    parquet.write_table(pa.table([text] * 3 + [number] * 2, names=names), large)
+    toml = blocks / "block_00" / "block.toml"
+    toml.write_text(toml.read_text().replace("low_flight.csv", large.name))
+    options = {"workers": 1, "memory_gb": 1.5}
+    table = es.densify_many(blocks, tmp_path / "out", **options).set_index("block")
+    assert table["outcome"].tolist() == ["failed", "done"]
+    row = table.loc["block_00"]
+    assert row["reason"] == "needs more memory than there is"
+    assert row["stage"] == "reading"
+
+
+@LINUX
+def test_a_task_that_outlives_its_runner_keeps_others_out(blocks, tmp_path):
+    """On a cluster a killed runner leaves tasks behind: the next one waits for them."""
+    from einschalt.interfaces.batch.batch_run import plan_batch
+    from einschalt.interfaces.batch.block_run import BlockTask, run_block
+    from einschalt.interfaces.batch.folder_lock import locked
+
+    plan = plan_batch([blocks / "block_00"], tmp_path / "out")
+    (state,) = plan.to_run
+    task = BlockTask(state.name, state.block, state.folder, state.signature, {})
+    state.folder.mkdir(parents=True)
+    answers = LocalEngine(1).answers(run_block, [task])
+    with locked(state.folder):
+        come = []
+        waiting = threading.Thread(target=lambda: come.extend(answers))
+        waiting.start()
+        waiting.join(3.0)
+        assert not come
+    waiting.join()
+    assert come[0].value["outcome"] == "done"
