@@ -31,7 +31,8 @@ def limit_memory(n_bytes):
     try:
         import resource  # noqa: PLC0415 - Windows has no such module
 
-        resource.setrlimit(resource.RLIMIT_AS, (n_bytes, n_bytes))
+        # not the address space, of which libraries reserve four times what they use
+        resource.setrlimit(resource.RLIMIT_DATA, (n_bytes, n_bytes))
     except (ImportError, ValueError, OSError) as error:
         raise SettingsError(
             f"memory cannot be limited to {n_bytes / 1e9:g} GB",

@@ -88,7 +88,7 @@ def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
     parquet.write_table(pa.table([text] * 3 + [number] * 2, names=names), large)
     toml = blocks / "block_00" / "block.toml"
     toml.write_text(toml.read_text().replace("low_flight.csv", large.name))
-    options = {"workers": 1, "memory_gb": 1.5}
+    options = {"workers": 1, "memory_gb": 1.0}
     table = es.densify_many(blocks, tmp_path / "out", **options).set_index("block")
     assert table["outcome"].tolist() == ["failed", "done"]
     row = table.loc["block_00"]
