@@ -171,6 +171,21 @@ def test_a_table_without_models_is_one_model_and_that_is_said(
     assert read(tmp_path / "out", "parameters")["model_id"].tolist() == ["1"]
 
 
+def test_a_name_of_models_that_was_mistaken_is_said(invoke, parallaxes, tmp_path):
+    given = pd.read_csv(parallaxes)
+    out = tmp_path / "out"
+    write(given.rename(columns={"model_id": "Model"}), parallaxes)
+    shown = invoke("orient", parallaxes, "--base", BASE, "--output", out)
+    assert shown.exit_code == 2
+    assert "Rename 'Model' to 'model_id'" in shown.stderr
+    # points of the same name are points of several models
+    write(given.drop(columns="model_id"), parallaxes)
+    shown = invoke("orient", parallaxes, "--base", BASE, "--output", out)
+    assert shown.exit_code == 2
+    assert "column 'model_id' is missing" in shown.stderr
+    assert "repeats" not in shown.stderr
+
+
 def test_images(invoke, image_pairs, tmp_path):
     out = tmp_path / "out"
     options = ["--principal-distance", DISTANCE, "--base", BASE]
@@ -299,7 +314,10 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
             "{pairs} --principal-distance 153 --base none.csv",
             "--base = 'none.csv'; expected the length of the base",
         ),
-        ("{pairs} --base 92", "column 'x' is missing"),
+        (
+            "{pairs} --base 92",
+            "pairs.csv holds image coordinates; expected a TABLE of y-parallaxes",
+        ),
         (
             "{pairs} --principal-distance 153 --camera c.toml",
             "--camera is given beside --principal-distance",
@@ -309,7 +327,12 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
             "{parallaxes} --base 92 --outliers snoop",
             "--outliers is given beside --base",
         ),
-        ("{parallaxes} --principal-distance 153", "'x_left' is missing"),
+        (
+            "{parallaxes} --principal-distance 153",
+            "parallaxes.csv holds y-parallaxes; expected a TABLE of y-parallaxes",
+        ),
+        ("{parallaxes} --base .", "--base: '.' is not a number; expected millimetres"),
+        ("{parallaxes} --base 9mm", "'9mm' is not a number; expected millimetres, or"),
         ("{pairs} --principal-distance 0.153", "Did you give metres?"),
         ("nowhere.csv --base 92", "nowhere.csv: the file does not exist"),
         (
@@ -326,7 +349,11 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
         ),
         (
             "--terrain {parallaxes} --principal-distance 152 --altitude 2000",
-            "parallaxes.csv, row 1: column 'h1' is missing",
+            "parallaxes.csv holds y-parallaxes; expected a TABLE of y-parallaxes",
+        ),
+        (
+            "--terrain {wrong} --principal-distance 152 --altitude 2000",
+            "wrong.csv, row 1: column 'h1' is missing",
         ),
     ],
 )
@@ -337,6 +364,7 @@ def test_wrong_input_has_status_2_and_no_traceback(
         "{parallaxes}": request.getfixturevalue("parallaxes"),
         "{pairs}": request.getfixturevalue("image_pairs"),
         "{terrain}": request.getfixturevalue("terrain"),
+        "{wrong}": write(pd.DataFrame({"model_id": [1]}), tmp_path / "wrong.csv"),
     }
     call = [files.get(argument, argument) for argument in arguments.split()]
     shown = invoke("orient", *call, "--output", tmp_path / "out")

@@ -257,6 +257,37 @@ def test_confused_images_are_a_failure():
     assert len(oriented.model_points) == 0
 
 
+def test_a_missing_base_is_told_from_points_in_one_place(image_pairs):
+    turned = image_pairs[image_pairs["model_id"] == "1/2"]
+    rays = np.column_stack([turned[["x_left", "y_left"]], np.full(len(turned), -C)])
+    rays = rays @ rotation_from_angles(0.05, -0.02, 0.3).T
+    noise = np.random.default_rng(1).normal(scale=5e-3, size=(len(rays), 2))
+    turned = turned.assign(model_id="no base")
+    turned[["x_right", "y_right"]] = -C * rays[:, :2] / rays[:, 2:] + noise
+    same = turned.assign(model_id="one place", x_left=1.0, y_left=2.0)
+    same = same.assign(x_right=-80.0, y_right=2.0)
+    table = pd.concat([turned, image_pairs, same])
+    for case in ("dependent_right", "independent"):
+        oriented = orient_from_images(table, C, case=case)
+        reasons = oriented.failures.set_index("model_id")["reason"]
+        assert reasons["no base"] == (
+            "both photographs see its points as from one place: its base is too short"
+        )
+        assert reasons["one place"].startswith("its points lie in a line, in one place")
+        assert oriented.dangerous_surface.loc["no base", "reason"] == reasons["no base"]
+        assert len(reasons) == 2
+
+
+@pytest.mark.parametrize("size", [1e5, 1e9, 1e200])
+@pytest.mark.parametrize("outliers", ["keep", "snoop", "huber", "tukey"])
+def test_a_point_far_outside_stops_nothing(image_pairs, size, outliers):
+    image_pairs.loc[3, "x_right"] = size
+    oriented = orient_from_images(image_pairs, C, outliers=outliers)
+    assert oriented.converged[["2/3", "3/4"]].all()
+    assert oriented.model_precision["sigma_z_image"].notna().any()
+    assert len(oriented.summary()) > 0
+
+
 def test_five_points_have_no_sigma(image_pairs):
     few = image_pairs.groupby("model_id", sort=False).head(5)
     oriented = orient_from_images(few, C)
@@ -303,8 +334,13 @@ def test_what_is_wrong_with_the_table_is_said(image_pairs, change, message):
         ({"principal_distance": 0.152}, r"= 0.152; expected .* Did you give metres\?"),
         ({"principal_distance": -152.0}, "principal_distance = -152.0; expected 1 to"),
         ({"principal_distance": (1.0, 2.0, 3.0)}, "one number or one for each side"),
+        ({"case": ["independent"]}, r"case = \['independent'\] is unknown"),
         ({"principal_distance": "wide"}, "= 'wide'; expected millimetres"),
         ({"base_length": "long"}, "base_length = 'long'; expected millimetres"),
+        (
+            {"base_length": pd.Series("long", ["1/2", "2/3", "3/4"])},
+            "model 1/2: base_length = nan; expected a positive length for every model",
+        ),
         (
             {"base_length": pd.Series([1.0, 2.0], index=["1/2", "1/2"])},
             "model 1/2: base_length has the model twice; .* by coverage and model_id",

@@ -13,11 +13,13 @@ from einschalt.foundations.errors import (
     TableError,
 )
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+    METHODS,
     orient_from_parallaxes,
 )
 from einschalt.stages.relative_orientation.parallax_orientation import (
     correct_model_points,
 )
+from einschalt.theory.relative_orientation.hallert import flat_six_points
 from einschalt.theory.relative_orientation.model_correction import disturb_model
 from einschalt.theory.relative_orientation.parallax_equations import (
     CASES,
@@ -107,6 +109,38 @@ def test_failing_models_are_rows_and_the_others_stay(flight):
     assert oriented.redundancy[["1/2", "5/6", "3/4"]].tolist() == [7, 0, 0]
     assert oriented.sigma_0["1/2"] == pytest.approx(SIGMA, rel=1.0)
     assert np.isnan(oriented.sigma_0["5/6"])
+
+
+@pytest.mark.parametrize(
+    ("change", "base", "reason"),
+    [
+        ({}, 1e-9, "its base is less than a thousandth of its depth"),
+        ({}, 92e-3, "its base is less than a thousandth of its depth"),
+        ({}, 92e3, "its base is more than a hundred times its depth"),
+        ({"x": 1e200}, BASE, "a coordinate or y-parallax is larger than 1e12"),
+        ({"y_parallax": -1e300}, BASE, "a coordinate or y-parallax is larger than"),
+        ({"z": -1e-300}, BASE, "a point lies at or above the projection centres"),
+    ],
+)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", CASES)
+def test_lengths_that_cannot_be_meant(change, base, reason, method, case):
+    wrong = six_points("1/2", seed=1).assign(point_id=list("123456"))
+    for name, value in change.items():
+        wrong.loc[2, name] = value
+    table = pd.concat([wrong, six_points("2/3", seed=2)])
+    bases = pd.Series({"1/2": base, "2/3": BASE})
+    oriented = orient_from_parallaxes(table, bases, case=case, method=method)
+    assert oriented.failures["model_id"].tolist() == ["1/2"]
+    assert oriented.failures["reason"].iloc[0].startswith(reason)
+    assert oriented.dangerous_surface.loc["2/3", "verdict"] == "safe"
+    assert "model 1/2: " in oriented.summary()
+
+
+def six_points(model_id, seed):
+    parallax = np.random.default_rng(seed).normal(scale=SIGMA, size=6)
+    table = pd.DataFrame(flat_six_points(95.0, BASE, 152.0), columns=list("xyz"))
+    return table.assign(model_id=model_id, point_id=range(6), y_parallax=parallax)
 
 
 def test_one_model_alone_equals_the_same_among_many(flight):

@@ -50,6 +50,8 @@ SHAKY = 2.0 * WEAK_UNCERTAINTY
             "short_base",
         ),
         ({"relative_base": 1e-3}, "safe"),
+        ({"relative_base": 9.99}, "safe"),
+        ({"relative_base": 10.01}, "long_base"),
         ({"uncertainty": LOST}, "lost"),
         ({"flat_uncertainty": LOST}, "only_relief"),
         ({"flat_uncertainty": np.inf, "inflation": 0.0}, "only_relief"),

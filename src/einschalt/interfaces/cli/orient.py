@@ -1,5 +1,6 @@
 """``einschalt orient``: relative orientation; dangerous surfaces before a flight."""
 
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -227,6 +228,7 @@ def _base(text):
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
     from einschalt.foundations.number_texts import (  # noqa: PLC0415
+        MEND,
         is_number,
         say_number,
     )
@@ -235,8 +237,9 @@ def _base(text):
 
     if is_number(text):
         return float(text)
-    if text[:1] in "+-.0123456789" and not Path(text).exists():
+    if text[:1] in "+-.0123456789" and not Path(text).is_file():
         found, expected, remedy = say_number(text, "millimetres")
+        remedy = "" if remedy == MEND else remedy
         raise SettingsError(
             f"--base: {found}", expected=f"{expected}, or a table", remedy=remedy
         )
@@ -251,7 +254,8 @@ def _read(file, schema):
     from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
 
     frame = read_table(file, schema)
-    if "model_id" not in frame and schema.name != "terrain":
+    _refuse_other_kind(frame, schema, file.name)
+    if _is_one_model(frame) and schema.name != "terrain":
         complain(f"note: {file.name} has no column model_id: it is one model")
         frame = frame.assign(model_id=ONE_MODEL)
     checked = check_table(frame, schema, source=file.name)
@@ -260,3 +264,33 @@ def _read(file, schema):
         complain(f"note: {note}")
     # without the columns that the check has filled in
     return checked.frame[[name for name in checked.frame if name in frame]]
+
+
+def _is_one_model(frame):
+    """Whether a table says nothing of models, and could not hold several."""
+    # a name that was only mistaken is told by the check of the columns
+    if get_close_matches("model_id", [name.casefold() for name in frame], n=1):
+        return False
+    return "point_id" not in frame or not frame["point_id"].duplicated().any()
+
+
+def _refuse_other_kind(frame, schema, file_name):
+    """Refuse a table of image coordinates for parallaxes, or the other way round."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
+    from einschalt.foundations.tables import (  # noqa: PLC0415
+        IMAGE_PAIRS,
+        Y_PARALLAXES,
+    )
+
+    kinds = {
+        Y_PARALLAXES: ("y-parallaxes", "Give --base for them"),
+        IMAGE_PAIRS: ("image coordinates", "Give --principal-distance or --camera"),
+    }
+    if set(schema.number_names) <= set(frame):
+        return
+    for kind, (what, remedy) in kinds.items():
+        if set(kind.number_names) <= set(frame):
+            raise SettingsError(
+                f"{file_name} holds {what}", expected=WAYS, remedy=remedy
+            )

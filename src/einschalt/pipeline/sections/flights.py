@@ -73,21 +73,37 @@ def orientations(result) -> tuple[str, ...]:
             f"{count(len(rows), 'model')}, sigma_0 {length(sigma_0 * METRES_PER_MM)} "
             f"of {observed}; it sees y-parallax only."
         )
-        if has_images:
-            lines.append(_measuring_error(flight, rows, result.block))
+        measuring_error = _of_images if has_images else _of_parallaxes
+        lines += measuring_error(flight, rows, result.block)
     return tuple(lines)
 
 
-def _measuring_error(flight, rows, block):
+def _of_parallaxes(flight, rows, block):
+    """What the errors of y-parallaxes make of m_g, beside the one given."""
+    bent = np.sqrt(np.mean(rows["m_g_orientation_um"].astype(float) ** 2))
+    if not np.isfinite(bent):
+        return []
+    return [
+        (
+            f"m_g of the {flight.replace('_', ' ')}: given "
+            f"{number(block.flights[flight].m_g_um)}, of which errors of the relative "
+            f"orientation make {number(bent)} µm."
+        )
+    ]
+
+
+def _of_images(flight, rows, block):
     """What image coordinates and orientation say of m_g, beside the one given."""
     parts = rows[["m_g_intersection_um", "m_g_orientation_um"]].astype(float) ** 2
     rays, bent = np.sqrt(parts.mean())
-    return (
-        f"m_g of the {flight.replace('_', ' ')}: given "
-        f"{number(block.flights[flight].m_g_um)}, the image residuals say "
-        f"{number(np.hypot(rays, bent))} µm ({number(rays)} from the rays, "
-        f"{number(bent)} from the orientation)."
-    )
+    return [
+        (
+            f"m_g of the {flight.replace('_', ' ')}: given "
+            f"{number(block.flights[flight].m_g_um)}, the image residuals say "
+            f"{number(np.hypot(rays, bent))} µm ({number(rays)} from the rays, "
+            f"{number(bent)} from the orientation)."
+        )
+    ]
 
 
 def measured_errors(result) -> tuple[str, ...]:

@@ -169,7 +169,7 @@ class ImageOrientation(ModelResult):
         model = np.repeat(np.arange(len(start) - 1), np.diff(start))
         sigma_0 = self.models["sigma_0"].to_numpy()[model]
         of_axes = np.sqrt(np.diagonal(self._precision.cofactor, axis1=1, axis2=2))
-        of_rays = np.sqrt(self._precision.image_part[:, 2, 2])
+        of_rays = np.sqrt(np.maximum(self._precision.image_part[:, 2, 2], 0.0))
         cameras = self.elements.cameras
         base = (cameras.right_centre - cameras.left_centre)[model]
         across = np.cross(base, xyz - cameras.left_centre[model])

@@ -30,6 +30,7 @@ from einschalt.theory.relative_orientation.coplanarity import (
     UNDETERMINED,
 )
 from einschalt.theory.relative_orientation.gross_errors import find_gross_errors
+from einschalt.theory.relative_orientation.missing_base import have_no_base
 from einschalt.theory.relative_orientation.model_formation import form_model
 from einschalt.theory.relative_orientation.model_precision import OrientedPairs
 from einschalt.theory.relative_orientation.orientation_elements import (
@@ -52,6 +53,8 @@ RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
 WIDEST_FIELD, NARROWEST_FIELD = 2.5, 0.01
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
+NO_BASE = "both photographs see its points as from one place: its base is too short"
+OTHER_PLACE = "Check that left and right are not one image; take a pair with a base"
 REMEDIES = {
     TOO_FEW: "Measure at least six points in the overlap, or take the model out",
     UNDETERMINED: "Measure points that are spread over the whole overlap",
@@ -118,17 +121,18 @@ def orient_from_images(
     >>> (oriented.parameters.loc["7/8"].round(9) + 0.0).tolist()
     [92.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
-    _check_arguments(principal_distance, case, estimator, outliers)
+    _check_choices(case, estimator, outliers)
+    distance = _distances(principal_distance)
     checked = check_table(image_pairs, IMAGE_PAIRS)
     raise_problems(checked.problems)
-    _check_unit(checked.frame, np.max(principal_distance))
+    _check_unit(checked.frame, distance.max())
     measured = _Measured.of(checked.frame, "coverage" in image_pairs.columns)
-    points = measured.pairs(principal_distance)
+    points = measured.pairs(distance)
     is_wrong = _gross_errors(points, estimator, outliers)
     is_out = is_wrong & (outliers == "snoop")
     used = points.chosen(~is_out)
     pairs, factors = _orient(used, estimator, outliers)
-    models = _models_table(measured.names, pairs, case)
+    models = _models_table(measured.names, pairs, case, used)
     length = _base_lengths(base_length, models)
     elements = orientation_elements(pairs, length, case)
     model = form_model(
@@ -202,13 +206,13 @@ class _Measured:
         return StereoPairs(self.image, self.start, distance)
 
 
-def _check_arguments(principal_distance, case, estimator, outliers):
+def _check_choices(case, estimator, outliers):
     for name, value, allowed in (
         ("case", case, CASES),
         ("estimator", estimator, MODES),
         ("outliers", outliers, OUTLIERS),
     ):
-        if value not in allowed:
+        if value not in tuple(allowed):
             raise SettingsError(
                 f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
             )
@@ -218,6 +222,9 @@ def _check_arguments(principal_distance, case, estimator, outliers):
             expected="weights, which the determinants do not have",
             remedy='Use estimator = "rigorous", or outliers = "snoop"',
         )
+
+
+def _distances(principal_distance):
     distance = np.atleast_1d(_as_numbers("principal_distance", principal_distance))
     is_good = (distance >= SMALLEST_DISTANCE_MM) & (distance <= LARGEST_DISTANCE_MM)
     if distance.shape not in ((1,), (2,)) or not is_good.all():
@@ -228,6 +235,7 @@ def _check_arguments(principal_distance, case, estimator, outliers):
             "(millimetres), one number or one for each side",
             remedy="Did you give metres?" if is_small else "",
         )
+    return distance
 
 
 def _check_unit(frame, distance):
@@ -237,7 +245,7 @@ def _check_unit(frame, distance):
     found += f"{distance:g}"
     expected = "millimetres, from the principal point"
     if np.median(sizes) > WIDEST_FIELD * distance:
-        remedy = "Did you give pixels? Convert them with pixel size and principal point"
+        remedy = "Did you give pixels? Convert them by Camera, or give --camera"
     elif values.min() >= 0.0 and sizes.max() > distance:
         found += ", none of them negative"
         remedy = "Is the origin in a corner? Subtract the principal point"
@@ -283,6 +291,7 @@ def _lengths_by_model(base_length, models):
             remedy="" if by_coverage else "Index it by coverage and model_id",
             model=doubled[0],
         )
+    base_length = pd.to_numeric(base_length, errors="coerce")
     if by_coverage:
         keys = pd.MultiIndex.from_frame(models[["coverage", "model_id"]])
         return base_length.reindex(keys).to_numpy(dtype=float)
@@ -291,7 +300,7 @@ def _lengths_by_model(base_length, models):
     return named.reindex(models["model_id"]).to_numpy(dtype=float)
 
 
-def _models_table(names, pairs, case):
+def _models_table(names, pairs, case, used):
     return pd.DataFrame(
         {
             "coverage": names.first,
@@ -303,12 +312,12 @@ def _models_table(names, pairs, case):
             "is_converged": pairs.is_converged,
             "is_ambiguous": pairs.is_ambiguous,
             "n_in_front": pairs.n_in_front,
-            "reason": _reasons(pairs),
+            "reason": _reasons(pairs, used),
         }
     )
 
 
-def _reasons(pairs):
+def _reasons(pairs, used):
     reasons = np.full(len(pairs.status), "", dtype=object)
     for place in np.flatnonzero(pairs.status == TOO_FEW):
         points = typesetting.count(int(pairs.n_points[place]), "point")
@@ -324,17 +333,25 @@ def _reasons(pairs):
     for place in np.flatnonzero(pairs.status == BEHIND):
         n, front = pairs.n_points[place], pairs.n_in_front[place]
         reasons[place] = f"{n - front} of {n} points lie behind a camera"
+    lost = np.flatnonzero(np.isin(pairs.status, (UNDETERMINED, NOT_CONVERGED)))
+    _, some = used.of_models(lost)
+    has_none = have_no_base(some.image, some.start, some.distance)
+    reasons[lost[has_none]] = NO_BASE
     return reasons
 
 
 def _failures(models, status):
     is_failed = (models["reason"] != "").to_numpy()
     return failures_table(
-        (row.coverage, row.model_id, STAGE, row.reason, REMEDIES[code])
+        (row.coverage, row.model_id, STAGE, row.reason, _remedy(row.reason, code))
         for row, code in zip(
             models[is_failed].itertuples(), status[is_failed], strict=True
         )
     )
+
+
+def _remedy(reason, code):
+    return OTHER_PLACE if reason == NO_BASE else REMEDIES[code]
 
 
 def _residuals(points, is_out, pairs, factors):

@@ -46,6 +46,17 @@ MODEL_COLUMNS = [
 SINGULAR = (
     "its points lie on a line or a dangerous surface, and do not determine the elements"
 )
+# bases that no flight has, in depths
+SHORTEST_BASE, LONGEST_BASE = 1e-3, 1e2
+TOO_SHORT = "its base is less than a thousandth of its depth"
+TOO_LONG = "its base is more than a hundred times its depth"
+SAME_UNIT = "Give the base and the coordinates in one unit"
+# of a point below the centres, in depths of the deepest
+LEAST_DEPTH = 1e-9
+# a length that no model has in any unit
+LARGEST_LENGTH = 1e12
+NO_LENGTH = "a coordinate or y-parallax is larger than 1e12"
+CHECK_POINTS = "Look for slips in its coordinates and y-parallaxes"
 MEASURE_ELSEWHERE = (
     "Measure points elsewhere: six in the usual pattern, or higher and lower ones"
 )
@@ -226,8 +237,9 @@ def _number(base):
 
 
 def _check_points(measured, bases, method, faults):
-    highest = segment_min_max(measured.xyz[:, 2], measured.start)[1]
-    faults.say(highest >= 0.0, ABOVE, COUNT_Z_UP)
+    deepest, highest = segment_min_max(measured.xyz[:, 2], measured.start)
+    faults.say(highest >= LEAST_DEPTH * np.minimum(deepest, 0.0), ABOVE, COUNT_Z_UP)
+    _check_lengths(measured, bases, faults)
     is_short = measured.count < N_ELEMENTS
     for count in np.unique(measured.count[is_short]):
         reason = f"{typesetting.count(count, 'point')}, but five are needed"
@@ -235,6 +247,16 @@ def _check_points(measured, bases, method, faults):
     if method in SIX_POINT_FAULTS:
         say_faults = SIX_POINT_FAULTS[method]
         say_faults(measured.xyz, bases, measured.start, faults)
+
+
+def _check_lengths(measured, bases, faults):
+    """Say which models hold lengths that cannot be meant."""
+    xyz, parallax = np.abs(measured.xyz), np.abs(measured.y_parallax)
+    largest = segment_min_max(np.maximum(xyz.max(axis=1), parallax), measured.start)[1]
+    faults.say(largest > LARGEST_LENGTH, NO_LENGTH, CHECK_POINTS)
+    depth = segment_min_max(xyz[:, 2], measured.start)[1]
+    faults.say(bases < SHORTEST_BASE * depth, TOO_SHORT, SAME_UNIT)
+    faults.say(bases > LONGEST_BASE * depth, TOO_LONG, SAME_UNIT)
 
 
 def _adjusted(method, case, sound, bases, faults):

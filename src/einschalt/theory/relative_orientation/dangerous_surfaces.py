@@ -56,6 +56,8 @@ from einschalt.theory.relative_orientation.surface_verdicts import (
 OMEGA_LAST = [1, 2, 3, 4, 0]
 IN_ORDER = [4, 0, 1, 2, 3]
 SHORTEST_BASE = 1e-12  # in depths; keeps the arithmetic finite
+# points nearer to the base or farther from it, in depths, are mistakes
+NEAREST, FARTHEST = 1e-9, 1e9
 MIDDLE = 1.0 / 3.0
 """Part of the field of view across the base that counts as the middle."""
 
@@ -140,13 +142,13 @@ def examine_surfaces(
     """
     base = np.asarray(base, dtype=float)
     depth = middle_depth(xyz, model_start)
-    is_behind = segment_sum(~(xyz[:, 2] < 0.0), model_start) > 0
-    is_sound = (depth > 0.0) & ~is_behind & (base > 0.0) & (base < np.inf)
+    model = np.repeat(np.arange(len(base)), np.diff(model_start))
+    is_behind, is_located = _mistakes(xyz, depth, model_start)
+    is_sound = (depth > 0.0) & ~is_behind & is_located & (base > 0.0) & (base < np.inf)
     known = np.where(is_sound, 1.0, np.nan)
     # unit-free; models that cannot be judged take a harmless point in place of theirs
     unit = np.where(is_sound, depth, 1.0)
     bases = np.maximum(np.where(is_sound, base, 1.0) / unit, SHORTEST_BASE)
-    model = np.repeat(np.arange(len(base)), np.diff(model_start))
     points = np.where(is_sound[model, np.newaxis], xyz, [0.0, 0.0, -1.0])
     points = points / unit[model, np.newaxis]
     size = -1.0 / points[:, 2] if grows_with_depth else np.ones(len(points))
@@ -159,7 +161,7 @@ def examine_surfaces(
         n_points=np.diff(model_start),
         relative_base=base / unit,
         is_behind=is_behind,
-        is_located=np.isfinite(segment_sum(xyz.sum(axis=1), model_start)),
+        is_located=is_located,
         width=figure_width(points, model_start),
         inflation=inflation,
         uncertainty=own.uncertainty,
@@ -176,6 +178,17 @@ def examine_surfaces(
         depth=known * depth,
         planes=examine_planes(planes * (known * unit)[:, *3 * [np.newaxis]]),
     )
+
+
+def _mistakes(xyz, depth, model_start):
+    """Which models have a point behind the base; which have all points somewhere."""
+    n_points = np.diff(model_start)
+    is_known = depth > 0.0
+    least = np.repeat(NEAREST * np.where(is_known, depth, 0.0), n_points)
+    most = np.repeat(FARTHEST * np.where(is_known, depth, np.inf), n_points)
+    is_behind = segment_sum(~(xyz[:, 2] < -least), model_start) > 0
+    is_lost = segment_sum(~(np.abs(xyz).max(axis=1) < most), model_start) > 0
+    return is_behind, ~is_lost
 
 
 @dataclass(frozen=True, eq=False)

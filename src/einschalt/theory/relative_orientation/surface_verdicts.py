@@ -31,6 +31,7 @@ WEAK_UNCERTAINTY = 2e3
 """A parallax error of 1e-4 of the depth turns a bundle by more than 0.2 rad."""
 CRITICAL_UNCERTAINTY = 2e4
 SHORT_BASE = 0.01
+LONG_BASE = 10.0
 THIN = 0.01
 """In depths: what is wrong with a figure is then blamed on its base, or its width."""
 
@@ -50,12 +51,13 @@ NEAR_SURFACE = (
 CAUSES = {
     "safe": Cause(SAFE, ""),
     "too_few": Cause(CRITICAL, "{n_points}, but five are needed"),
-    "not_located": Cause(CRITICAL, "a point has no coordinates"),
+    "not_located": Cause(CRITICAL, "a point has no coordinates, or impossible ones"),
     "behind": Cause(
         CRITICAL, "a point lies at or above the projection centres, z >= 0"
     ),
     "no_base": Cause(CRITICAL, "it has no base"),
     "short_base": Cause(CRITICAL, "its base is less than 1 % of its depth"),
+    "long_base": Cause(CRITICAL, "its base is more than ten times its depth"),
     "no_figure": Cause(
         CRITICAL,
         "its points lie on a line or close together, and do not determine the elements",
@@ -171,6 +173,7 @@ def judge(figure):
         "behind": figure.is_behind,
         "no_base": ~has_base,
         "short_base": is_lost & is_lost_in_plane & (figure.relative_base < SHORT_BASE),
+        "long_base": figure.relative_base > LONG_BASE,
         "no_figure": (is_lost & is_lost_in_plane) | (is_thin & (is_lost | is_at)),
         "on_surface": figure.inflation > ON_SURFACE_INFLATION,
         "at_surface": is_at,
