@@ -71,9 +71,15 @@ def test_models_near_a_dangerous_surface_are_named(oriented_result):
 
 
 def test_figures_of_relative_orientation_are_said(oriented_result):
-    high, low = orientations(oriented_result)
+    high, of_high, low, _ = orientations(oriented_result)
     assert high.startswith("Relative orientation, high flight: 7 models, sigma_0 ")
     assert low.endswith(" µm of a y-parallax; it sees y-parallax only.")
+    m_g = oriented_result.orientations.groupby("flight")["m_g_orientation_um"]
+    share = np.sqrt((m_g.get_group("high_flight").astype(float) ** 2).mean())
+    assert of_high == (
+        "m_g of the high flight: given 7.5, of which errors of the relative "
+        f"orientation make {share:.1f} µm."
+    )
 
 
 def test_a_good_block_has_no_problems(good_result):
