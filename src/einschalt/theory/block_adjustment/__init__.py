@@ -1,0 +1,1 @@
+"""All models of both flights at once: the simultaneous adjustment."""

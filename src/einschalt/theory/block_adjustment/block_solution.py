@@ -1,0 +1,382 @@
+"""All models of a block and all of its points in one adjustment."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from einschalt.theory.block_adjustment.common_parameters import (
+    Deformation,
+    deformation_of,
+)
+from einschalt.theory.block_adjustment.coordinate_channels import (
+    Channels,
+    ReducedModels,
+    reduce_models,
+)
+from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.observations import BlockObservations
+from einschalt.theory.block_adjustment.solver import (
+    Ordering,
+    Solver,
+    build_solver,
+    order_block,
+)
+
+# common parameters are bilinear with the models; they move by 1e-4 in the first pass
+MOST_PASSES = 6
+SETTLED = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class BlockSolution:
+    """Adjusted block, in the order of the observations that were given.
+
+    Attributes
+    ----------
+    observations : BlockObservations
+    affinities : ndarray, shape (n_models, 2, 3)
+        Every model as E, N = shift + coefficient of x + coefficient of y, of model
+        coordinates as they were measured, or as ``xy`` where they were corrected.
+    points : ndarray, shape (n_points, 2)
+        Easting, northing [m].
+    residuals : ndarray, shape (n_rows, 2)
+        Transformed less adjusted [m].
+    control_residuals : ndarray, shape (n_points, 2)
+        Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
+    xy : ndarray, shape (n_rows, 2)
+        Model coordinates, corrected by the common parameters.
+    common : ndarray, shape (n_terms,)
+        Coefficients of the deformation: ratios, or model units at the edge.
+    common_cofactors : ndarray, shape (n_terms, n_terms)
+    deformation : Deformation
+    redundancy : int
+    sum_of_squares : float
+        Σ w v² of all observations and of the control.
+    """
+
+    observations: BlockObservations
+    affinities: np.ndarray
+    points: np.ndarray
+    residuals: np.ndarray
+    control_residuals: np.ndarray
+    xy: np.ndarray
+    common: np.ndarray
+    common_cofactors: np.ndarray
+    deformation: Deformation
+    redundancy: int
+    sum_of_squares: float
+    _solver: Solver
+    _ordering: Ordering
+    _bordered: object
+    _reduced: object
+
+    @property
+    def s_0(self):
+        """Standard error of unit weight, 1 where the errors are as large as given."""
+        if self.redundancy <= 0:
+            return np.nan
+        return float(np.sqrt(self.sum_of_squares / self.redundancy))
+
+    @property
+    def is_held(self):
+        """Unknowns that nothing determines, shape (n_models, n_solved)."""
+        return _back(self._solver.factor.is_held, self._ordering.order)
+
+    def null_motion(self, model, unknown):
+        """How all models move with an unknown that nothing determines.
+
+        Parameters
+        ----------
+        model, unknown : int
+            One of ``is_held``.
+
+        Returns
+        -------
+        ndarray, shape (n_models,)
+            Size of the motion of each model, at its edge [m].
+        """
+        place = int(np.flatnonzero(self._ordering.order == model)[0])
+        motion = np.abs(self._solver.factor.null_vector(place, unknown)).max(axis=1)
+        return _back(motion, self._ordering.order)
+
+    @cached_property
+    def point_cofactors(self):
+        """Cofactors of the points, shape (n_points, 2, 2) [m²]."""
+        solver = self._solver
+        plane = solver.channels.plane(solver.cofactors.points)
+        plane = plane + self._bordered.spread(self._bordered.points)
+        return _back(plane, self._ordering.reordered.points)
+
+    @cached_property
+    def adjusted_cofactors(self):
+        """Cofactors of transformed less adjusted points, (n_rows, 2, 2) [m²]."""
+        solver = self._solver
+        differences = solver.cofactors.of_differences(solver.system.fans.point)
+        plane = solver.channels.plane(differences)
+        plane = plane + self._bordered.spread(self._bordered.residuals)
+        return _back(plane, self._ordering.reordered.rows)
+
+    @cached_property
+    def leverage(self):
+        """Share of each observation in its own adjusted value, (n_rows, 2)."""
+        diagonal = np.diagonal(self.adjusted_cofactors, axis1=1, axis2=2)
+        return diagonal / self.observations.standard_error[:, None] ** 2
+
+    @cached_property
+    def control_leverage(self):
+        """The same of the control, (n_points, 2); NaN where there is none."""
+        product = self.observations.control_weight @ self.point_cofactors
+        diagonal = np.diagonal(product, axis1=1, axis2=2).copy()
+        diagonal[~self.observations.is_control | self.observations.is_fixed] = np.nan
+        return diagonal
+
+    @cached_property
+    def parameter_cofactors(self):
+        """Cofactors of the parameters of each model in measured coordinates.
+
+        Returns
+        -------
+        ndarray, shape (n_models, n_parameters, n_parameters)
+            Order E0, N0, E_x, N_x, E_y, N_y, or E0, N0, a, b where all are helmert.
+        """
+        solver = self._solver
+        own = solver.channels.unknown_cofactors(solver.model_cofactors)
+        own = own + self._bordered.spread(self._bordered.unknowns)
+        reduced = _back(own, self._ordering.order)
+        jacobian = _to_measured(self._reduced, reduced.shape[1])
+        return jacobian @ reduced @ np.swapaxes(jacobian, 1, 2)
+
+
+def _back(values, old_number):
+    """Put rows back into their old order."""
+    result = np.empty_like(values)
+    result[old_number] = values
+    return result
+
+
+def _to_measured(reduced, n_unknowns):
+    """Jacobian from reduced to measured coordinates of the real unknowns."""
+    n_models = len(reduced.extent)
+    jacobian = np.zeros((n_models, n_unknowns, n_unknowns))
+    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
+    per_unit = 1.0 / reduced.extent
+    x, y = reduced.centroid.T * per_unit
+    for k in range(2, n_unknowns):
+        jacobian[:, k, k] = per_unit
+    jacobian[:, 0, 2] = jacobian[:, 1, 3] = -x
+    if n_unknowns == 4:
+        jacobian[:, 0, 3], jacobian[:, 1, 2] = y, -y
+    else:
+        jacobian[:, 0, 4] = jacobian[:, 1, 5] = -y
+    return jacobian
+
+
+@dataclass(frozen=True, eq=False)
+class Bordered:
+    """What the common parameters add, in the order of elimination.
+
+    Attributes
+    ----------
+    cofactors : ndarray, shape (n_terms, n_terms)
+    points, residuals, unknowns : ndarray, shape (n, 2 or n_unknowns, n_terms)
+        How points, residuals and unknowns of the models move with each term.
+    """
+
+    cofactors: np.ndarray
+    points: np.ndarray
+    residuals: np.ndarray
+    unknowns: np.ndarray
+
+    def spread(self, motion):
+        """Cofactors that follow from those of the common parameters."""
+        return motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
+
+
+def adjust(observations, terms=(), ordering=None) -> BlockSolution:
+    """Adjust all models of a block with its control.
+
+    Parameters
+    ----------
+    observations : BlockObservations
+        Determined: see :mod:`einschalt.theory.block_adjustment.determinacy`.
+    terms : sequence of CommonTerms
+        Deformations that the models of a flight share.
+    ordering : Ordering, optional
+        Of the same models and points, from an earlier adjustment.
+
+    Returns
+    -------
+    BlockSolution
+    """
+    task = _Task(observations, terms, ordering)
+    common = np.zeros(len(task.deformation.names))
+    passed = task.pass_with(common, None)
+    for _ in range(MOST_PASSES):
+        if task.is_settled(passed.common - common):
+            break
+        common = passed.common
+        passed = task.pass_with(common, passed.affinities)
+    return task.solution(passed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """One pass: everything in the order of elimination."""
+
+    common: np.ndarray
+    affinities: np.ndarray
+    points: np.ndarray
+    residuals: np.ndarray
+    solver: Solver
+    bordered: Bordered
+    reduced: object
+    xy: np.ndarray
+
+
+class _Task:
+    """A block that is adjusted, in the order of elimination."""
+
+    def __init__(self, observations, terms, ordering):
+        self._given = observations
+        if ordering is None:
+            n_models, n_points = observations.n_models, observations.n_points
+            fans = fans_of(observations.model, observations.point, n_models, n_points)
+            near = reduce_models(observations.xy, observations.model, n_models)
+            chained = near.xy * near.extent[observations.model][:, None]
+            ordering = order_block(fans, chained)
+        self.ordering = ordering
+        self._rows = ordering.reordered.rows
+        self._points = ordering.reordered.points
+        self._fans = ordering.reordered.fans
+        control = observations.control[self._points]
+        is_control = np.isfinite(control).all(axis=1)
+        # the origin lies among the control: sums far from it lose digits
+        first = control[int(np.argmax(is_control))] if is_control.any() else 0.0
+        self._origin = first + np.nan_to_num(control[is_control] - first).mean(axis=0)
+        self._is_control = is_control
+        self._control = np.where(is_control[:, None], control - self._origin, 0.0)
+        self._xy = observations.xy[self._rows]
+        self._weights = observations.standard_error[self._rows] ** -2.0
+        self._prior = (
+            observations.control_weight[self._points],
+            observations.is_fixed[self._points],
+        )
+        self.deformation = deformation_of(observations, terms)
+        self._channels = Channels(
+            observations.is_affine[ordering.order], is_coupled=observations.is_coupled
+        )
+        self._columns = self.deformation.columns[self._rows]
+
+    def is_settled(self, step):
+        """Whether a step of the common parameters moves nothing any more."""
+        reach = np.abs(self._columns).max(axis=(0, 1), initial=0.0)
+        return (np.abs(step) * reach <= SETTLED * self.deformation.extent).all()
+
+    def pass_with(self, common, affinities):
+        """Adjust with model coordinates corrected by known common parameters."""
+        xy = self._xy + self._columns @ common
+        reduced = reduce_models(xy, self._fans.model, self._fans.n_models)
+        solver = build_solver(
+            self.ordering, reduced.xy, self._weights, self._prior, self._channels
+        )
+        channels, n_rows = self._channels, len(xy)
+        nothing = channels.split(np.zeros((n_rows, 2, 1)))
+        own = solver.project(nothing, channels.split(self._control[:, :, None]))
+        points = channels.join(own.points)[:, :, 0]
+        residuals = channels.join(own.residuals)[:, :, 0]
+        unknowns = channels.unknowns(own.parameters)[:, :, 0]
+        if affinities is None:
+            affinities = _measured(channels.affinities(unknowns), reduced)
+        bordered = self._border(solver, affinities)
+        shift = self._shift_of(residuals, affinities, bordered)
+        unknowns = unknowns + bordered.unknowns @ shift
+        return _Pass(
+            common + shift,
+            _measured(channels.affinities(unknowns), reduced),
+            points + bordered.points @ shift,
+            residuals + bordered.residuals @ shift,
+            solver,
+            bordered,
+            reduced,
+            xy,
+        )
+
+    def _border(self, solver, affinities):
+        """How the block answers to the common parameters, and their cofactors."""
+        channels, n_terms = self._channels, self._columns.shape[2]
+        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
+        n_models, n_points = self._fans.n_models, self._fans.n_points
+        if n_terms == 0:
+            n_unknowns = 4 if channels.way == "complex" else 6
+            return Bordered(
+                np.zeros((0, 0)),
+                np.zeros((n_points, 2, 0)),
+                on_ground,
+                np.zeros((n_models, n_unknowns, 0)),
+            )
+        held = channels.split(np.zeros((n_points, 2, n_terms)))
+        answer = solver.project(channels.split(-on_ground), held)
+        residuals = channels.join(answer.residuals)
+        weighted = on_ground * self._weights[:, None, None]
+        normals = np.einsum("ncj,nck->jk", weighted, residuals)
+        return Bordered(
+            np.linalg.inv((normals + normals.T) / 2.0),
+            channels.join(answer.points),
+            residuals,
+            channels.unknowns(answer.parameters),
+        )
+
+    def _shift_of(self, residuals, affinities, bordered):
+        """Step of the common parameters."""
+        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
+        weighted = on_ground * self._weights[:, None, None]
+        right = np.einsum("ncj,nc->j", weighted, residuals)
+        return -bordered.cofactors @ right
+
+    def solution(self, passed) -> BlockSolution:
+        """Everything in the given order."""
+        given, is_control = self._given, self._is_control
+        control_residuals = np.full_like(passed.points, np.nan)
+        control_residuals[is_control] = (passed.points - self._control)[is_control]
+        known = np.nan_to_num(control_residuals)
+        squares = np.sum(self._weights[:, None] * passed.residuals**2)
+        squares += np.einsum("na,nab,nb->", known, self._prior[0], known)
+        n_unknowns = np.where(given.is_affine, 6, 4).sum() + len(passed.common)
+        n_unknowns += 2 * int((~given.is_fixed).sum())
+        n_observed = 2 * len(given.xy)
+        n_observed += 2 * int((given.is_control & ~given.is_fixed).sum())
+        affinities = passed.affinities.copy()
+        affinities[:, :, 0] += self._origin
+        order = self.ordering.order
+        return BlockSolution(
+            observations=given,
+            affinities=_back(affinities, order),
+            points=_back(passed.points + self._origin, self._points),
+            residuals=_back(passed.residuals, self._rows),
+            control_residuals=_back(control_residuals, self._points),
+            xy=_back(passed.xy, self._rows),
+            common=passed.common,
+            common_cofactors=passed.bordered.cofactors,
+            deformation=self.deformation,
+            redundancy=int(n_observed - n_unknowns),
+            sum_of_squares=float(squares),
+            _solver=passed.solver,
+            _ordering=self.ordering,
+            _bordered=passed.bordered,
+            _reduced=_reordered(passed.reduced, order),
+        )
+
+
+def _reordered(reduced, order):
+    return ReducedModels(
+        reduced.xy, _back(reduced.centroid, order), _back(reduced.extent, order)
+    )
+
+
+def _measured(affinities, reduced):
+    """Affinities of measured coordinates from those of reduced ones."""
+    result = affinities / reduced.extent[:, None, None]
+    shift = np.einsum("nij,nj->ni", result[:, :, 1:], reduced.centroid)
+    result[:, :, 0] = affinities[:, :, 0] - shift
+    return result

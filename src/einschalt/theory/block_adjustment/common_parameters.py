@@ -1,0 +1,186 @@
+"""Deformations that all models of a flight share, as unknowns of the adjustment.
+
+A point of a model is displaced by D(x, y) c before it is transformed: the affinity of
+the film (two terms), or polynomials of the position in the model. They are few and
+border the normal equations: with the residuals C̃ that the block cannot take up of
+their columns C,
+
+    (Cᵀ W C̃) c = −Cᵀ W v,
+
+v the residuals of the block without them. Eliminating the models first costs one solve
+for each term.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+AFFINITY = "affinity"
+QUADRATIC = "quadratic"
+CUBIC = "cubic"
+DEGREE = {QUADRATIC: 2, CUBIC: 3}
+
+
+@dataclass(frozen=True)
+class CommonTerms:
+    """Terms that the models of one flight share.
+
+    Attributes
+    ----------
+    flight : int
+    families : tuple of {"affinity", "quadratic", "cubic"}
+    """
+
+    flight: int
+    families: tuple[str, ...]
+
+    @property
+    def names(self):
+        """Names of the terms, in order."""
+        return tuple(name for family in self.families for name in term_names(family))
+
+
+def term_names(family):
+    """Names of the terms of a family.
+
+    Parameters
+    ----------
+    family : {"affinity", "quadratic", "cubic"}
+
+    Returns
+    -------
+    tuple of str
+        ``dx:x2`` displaces x with the square of x.
+    """
+    if family == AFFINITY:
+        return ("film_affinity", "film_shear")
+    degree = DEGREE[family]
+    powers = [_power(degree - k, k) for k in range(degree + 1)]
+    return tuple(f"{axis}:{power}" for axis in ("dx", "dy") for power in powers)
+
+
+def _power(p, q):
+    parts = [(name, p if name == "x" else q) for name in "xy"]
+    return "".join(f"{n}{k if k > 1 else ''}" for n, k in parts if k)
+
+
+def displacement(family, position):
+    """Displacement of each point by each term with the coefficient 1.
+
+    Parameters
+    ----------
+    family : {"affinity", "quadratic", "cubic"}
+    position : ndarray, shape (n, 2)
+        In the model; about 1 at its edge for polynomials.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, n_terms)
+        In units of ``position``. The affinity stretches x by half of its coefficient
+        and shortens y by the other half.
+    """
+    x, y = position.T
+    if family == AFFINITY:
+        stretch = np.stack([x, -y], -1) / 2.0
+        shear = np.stack([y, x], -1) / 2.0
+        return np.stack([stretch, shear], -1)
+    degree = DEGREE[family]
+    powers = np.stack([x ** (degree - k) * y**k for k in range(degree + 1)], -1)
+    nil = np.zeros_like(powers)
+    along, across = np.stack([powers, nil], 1), np.stack([nil, powers], 1)
+    return np.concatenate([along, across], -1)
+
+
+@dataclass(frozen=True, eq=False)
+class Deformation:
+    """Displacements of all observations, each by the terms of its own flight.
+
+    Attributes
+    ----------
+    names : tuple of str
+    flight : tuple of int
+        Of each term.
+    columns : ndarray, shape (n_rows, 2, n_terms)
+        Displacement of each observation by each term with the coefficient 1, in model
+        units; 0 in rows of other flights. Coefficients of an affinity are ratios,
+        those of a polynomial are model units at the edge.
+    extent : float
+        Largest half extent of a model [model units].
+    """
+
+    names: tuple[str, ...]
+    flight: tuple[int, ...]
+    columns: np.ndarray
+    extent: float
+
+    def displaced(self, coefficients):
+        """Displacement of each observation, shape (n_rows, 2) [model units]."""
+        return self.columns @ coefficients
+
+
+def deformation_of(observations, terms) -> Deformation:
+    """Arrange the terms of all flights.
+
+    Parameters
+    ----------
+    observations : BlockObservations
+    terms : sequence of CommonTerms
+
+    Returns
+    -------
+    Deformation
+    """
+    flight_of_row = observations.flight[observations.model]
+    names, flights, largest = [], [], 0.0
+    columns = [np.zeros((len(flight_of_row), 2, 0))]
+    for part in terms:
+        rows = np.flatnonzero(flight_of_row == part.flight)
+        position, extent = positions_in_model(observations, rows)
+        largest = max(largest, extent)
+        for family in part.families:
+            at = position * extent if family == AFFINITY else position
+            own = displacement(family, at)
+            whole = np.zeros((len(flight_of_row), 2, own.shape[2]))
+            whole[rows] = own
+            columns.append(whole)
+            names += term_names(family)
+            flights += [part.flight] * own.shape[2]
+    return Deformation(
+        tuple(names), tuple(flights), np.concatenate(columns, axis=2), largest
+    )
+
+
+# models whose centres lie closer together than this share of their extent have been
+# measured in one frame, that of the camera
+COMMON_FRAME = 0.25
+
+
+def positions_in_model(observations, rows):
+    """Position of observations of one flight in their models.
+
+    Parameters
+    ----------
+    observations : BlockObservations
+    rows : ndarray of int
+        All observations of the flight.
+
+    Returns
+    -------
+    position : ndarray, shape (len(rows), 2)
+        About 1 at the edge.
+    extent : float
+        Model units that 1 stands for.
+    """
+    models, model = np.unique(observations.model[rows], return_inverse=True)
+    xy = observations.xy[rows]
+    low = np.full((len(models), 2), np.inf)
+    high = -low
+    np.minimum.at(low, model, xy)
+    np.maximum.at(high, model, xy)
+    extent = float(np.median(np.max(high - low, axis=1)) / 2.0) or 1.0
+    centre = (low + high) / 2.0
+    middle = np.median(centre, axis=0)
+    away = np.median(np.max(np.abs(centre - middle), axis=1))
+    if away < COMMON_FRAME * extent:
+        return (xy - middle) / extent, extent
+    return (xy - centre[model]) / extent, extent

@@ -1,0 +1,253 @@
+"""Easting and northing as the solver takes them: what they share is computed once.
+
+Where every observation has one weight for both coordinates, a similarity is linear in
+complex numbers (two unknowns in place of four), and the two rows of an affinity have
+the same normal equations (three unknowns and two right sides in place of six). Control
+with correlated or unequal coordinates, or flights of different kinds, couple the two.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModels:
+    """Model coordinates about the centroid of each model, in units of its extent.
+
+    Attributes
+    ----------
+    xy : ndarray, shape (n_rows, 2)
+    centroid : ndarray, shape (n_models, 2)
+    extent : ndarray, shape (n_models,)
+        Root mean square distance from the centroid.
+    """
+
+    xy: np.ndarray
+    centroid: np.ndarray
+    extent: np.ndarray
+
+
+def reduce_models(xy, model, n_models) -> ReducedModels:
+    """Reduce model coordinates to centroid and extent.
+
+    Parameters
+    ----------
+    xy : ndarray, shape (n_rows, 2)
+    model : ndarray of int, shape (n_rows,)
+    n_models : int
+
+    Returns
+    -------
+    ReducedModels
+    """
+    count = np.maximum(np.bincount(model, minlength=n_models), 1)
+    # about a point of the model first: sums far from the origin lose digits
+    origin = np.zeros((n_models, 2))
+    origin[model] = xy
+    near = xy - origin[model]
+    mean = _mean_of_models(near, model, count)
+    reduced = near - mean[model]
+    extent = np.sqrt(_mean_of_models(reduced**2, model, count).sum(axis=1))
+    extent = np.where(extent > 0.0, extent, 1.0)
+    return ReducedModels(reduced / extent[model][:, None], origin + mean, extent)
+
+
+def _mean_of_models(values, model, count):
+    sums = [np.bincount(model, column, len(count)) for column in values.T]
+    return np.column_stack(sums) / count[:, None]
+
+
+class Channels:
+    """One way to arrange easting and northing.
+
+    The real unknowns of a model are E0, N0, E_x, N_x, E_y, N_y for affine and E0, N0,
+    a, b for helmert, in reduced coordinates; coupled, helmert has two more, which are
+    0.
+
+    Parameters
+    ----------
+    is_affine : ndarray of bool, shape (n_models,)
+        Kind of each model.
+    is_coupled : bool
+        Whether control couples easting and northing. Models of both kinds do so too.
+
+    Attributes
+    ----------
+    way : {"complex", "shared", "coupled"}
+        One complex coordinate, one real system with two right sides, or two rows for
+        each point.
+    """
+
+    def __init__(self, is_affine, *, is_coupled):
+        self.is_affine = is_affine
+        is_mixed = is_affine.any() and not is_affine.all()
+        pure = "shared" if is_affine.all() else "complex"
+        self.way = "coupled" if is_coupled or is_mixed else pure
+
+    @property
+    def n_rows(self):
+        """Rows that a point has."""
+        return 2 if self.way == "coupled" else 1
+
+    def design(self, xy, model):
+        """Coefficients of the unknowns of each observation's model.
+
+        Parameters
+        ----------
+        xy : ndarray, shape (n_rows, 2)
+            Reduced.
+        model : ndarray of int, shape (n_rows,)
+
+        Returns
+        -------
+        ndarray, shape (n_rows, d, n_unknowns)
+        """
+        one = np.ones(len(xy))
+        if self.way == "complex":
+            return np.stack([one + 0j, xy[:, 0] + 1j * xy[:, 1]], -1)[:, None]
+        if self.way == "shared":
+            return np.stack([one, xy[:, 0], xy[:, 1]], -1)[:, None]
+        x, y, nil = xy[:, 0], xy[:, 1], np.zeros(len(xy))
+        turned = np.where(self.is_affine[model], 0.0, y)
+        own = y - turned
+        east = np.stack([one, nil, x, -turned, own, nil], -1)
+        north = np.stack([nil, one, turned, x, nil, own], -1)
+        return np.stack([east, north], 1)
+
+    @property
+    def is_empty(self):
+        """Unknowns that a model does not have, shape (n_models, n_unknowns)."""
+        count = {"complex": 2, "shared": 3, "coupled": 6}[self.way]
+        empty = np.zeros((len(self.is_affine), count), dtype=bool)
+        if self.way == "coupled":
+            empty[~self.is_affine, 4:] = True
+        return empty
+
+    def split(self, values):
+        """Arrange easting and northing as right sides.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, 2, n_columns)
+
+        Returns
+        -------
+        ndarray, shape (n, d, n_right)
+        """
+        if self.way == "complex":
+            return values[:, :1] + 1j * values[:, 1:]
+        if self.way == "shared":
+            return np.ascontiguousarray(values.reshape(len(values), 1, -1))
+        return np.ascontiguousarray(values)
+
+    def join(self, values):
+        """Give easting and northing back; the inverse of :meth:`split`.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, d, n_right)
+
+        Returns
+        -------
+        ndarray, shape (n, 2, n_columns)
+        """
+        if self.way == "complex":
+            return np.concatenate([values.real, values.imag], 1)
+        if self.way == "shared":
+            return values.reshape(len(values), 2, -1)
+        return values
+
+    def plane(self, cofactors):
+        """Cofactors of easting and northing.
+
+        Parameters
+        ----------
+        cofactors : ndarray, shape (n, d, d)
+            Of points.
+
+        Returns
+        -------
+        ndarray, shape (n, 2, 2)
+        """
+        if self.way == "coupled":
+            return cofactors
+        both = np.zeros((len(cofactors), 2, 2))
+        both[:, 0, 0] = both[:, 1, 1] = cofactors[:, 0, 0].real
+        return both
+
+    def control_weight(self, weight):
+        """Weights of control as the points take them.
+
+        Parameters
+        ----------
+        weight : ndarray, shape (n_points, 2, 2)
+
+        Returns
+        -------
+        ndarray, shape (n_points, d, d)
+        """
+        if self.way == "coupled":
+            return weight
+        return np.ascontiguousarray(weight[:, :1, :1])
+
+    def unknowns(self, solved):
+        """Real unknowns of each model.
+
+        Parameters
+        ----------
+        solved : ndarray, shape (n_models, n_solved, n_right)
+
+        Returns
+        -------
+        ndarray, shape (n_models, n_unknowns, n_columns)
+        """
+        if self.way == "complex":
+            both = np.stack([solved.real, solved.imag], 2)
+            return both.reshape(len(solved), 4, -1)
+        if self.way == "shared":
+            return solved.reshape(len(solved), 6, -1)
+        return solved
+
+    def unknown_cofactors(self, solved):
+        """Cofactors of the real unknowns of each model.
+
+        Parameters
+        ----------
+        solved : ndarray, shape (n_models, n_solved, n_solved)
+
+        Returns
+        -------
+        ndarray, shape (n_models, n_unknowns, n_unknowns)
+        """
+        if self.way == "coupled":
+            return np.where(self.is_empty[:, :, None], 0.0, solved)
+        n_models, u, _ = solved.shape
+        both = np.zeros((n_models, u, 2, u, 2))
+        both[:, :, 0, :, 0] = both[:, :, 1, :, 1] = solved.real
+        if self.way == "complex":
+            both[:, :, 1, :, 0] = solved.imag
+            both[:, :, 0, :, 1] = -solved.imag
+        return both.reshape(n_models, 2 * u, 2 * u)
+
+    def affinities(self, unknowns):
+        """Every model as an affinity of its reduced coordinates.
+
+        Parameters
+        ----------
+        unknowns : ndarray, shape (n_models, n_unknowns)
+            Real.
+
+        Returns
+        -------
+        ndarray, shape (n_models, 2, 3)
+            Rows easting, northing; columns shift, x, y.
+        """
+        e0, n0, ex, nx = unknowns[:, :4].T
+        if unknowns.shape[1] == 4:
+            ey, ny = -nx, ex
+        else:
+            ey = np.where(self.is_affine, unknowns[:, 4], -nx)
+            ny = np.where(self.is_affine, unknowns[:, 5], ex)
+        rows = np.stack([e0, ex, ey], -1), np.stack([n0, nx, ny], -1)
+        return np.stack(rows, 1)

@@ -1,0 +1,228 @@
+"""Which blocks of the factor are not zero, front by front, before anything is factored.
+
+A front is a dense matrix of the models that it eliminates and of those later ones that
+these touch, directly or through what was eliminated before: its boundary.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class BlockPattern:
+    """Blocks of the normal equations on and below the diagonal, in elimination order.
+
+    Attributes
+    ----------
+    start : ndarray of int64, shape (n_models + 1,)
+        Block column k has the blocks ``start[k]:start[k + 1]``.
+    row : ndarray of int64, shape (n_blocks,)
+        Block row of each, ascending; the first of a column is its diagonal.
+    """
+
+    start: np.ndarray
+    row: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Fronts:
+    """Fronts with their boundaries.
+
+    Attributes
+    ----------
+    start : ndarray of int64, shape (n_fronts + 1,)
+        Front k eliminates the places ``start[k]:start[k + 1]``.
+    parent, n_children : ndarray of int64, shape (n_fronts,)
+    boundary_start : ndarray of int64, shape (n_fronts + 1,)
+    boundary : ndarray of int64
+        Places of the boundary of each front, ascending.
+    """
+
+    start: np.ndarray
+    parent: np.ndarray
+    n_children: np.ndarray
+    boundary_start: np.ndarray
+    boundary: np.ndarray
+
+    @property
+    def n_own(self):
+        """Models that each front eliminates."""
+        return np.diff(self.start)
+
+    @property
+    def n_boundary(self):
+        """Models in the boundary of each front."""
+        return np.diff(self.boundary_start)
+
+
+def block_pattern(neighbours, elimination) -> BlockPattern:
+    """Blocks of the normal equations in the order of elimination.
+
+    Parameters
+    ----------
+    neighbours : Neighbours
+        Of the models in their old order.
+    elimination : Elimination
+
+    Returns
+    -------
+    BlockPattern
+    """
+    start, row = _pattern(
+        neighbours.start, neighbours.models, elimination.order, elimination.position
+    )
+    return BlockPattern(start, row)
+
+
+@numba.njit(cache=True, nogil=True)
+def _pattern(start, neighbours, order, position):
+    n = order.size
+    column = np.zeros(n + 1, dtype=np.int64)
+    for i in range(n):
+        m, count = order[i], 1
+        for k in range(start[m], start[m + 1]):
+            if position[neighbours[k]] > i:
+                count += 1
+        column[i + 1] = column[i] + count
+    row = np.empty(column[n], dtype=np.int64)
+    for i in range(n):
+        m, place = order[i], column[i]
+        row[place] = i
+        for k in range(start[m], start[m + 1]):
+            j = position[neighbours[k]]
+            if j > i:
+                # insertion: a model has few neighbours
+                place += 1
+                slot = place
+                while row[slot - 1] > j:
+                    row[slot] = row[slot - 1]
+                    slot -= 1
+                row[slot] = j
+    return column, row
+
+
+def find_fronts(pattern, elimination) -> Fronts:
+    """Boundaries of all fronts.
+
+    Parameters
+    ----------
+    pattern : BlockPattern
+    elimination : Elimination
+
+    Returns
+    -------
+    Fronts
+    """
+    n_children, start, boundary = _boundaries(
+        pattern.start, pattern.row, elimination.start, elimination.parent
+    )
+    return Fronts(elimination.start, elimination.parent, n_children, start, boundary)
+
+
+@numba.njit(cache=True, nogil=True)
+def _boundaries(column, row, front_start, parent):
+    n_fronts, n = parent.size, front_start[-1]
+    n_children = np.zeros(n_fronts, dtype=np.int64)
+    start = np.zeros(n_fronts + 1, dtype=np.int64)
+    boundary = np.empty(4 * n + 64, dtype=np.int64)
+    seen = np.full(n, -1, dtype=np.int64)
+    found = np.empty(n, dtype=np.int64)
+    # children of a front, as a linked list
+    first_child = np.full(n_fronts, -1, dtype=np.int64)
+    next_child = np.full(n_fronts, -1, dtype=np.int64)
+    for f in range(n_fronts):
+        last, count = front_start[f + 1], 0
+        for i in range(front_start[f], last):
+            for k in range(column[i], column[i + 1]):
+                j = row[k]
+                if j >= last and seen[j] != f:
+                    seen[j] = f
+                    found[count] = j
+                    count += 1
+        child = first_child[f]
+        while child >= 0:
+            for k in range(start[child], start[child + 1]):
+                j = boundary[k]
+                if j >= last and seen[j] != f:
+                    seen[j] = f
+                    found[count] = j
+                    count += 1
+            child = next_child[child]
+        if start[f] + count > boundary.size:
+            larger = np.empty(2 * boundary.size + count, dtype=np.int64)
+            larger[: start[f]] = boundary[: start[f]]
+            boundary = larger
+        boundary[start[f] : start[f] + count] = np.sort(found[:count])
+        start[f + 1] = start[f] + count
+        above = parent[f]
+        if above >= 0:
+            n_children[above] += 1
+            next_child[f] = first_child[above]
+            first_child[above] = f
+    return n_children, start, boundary[: start[n_fronts]].copy()
+
+
+@dataclass(frozen=True, eq=False)
+class Storage:
+    """How many numbers factor and work arrays hold, for a number of unknowns a model.
+
+    Attributes
+    ----------
+    panel_start : ndarray of int64, shape (n_fronts + 1,)
+        First element of each front's columns of the factor.
+    stack : int
+        Elements of the largest pile of updates that wait for their parents.
+    path : int
+        Elements of all fronts on the longest way from a root down.
+    largest : int
+        Unknowns of the largest front.
+    """
+
+    panel_start: np.ndarray
+    stack: int
+    path: int
+    largest: int
+
+
+def storage_for(fronts, n_unknowns) -> Storage:
+    """Sizes of factor and work arrays.
+
+    Parameters
+    ----------
+    fronts : Fronts
+    n_unknowns : int
+        Of each model.
+
+    Returns
+    -------
+    Storage
+    """
+    own, boundary = n_unknowns * fronts.n_own, n_unknowns * fronts.n_boundary
+    panel = np.concatenate([[0], np.cumsum((own + boundary) * own)])
+    sizes = _work_sizes(own, boundary, fronts.parent, fronts.n_children)
+    return Storage(panel, *(int(size) for size in sizes))
+
+
+@numba.njit(cache=True, nogil=True)
+def _work_sizes(own, boundary, parent, n_children):
+    n_fronts = parent.size
+    waiting = np.empty(n_fronts, dtype=np.int64)
+    top, pile, largest_pile, largest = 0, 0, 0, 0
+    for f in range(n_fronts):
+        largest = max(largest, own[f] + boundary[f])
+        for _ in range(n_children[f]):
+            top -= 1
+            pile -= waiting[top]
+        waiting[top] = boundary[f] ** 2
+        pile += waiting[top]
+        top += 1
+        largest_pile = max(largest_pile, pile)
+    path = np.zeros(n_fronts, dtype=np.int64)
+    longest = 0
+    for f in range(n_fronts - 1, -1, -1):
+        above = path[parent[f]] if parent[f] >= 0 else 0
+        path[f] = above + (own[f] + boundary[f]) ** 2
+        longest = max(longest, path[f])
+    return largest_pile, longest, largest

@@ -1,0 +1,133 @@
+"""What is adjusted: measured points of all models, and control with its errors."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class BlockObservations:
+    """Observations of a block, sorted by model.
+
+    Attributes
+    ----------
+    model, point : ndarray of int64, shape (n_rows,)
+        Every point from 0 to n_points − 1 occurs.
+    xy : ndarray, shape (n_rows, 2)
+        Model coordinates, in any unit.
+    standard_error : ndarray, shape (n_rows,)
+        Of one measured coordinate on the ground [m].
+    is_affine : ndarray of bool, shape (n_models,)
+        Affine, or helmert.
+    flight : ndarray of int64, shape (n_models,)
+        Models of one flight share their common parameters.
+    control : ndarray, shape (n_points, 2)
+        Given easting, northing [m]; NaN where a point is no control.
+    control_covariance : ndarray, shape (n_points, 2, 2)
+        Of the given coordinates [m²]; 0 where they are to be held.
+    """
+
+    model: np.ndarray
+    point: np.ndarray
+    xy: np.ndarray
+    standard_error: np.ndarray
+    is_affine: np.ndarray
+    flight: np.ndarray
+    control: np.ndarray
+    control_covariance: np.ndarray
+
+    @property
+    def n_models(self):
+        """Number of models."""
+        return len(self.is_affine)
+
+    @property
+    def n_points(self):
+        """Number of points."""
+        return len(self.control)
+
+    @property
+    def is_control(self):
+        """Which points have given coordinates."""
+        return np.isfinite(self.control).all(axis=1)
+
+    @property
+    def is_fixed(self):
+        """Which of them are held."""
+        return self.is_control & ~self.control_covariance.any(axis=(1, 2))
+
+    @property
+    def is_coupled(self):
+        """Whether the control of any point couples easting and northing."""
+        covariance = self.control_covariance[self.is_control]
+        is_even = covariance[:, 0, 0] == covariance[:, 1, 1]
+        return not (is_even & (covariance[:, 0, 1] == 0.0)).all()
+
+    @property
+    def control_weight(self):
+        """Inverse of the covariances of control, 0 elsewhere, (n_points, 2, 2)."""
+        weight = np.zeros((self.n_points, 2, 2))
+        is_observed = self.is_control & ~self.is_fixed
+        weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
+        return weight
+
+    def of_models(self, is_kept):
+        """Leave models out, and the points that only these hold.
+
+        Parameters
+        ----------
+        is_kept : ndarray of bool, shape (n_models,)
+
+        Returns
+        -------
+        Part
+        """
+        rows = np.flatnonzero(is_kept[self.model])
+        return self.of_rows(rows, np.flatnonzero(is_kept))
+
+    def of_rows(self, rows, models):
+        """Take some of the observations.
+
+        Parameters
+        ----------
+        rows : ndarray of int
+            Ascending.
+        models : ndarray of int
+            Models that are kept, ascending; ``rows`` belong to these.
+
+        Returns
+        -------
+        Part
+        """
+        model_number = np.full(self.n_models, -1)
+        model_number[models] = np.arange(len(models))
+        points, point = np.unique(self.point[rows], return_inverse=True)
+        kept = replace(
+            self,
+            model=model_number[self.model[rows]],
+            point=point,
+            xy=self.xy[rows],
+            standard_error=self.standard_error[rows],
+            is_affine=self.is_affine[models],
+            flight=self.flight[models],
+            control=self.control[points],
+            control_covariance=self.control_covariance[points],
+        )
+        return Part(kept, rows, models, points)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Part of the observations of a block.
+
+    Attributes
+    ----------
+    observations : BlockObservations
+    rows, models, points : ndarray of int
+        Old number of each observation, model and point.
+    """
+
+    observations: BlockObservations
+    rows: np.ndarray
+    models: np.ndarray
+    points: np.ndarray

@@ -1,0 +1,378 @@
+"""Normal equations from which the points are eliminated, and the way back to them.
+
+Each observation says v = T − X − l, T the model's point in the ground system, linear
+in the unknowns of its model (T = G p), X the coordinates of the point; control says
+v = X − c. A point occurs in its own observations only, so that its part of the normal
+equations is one small block P = Σ w + W_c, and
+
+    X = P⁻¹ (Σ w (T − l) + W_c c),
+    N_ij = δ_ij Σ w Gᴴ G − w_i w_j G_iᴴ P⁻¹ G_j,
+    Q_XX = P⁻¹ + P⁻¹ (Σ_ij w_i w_j G_i Z_ij G_jᴴ) P⁻¹,   Z = N⁻¹,
+
+with only those Z_ij whose models share the point. Easting and northing are one complex
+number for helmert, two right sides of one system for affine; where the control has
+correlated coordinates they are two rows of each G. See docs/theory/block_adjustment.md.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numba
+import numpy as np
+
+from einschalt.theory.block_adjustment.model_graph import Fans
+
+
+@dataclass(frozen=True, eq=False)
+class PointSystem:
+    """Observations of a block as the kernels take them.
+
+    The number of rows d of a point is 1, or 2 where easting and northing are coupled.
+
+    Attributes
+    ----------
+    fans : Fans
+    design : ndarray, shape (n_rows, d, n_unknowns)
+        G of each observation, float or complex.
+    weights : ndarray, shape (n_rows,)
+        Of one coordinate [1/m²].
+    control_weight : ndarray of float, shape (n_points, d, d)
+        W_c, 0 where a point is no control [1/m²].
+    is_fixed : ndarray of bool, shape (n_points,)
+        Control that is held as it is given.
+    inverse : ndarray of float, shape (n_points, d, d)
+        P⁻¹, 0 where a point is fixed [m²].
+    """
+
+    fans: Fans
+    design: np.ndarray
+    weights: np.ndarray
+    control_weight: np.ndarray
+    is_fixed: np.ndarray
+    inverse: np.ndarray
+
+    @property
+    def n_unknowns(self):
+        """Unknowns of each model."""
+        return self.design.shape[2]
+
+    def transformed(self, parameters):
+        """Points of all models in the ground system.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n_models, n_unknowns, n_right)
+
+        Returns
+        -------
+        ndarray, shape (n_rows, d, n_right)
+        """
+        n_rows, d, _ = self.design.shape
+        shape = (n_rows, d, parameters.shape[2])
+        ground = np.zeros(shape, dtype=self.design.dtype)
+        _transform(ground, self.design, self.fans.model, parameters)
+        return ground
+
+    def points_from(self, values, control):
+        """Points that fit given values of their observations best.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n_rows, d, n_right)
+            T − l.
+        control : ndarray, shape (n_points, d, n_right)
+            c; 0 where a point is no control.
+
+        Returns
+        -------
+        ndarray, shape (n_points, d, n_right)
+        """
+        points = np.zeros_like(control, dtype=values.dtype)
+        _mean_values(
+            points,
+            values,
+            self.weights,
+            (self.fans.point_start, self.fans.rows),
+            (self.control_weight, self.is_fixed, self.inverse),
+            np.ascontiguousarray(control, dtype=values.dtype),
+        )
+        return points
+
+    def gradient(self, residuals):
+        """Σ w Gᴴ v of each model.
+
+        Parameters
+        ----------
+        residuals : ndarray, shape (n_rows, d, n_right)
+
+        Returns
+        -------
+        ndarray, shape (n_models, n_unknowns, n_right)
+        """
+        shape = (self.fans.n_models, self.n_unknowns, residuals.shape[2])
+        gradient = np.zeros(shape, dtype=self.design.dtype)
+        _gradient(gradient, residuals, self.design, self.weights, self.fans.model_start)
+        return gradient
+
+
+def invert_point_blocks(fans, weights, control_weight, is_fixed):
+    """P⁻¹ of all points.
+
+    Parameters
+    ----------
+    fans : Fans
+    weights : ndarray, shape (n_rows,)
+    control_weight : ndarray, shape (n_points, d, d)
+    is_fixed : ndarray of bool, shape (n_points,)
+
+    Returns
+    -------
+    ndarray, shape (n_points, d, d)
+        0 where a point is fixed, or has no observation at all.
+    """
+    sums = np.bincount(fans.point, weights, fans.n_points)
+    d = control_weight.shape[1]
+    blocks = control_weight + sums[:, None, None] * np.eye(d)
+    is_known = ~is_fixed & (sums > 0.0)
+    if d == 1:
+        inverse = np.zeros_like(blocks)
+        np.divide(1.0, blocks, out=inverse, where=is_known[:, None, None])
+        return inverse
+    blocks[~is_known] = np.eye(d)
+    inverse = np.linalg.inv(blocks)
+    inverse[~is_known] = 0.0
+    return inverse
+
+
+@numba.njit(cache=True, nogil=True)
+def _transform(ground, design, model, parameters):
+    n_rows, d, u = design.shape
+    for row in range(n_rows):
+        m = model[row]
+        for c in range(d):
+            for a in range(u):
+                g = design[row, c, a]
+                for r in range(ground.shape[2]):
+                    ground[row, c, r] += g * parameters[m, a, r]
+
+
+@numba.njit(cache=True, nogil=True)
+def _mean_values(points, values, weights, fan, prior, control):
+    point_start, rows = fan
+    control_weight, is_fixed, inverse = prior
+    n_points, d, n_right = points.shape
+    total = np.empty(d, dtype=points.dtype)
+    for p in range(n_points):
+        for r in range(n_right):
+            if is_fixed[p]:
+                for c in range(d):
+                    points[p, c, r] = control[p, c, r]
+                continue
+            total[:] = 0.0
+            for k in range(point_start[p], point_start[p + 1]):
+                for c in range(d):
+                    total[c] += weights[rows[k]] * values[rows[k], c, r]
+            for c in range(d):
+                for e in range(d):
+                    total[c] += control_weight[p, c, e] * control[p, e, r]
+            for c in range(d):
+                for e in range(d):
+                    points[p, c, r] += inverse[p, c, e] * total[e]
+
+
+@numba.njit(cache=True, nogil=True)
+def _gradient(gradient, residuals, design, weights, model_start):
+    _, d, u = design.shape
+    for m in range(model_start.size - 1):
+        for row in range(model_start[m], model_start[m + 1]):
+            for c in range(d):
+                for a in range(u):
+                    g = weights[row] * np.conj(design[row, c, a])
+                    for r in range(residuals.shape[2]):
+                        gradient[m, a, r] += g * residuals[row, c, r]
+
+
+def assemble(system, pattern):
+    """Blocks of the reduced normal equations.
+
+    Parameters
+    ----------
+    system : PointSystem
+        With its models in the order of elimination.
+    pattern : BlockPattern
+
+    Returns
+    -------
+    ndarray, shape (n_blocks, n_unknowns, n_unknowns)
+        On and below the diagonal.
+    """
+    _, d, u = system.design.shape
+    blocks = np.zeros((len(pattern.row), u, u), dtype=system.design.dtype)
+    _assembly(d, u)(
+        blocks,
+        (pattern.start, pattern.row),
+        _fan_arrays(system.fans),
+        (system.design, system.weights, system.inverse),
+    )
+    return blocks
+
+
+def _fan_arrays(fans):
+    return fans.model, fans.point, fans.model_start, fans.point_start, fans.rows
+
+
+@cache
+def _assembly(d, u):
+    """Kernel for d rows and u unknowns: loops of known length are unrolled."""
+
+    @numba.njit(cache=True, nogil=True)
+    def assemble_blocks(blocks, pattern, fans, numbers):
+        column, block_row = pattern
+        model, point, model_start, point_start, rows = fans
+        design, weights, inverse = numbers
+        n = model_start.size - 1
+        slot = np.empty(n, dtype=np.int64)
+        seen = np.zeros(point_start.size - 1, dtype=np.int64)
+        half = np.empty((d, u), dtype=design.dtype)
+        own = np.empty((u, u), dtype=design.dtype)
+        for i in range(n):
+            for k in range(column[i], column[i + 1]):
+                slot[block_row[k]] = k
+            own[:] = 0.0
+            for row in range(model_start[i], model_start[i + 1]):
+                p, w = point[row], weights[row]
+                for c in range(d):
+                    for a in range(u):
+                        g = w * np.conj(design[row, c, a])
+                        for b in range(u):
+                            own[a, b] += g * design[row, c, b]
+                for c in range(d):
+                    for b in range(u):
+                        value = inverse[p, c, 0] * design[row, 0, b]
+                        for e in range(1, d):
+                            value += inverse[p, c, e] * design[row, e, b]
+                        half[c, b] = w * value
+                # rows of a point ascend with their models: those before are done
+                for k in range(point_start[p] + seen[p], point_start[p + 1]):
+                    other = rows[k]
+                    s, w_other = slot[model[other]], weights[other]
+                    for c in range(d):
+                        for a in range(u):
+                            g = w_other * np.conj(design[other, c, a])
+                            for b in range(u):
+                                blocks[s, a, b] -= g * half[c, b]
+                seen[p] += 1
+            for a in range(u):
+                for b in range(u):
+                    blocks[column[i], a, b] += own[a, b]
+
+    return assemble_blocks
+
+
+@dataclass(frozen=True, eq=False)
+class PointCofactors:
+    """Cofactors of points and of what was adjusted, for σ_0 = 1.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n_points, d, d)
+        Q_XX [m²].
+    transformed : ndarray, shape (n_rows, d, d)
+        Of each model's value T of a point.
+    cross : ndarray, shape (n_rows, d, d)
+        Between T and X.
+    """
+
+    points: np.ndarray
+    transformed: np.ndarray
+    cross: np.ndarray
+
+    def of_differences(self, point):
+        """Cofactors of T − X, the adjusted observations.
+
+        Parameters
+        ----------
+        point : ndarray of int, shape (n_rows,)
+
+        Returns
+        -------
+        ndarray, shape (n_rows, d, d)
+        """
+        both = self.cross + np.conj(np.swapaxes(self.cross, 1, 2))
+        return self.transformed + self.points[point] - both
+
+
+def point_cofactors(system, pattern, inverse) -> PointCofactors:
+    """Cofactors of all points from the selected inverse.
+
+    Parameters
+    ----------
+    system : PointSystem
+        With its models in the order of elimination.
+    pattern : BlockPattern
+    inverse : ndarray, shape (n_blocks, n_unknowns, n_unknowns)
+
+    Returns
+    -------
+    PointCofactors
+    """
+    n_rows, d, u = system.design.shape
+    points = np.zeros((system.fans.n_points, d, d), dtype=inverse.dtype)
+    transformed = np.zeros((n_rows, d, d), dtype=inverse.dtype)
+    cross = np.zeros_like(transformed)
+    _spreading(d, u)(
+        (points, transformed, cross),
+        inverse,
+        (pattern.start, pattern.row),
+        _fan_arrays(system.fans),
+        (system.design, system.weights),
+    )
+    p = system.inverse
+    if d == 1:
+        return PointCofactors(
+            p + p * points * p, transformed, cross * p[system.fans.point]
+        )
+    points = p + p @ points @ p
+    return PointCofactors(points, transformed, cross @ p[system.fans.point])
+
+
+@cache
+def _spreading(d, u):
+    """Kernel for d rows and u unknowns: loops of known length are unrolled."""
+
+    @numba.njit(cache=True, nogil=True)
+    def spread_inverse(result, inverse, pattern, fans, numbers):
+        points, transformed, cross = result
+        column, block_row = pattern
+        model, point, model_start, point_start, rows = fans
+        design, weights = numbers
+        n = model_start.size - 1
+        slot = np.empty(n, dtype=np.int64)
+        seen = np.zeros(point_start.size - 1, dtype=np.int64)
+        for i in range(n):
+            for k in range(column[i], column[i + 1]):
+                slot[block_row[k]] = k
+            for row in range(model_start[i], model_start[i + 1]):
+                p, w = point[row], weights[row]
+                for k in range(point_start[p] + seen[p], point_start[p + 1]):
+                    other = rows[k]
+                    s, w_other = slot[model[other]], weights[other]
+                    for c in range(d):
+                        for e in range(d):
+                            # covariance of T of `other` with T of `row`
+                            value = 0.0 * inverse[s, 0, 0]
+                            for b in range(u):
+                                half = design[other, c, 0] * inverse[s, 0, b]
+                                for a in range(1, u):
+                                    half += design[other, c, a] * inverse[s, a, b]
+                                value += half * np.conj(design[row, e, b])
+                            cross[row, e, c] += w_other * np.conj(value)
+                            points[p, c, e] += w * w_other * value
+                            if other == row:
+                                transformed[row, c, e] = value
+                            else:
+                                cross[other, c, e] += w * value
+                                points[p, e, c] += w * w_other * np.conj(value)
+                seen[p] += 1
+
+    return spread_inverse

@@ -1,0 +1,195 @@
+"""The solver of a block: factored once, asked as often as needed."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from einschalt.theory.block_adjustment.coordinate_channels import Channels
+from einschalt.theory.block_adjustment.elimination_pattern import (
+    BlockPattern,
+    block_pattern,
+    find_fronts,
+)
+from einschalt.theory.block_adjustment.model_graph import (
+    Reordered,
+    chained_positions,
+    neighbours_of,
+)
+from einschalt.theory.block_adjustment.multifrontal import Factor, factorize
+from einschalt.theory.block_adjustment.nested_dissection import dissect
+from einschalt.theory.block_adjustment.point_elimination import (
+    PointSystem,
+    assemble,
+    invert_point_blocks,
+    point_cofactors,
+)
+
+# steps of iterative refinement: the first solves, the others take rounding away
+MOST_STEPS = 6
+CONVERGED = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Ordering:
+    """What follows from which point lies in which model, whatever was measured.
+
+    Attributes
+    ----------
+    reordered : Reordered
+    order : ndarray of int64, shape (n_models,)
+        Old number of each model.
+    pattern : BlockPattern
+    fronts : Fronts
+    """
+
+    reordered: Reordered
+    order: np.ndarray
+    pattern: BlockPattern
+    fronts: object
+
+
+def order_block(fans, xy) -> Ordering:
+    """Find the order of elimination and what it fills.
+
+    Parameters
+    ----------
+    fans : Fans
+    xy : ndarray, shape (n_rows, 2)
+        Model coordinates about the centre of each model.
+
+    Returns
+    -------
+    Ordering
+    """
+    neighbours = neighbours_of(fans)
+    elimination = dissect(neighbours, chained_positions(fans, xy))
+    pattern = block_pattern(neighbours, elimination)
+    fronts = find_fronts(pattern, elimination)
+    return Ordering(
+        fans.reordered(elimination.order), elimination.order, pattern, fronts
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Least-squares solution for given right sides.
+
+    Attributes
+    ----------
+    parameters : ndarray, shape (n_models, n_solved, n_right)
+    points : ndarray, shape (n_points, d, n_right)
+    residuals : ndarray, shape (n_rows, d, n_right)
+        T − X − l.
+    """
+
+    parameters: np.ndarray
+    points: np.ndarray
+    residuals: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Solver:
+    """A factored block.
+
+    All arrays are in the order of elimination.
+
+    Attributes
+    ----------
+    system : PointSystem
+    channels : Channels
+    pattern : BlockPattern
+    factor : Factor
+    """
+
+    system: PointSystem
+    channels: Channels
+    pattern: BlockPattern
+    factor: Factor
+
+    def project(self, shift, control) -> Projection:
+        """Adjust observations T − X = l and X = c.
+
+        Parameters
+        ----------
+        shift : ndarray, shape (n_rows, d, n_right)
+            l [m].
+        control : ndarray, shape (n_points, d, n_right)
+            c [m]; 0 where a point is no control.
+
+        Returns
+        -------
+        Projection
+        """
+        system, fans = self.system, self.system.fans
+        shape = (fans.n_models, system.n_unknowns, shift.shape[2])
+        parameters = np.zeros(shape, dtype=system.design.dtype)
+        last = np.inf
+        for _ in range(MOST_STEPS):
+            values = system.transformed(parameters) - shift
+            points = system.points_from(values, control)
+            residuals = values - points[fans.point]
+            step = self.factor.solve(system.gradient(residuals))
+            size = np.abs(step).max(initial=0.0)
+            # rounding is all that is left once the steps grow no smaller
+            if not size < 0.5 * last:
+                break
+            parameters, last = parameters - step, size
+            if size < CONVERGED:
+                break
+        values = system.transformed(parameters) - shift
+        points = system.points_from(values, control)
+        return Projection(parameters, points, values - points[fans.point])
+
+    @cached_property
+    def inverse(self):
+        """Blocks of the inverse that the normal equations have."""
+        return self.factor.selected_inverse()
+
+    @cached_property
+    def cofactors(self):
+        """Cofactors of points and observations: PointCofactors."""
+        return point_cofactors(self.system, self.pattern, self.inverse)
+
+    @property
+    def model_cofactors(self):
+        """Cofactors of the unknowns of each model, (n_models, n_solved, n_solved)."""
+        return self.inverse[self.pattern.start[:-1]]
+
+
+def build_solver(ordering, xy, weights, control, channels) -> Solver:
+    """Assemble and factor.
+
+    Parameters
+    ----------
+    ordering : Ordering
+    xy : ndarray, shape (n_rows, 2)
+        Reduced model coordinates, in the order of elimination, as all that follows.
+    weights : ndarray, shape (n_rows,)
+        Of one coordinate [1/m²].
+    control : tuple of ndarray
+        Weight (n_points, 2, 2) of each point's given coordinates [1/m²], and whether
+        they are held (n_points,).
+    channels : Channels
+
+    Returns
+    -------
+    Solver
+    """
+    fans = ordering.reordered.fans
+    weight, is_fixed = control
+    control_weight = channels.control_weight(weight)
+    system = PointSystem(
+        fans,
+        np.ascontiguousarray(channels.design(xy, fans.model)),
+        weights,
+        control_weight,
+        is_fixed,
+        invert_point_blocks(fans, weights, control_weight, is_fixed),
+    )
+    blocks = assemble(system, ordering.pattern)
+    # unknowns that a model does not have stand alone
+    models, unknowns = np.nonzero(channels.is_empty)
+    blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
+    factor = factorize(blocks, ordering.pattern, ordering.fronts)
+    return Solver(system, channels, ordering.pattern, factor)
