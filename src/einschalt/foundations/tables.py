@@ -102,6 +102,12 @@ CONTROL_POINTS = Schema(
         _number("height", "metres", is_required=False, may_be_missing=True),
         _number("standard_error_m", "metres", is_required=False, is_positive=True),
         Column("role", "choice", is_required=False, choices=ROLES, default="control"),
+        # for the simultaneous adjustment, in place of standard_error_m
+        _number("standard_error_easting", "metres", is_required=False, is_positive=True),
+        _number(
+            "standard_error_northing", "metres", is_required=False, is_positive=True
+        ),
+        _number("covariance_en", "square metres", is_required=False),
     ),
     key=("point_id",),
 )

@@ -29,6 +29,27 @@ SETTLED = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
+class Bordered:
+    """What the common parameters add, in the order of elimination.
+
+    Attributes
+    ----------
+    cofactors : ndarray, shape (n_terms, n_terms)
+    points, residuals, unknowns : ndarray, shape (n, 2 or n_unknowns, n_terms)
+        How points, residuals and unknowns of the models move with each term.
+    """
+
+    cofactors: np.ndarray
+    points: np.ndarray
+    residuals: np.ndarray
+    unknowns: np.ndarray
+
+    def spread(self, motion):
+        """Cofactors that follow from those of the common parameters."""
+        return motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
+
+
+@dataclass(frozen=True, eq=False)
 class BlockSolution:
     """Adjusted block, in the order of the observations that were given.
 
@@ -53,6 +74,11 @@ class BlockSolution:
     redundancy : int
     sum_of_squares : float
         Σ w v² of all observations and of the control.
+    solver : Solver
+    ordering : Ordering
+    bordered : Bordered
+        The last three in the order of elimination.
+    reduced : ReducedModels
     """
 
     observations: BlockObservations
@@ -66,10 +92,10 @@ class BlockSolution:
     deformation: Deformation
     redundancy: int
     sum_of_squares: float
-    _solver: Solver
-    _ordering: Ordering
-    _bordered: object
-    _reduced: object
+    solver: Solver
+    ordering: Ordering
+    bordered: Bordered
+    reduced: ReducedModels
 
     @property
     def s_0(self):
@@ -81,7 +107,7 @@ class BlockSolution:
     @property
     def is_held(self):
         """Unknowns that nothing determines, shape (n_models, n_solved)."""
-        return _back(self._solver.factor.is_held, self._ordering.order)
+        return _back(self.solver.factor.is_held, self.ordering.order)
 
     def null_motion(self, model, unknown):
         """How all models move with an unknown that nothing determines.
@@ -96,26 +122,26 @@ class BlockSolution:
         ndarray, shape (n_models,)
             Size of the motion of each model, at its edge [m].
         """
-        place = int(np.flatnonzero(self._ordering.order == model)[0])
-        motion = np.abs(self._solver.factor.null_vector(place, unknown)).max(axis=1)
-        return _back(motion, self._ordering.order)
+        place = int(np.flatnonzero(self.ordering.order == model)[0])
+        motion = np.abs(self.solver.factor.null_vector(place, unknown)).max(axis=1)
+        return _back(motion, self.ordering.order)
 
     @cached_property
     def point_cofactors(self):
         """Cofactors of the points, shape (n_points, 2, 2) [m²]."""
-        solver = self._solver
+        solver = self.solver
         plane = solver.channels.plane(solver.cofactors.points)
-        plane = plane + self._bordered.spread(self._bordered.points)
-        return _back(plane, self._ordering.reordered.points)
+        plane = plane + self.bordered.spread(self.bordered.points)
+        return _back(plane, self.ordering.reordered.points)
 
     @cached_property
     def adjusted_cofactors(self):
         """Cofactors of transformed less adjusted points, (n_rows, 2, 2) [m²]."""
-        solver = self._solver
+        solver = self.solver
         differences = solver.cofactors.of_differences(solver.system.fans.point)
         plane = solver.channels.plane(differences)
-        plane = plane + self._bordered.spread(self._bordered.residuals)
-        return _back(plane, self._ordering.reordered.rows)
+        plane = plane + self.bordered.spread(self.bordered.residuals)
+        return _back(plane, self.ordering.reordered.rows)
 
     @cached_property
     def leverage(self):
@@ -131,6 +157,23 @@ class BlockSolution:
         diagonal[~self.observations.is_control | self.observations.is_fixed] = np.nan
         return diagonal
 
+    @property
+    def relative_errors(self):
+        """Standard error of the linear part of each model, relative to that part.
+
+        Returns
+        -------
+        ndarray, shape (n_models,)
+            For σ_0 = 1; NaN where rounding has left no positive variance.
+        """
+        cofactors = np.diagonal(self.parameter_cofactors, axis1=1, axis2=2)[:, 2:]
+        linear = self.affinities[:, :, 1:]
+        scale = np.sqrt(np.sum(linear**2, axis=(1, 2)) / 2.0)
+        largest = np.where(
+            (cofactors >= 0.0).all(axis=1), cofactors.max(axis=1), np.nan
+        )
+        return np.sqrt(largest) / scale
+
     @cached_property
     def parameter_cofactors(self):
         """Cofactors of the parameters of each model in measured coordinates.
@@ -140,11 +183,11 @@ class BlockSolution:
         ndarray, shape (n_models, n_parameters, n_parameters)
             Order E0, N0, E_x, N_x, E_y, N_y, or E0, N0, a, b where all are helmert.
         """
-        solver = self._solver
+        solver = self.solver
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
-        own = own + self._bordered.spread(self._bordered.unknowns)
-        reduced = _back(own, self._ordering.order)
-        jacobian = _to_measured(self._reduced, reduced.shape[1])
+        own = own + self.bordered.spread(self.bordered.unknowns)
+        reduced = _back(own, self.ordering.order)
+        jacobian = _to_measured(self.reduced, reduced.shape[1])
         return jacobian @ reduced @ np.swapaxes(jacobian, 1, 2)
 
 
@@ -170,27 +213,6 @@ def _to_measured(reduced, n_unknowns):
     else:
         jacobian[:, 0, 4] = jacobian[:, 1, 5] = -y
     return jacobian
-
-
-@dataclass(frozen=True, eq=False)
-class Bordered:
-    """What the common parameters add, in the order of elimination.
-
-    Attributes
-    ----------
-    cofactors : ndarray, shape (n_terms, n_terms)
-    points, residuals, unknowns : ndarray, shape (n, 2 or n_unknowns, n_terms)
-        How points, residuals and unknowns of the models move with each term.
-    """
-
-    cofactors: np.ndarray
-    points: np.ndarray
-    residuals: np.ndarray
-    unknowns: np.ndarray
-
-    def spread(self, motion):
-        """Cofactors that follow from those of the common parameters."""
-        return motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
 
 
 def adjust(observations, terms=(), ordering=None) -> BlockSolution:
@@ -361,10 +383,10 @@ class _Task:
             deformation=self.deformation,
             redundancy=int(n_observed - n_unknowns),
             sum_of_squares=float(squares),
-            _solver=passed.solver,
-            _ordering=self.ordering,
-            _bordered=passed.bordered,
-            _reduced=_reordered(passed.reduced, order),
+            solver=passed.solver,
+            ordering=self.ordering,
+            bordered=passed.bordered,
+            reduced=_reordered(passed.reduced, order),
         )
 
 

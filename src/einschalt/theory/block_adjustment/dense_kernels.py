@@ -7,6 +7,7 @@ array. Matrices are stored column by column with a leading dimension, as LAPACK 
 them; only lower triangles are read and written where a matrix is Hermitian.
 """
 
+# ruff: noqa: ARG001 - numba looks at the names of the arguments, not at their use
 import llvmlite.binding
 import numpy as np
 from numba import njit, types

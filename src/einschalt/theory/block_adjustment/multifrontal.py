@@ -190,7 +190,7 @@ def factorize(blocks, pattern, fronts) -> Factor:
 
 
 @numba.njit(cache=True, nogil=True)
-def _collect(panel, update, sizes, own_first, blocks, column, row, local):
+def _collect(panel, sizes, own_first, blocks, column, row, local):
     """Put the blocks of a front's own columns into its panel."""
     n_own, size, u = sizes
     for i in range(own_first, own_first + n_own):
@@ -299,7 +299,7 @@ def _factorize(blocks, pattern, panels, panel_start, fronts, sizes, is_held, wor
         panel = panels[panel_start[f] : panel_start[f + 1]]
         update[: rest * rest] = 0.0
         dims = (n_own, size, u)
-        _collect(panel, update, dims, first, blocks, column, row, local)
+        _collect(panel, dims, first, blocks, column, row, local)
         for _ in range(n_children[f]):
             top -= 1
             child = waiting[top]
@@ -428,7 +428,7 @@ def _gather(known, size_known, target, n_edge, local, edge, u):
 def _invert(inverse, pattern, panels, panel_start, fronts, sizes, work):
     column, row = pattern
     start, parent, n_children, boundary_start, boundary = fronts
-    path, largest = sizes
+    path, _ = sizes
     n_fronts, u = start.size - 1, inverse.shape[1]
     pile = np.empty(path, dtype=inverse.dtype)
     depth_of = np.zeros(n_fronts, dtype=np.int64)

@@ -1,0 +1,297 @@
+"""The simultaneous adjustment: all models of all flights with the control at once."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.errors import GeometryError, SettingsError, name_some
+from einschalt.stages.block_tables import BlockTables
+from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.simultaneous_tables import (
+    common_table,
+    control_table,
+    model_table,
+    parameter_cofactors,
+    point_table,
+    residual_table,
+)
+from einschalt.theory.block_adjustment import determinacy
+from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
+from einschalt.theory.block_adjustment.common_parameters import CommonTerms
+from einschalt.theory.block_adjustment.gross_errors import (
+    CleanedBlock,
+    downweight,
+    snoop_block,
+)
+
+STAGE = "simultaneous_adjustment"
+SIGNIFICANCE = 0.001
+OUTLIERS = ("keep", "snoop", "huber", "tukey")
+WHOLE_BLOCK = "No model of the block could be determined"
+
+
+@dataclass(frozen=True)
+class AdjustmentOptions:
+    """How a block is adjusted.
+
+    Attributes
+    ----------
+    common : tuple of CommonTerms
+        Deformations that the models of a flight share.
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        What happens to gross errors.
+    significance : float
+        Probability with which a model without gross errors has a suspect.
+    """
+
+    common: tuple[CommonTerms, ...] = ()
+    outliers: str = "keep"
+    significance: float = SIGNIFICANCE
+
+    def __post_init__(self):
+        """Check the word."""
+        if self.outliers not in OUTLIERS:
+            raise SettingsError(
+                f"outliers = {self.outliers!r} is unknown",
+                expected=" or ".join(OUTLIERS),
+            )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BlockAdjustment(ModelResult):
+    """A block that was adjusted simultaneously.
+
+    Attributes
+    ----------
+    points : DataFrame
+        point_id, easting, northing, standard_error_easting, standard_error_northing,
+        covariance_en, standard_error_total, n_models, n_coverages, spread_total, role
+        (new, control), difference_easting, difference_northing (adjusted less given)
+        [m]. Standard errors take the errors of the observations as given (σ_0 = 1).
+    models : DataFrame
+        flight, coverage, model_id, transformation, n_points, redundancy (sum of the
+        redundancy numbers), m_0 (total), s_0 (per coordinate) [m], is_usable, reason,
+        then the parameters.
+    residuals : DataFrame
+        flight, coverage, model_id, point_id, residual_easting, residual_northing
+        (transformed less adjusted) [m], leverage, redundancy_number, w, p_value,
+        is_suspect, minimal_detectable_bias, external_reliability [m].
+    control : DataFrame
+        point_id, difference_easting, difference_northing (adjusted less given),
+        standard_error_given (total), redundancy_number, w, p_value, is_suspect,
+        strain_easting, strain_northing: the error of the given coordinates that
+        explains the difference [m].
+    common : DataFrame
+        flight, term, value, standard_error, of the deformations that the models of a
+        flight share; a ratio for film_affinity and film_shear, otherwise model units
+        at the edge of the model.
+    failures : DataFrame
+        flight, coverage, model_id, stage, reason, remedy.
+    s_0 : float
+        Standard error of unit weight; 1 where the errors are as large as given.
+    redundancy : int
+    tables : BlockTables
+        Everything that was given.
+    solution : BlockSolution
+        Of the part of the block that could be determined.
+    """
+
+    points: pd.DataFrame
+    models: pd.DataFrame
+    residuals: pd.DataFrame
+    control: pd.DataFrame
+    common: pd.DataFrame
+    failures: pd.DataFrame
+    s_0: float
+    redundancy: int
+    tables: BlockTables
+    solution: BlockSolution
+    kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @cached_property
+    def estimates(self):
+        """Parameters of the models: Estimates, for unit weight σ_0 = 1."""
+        cofactors, names = parameter_cofactors(self.solution)
+        everything = np.full((len(self.models), *cofactors.shape[1:]), np.nan)
+        everything[self.kept] = cofactors
+        return Estimates(
+            names=names,
+            cofactors=everything,
+            unit_error=np.ones(len(self.models)),
+            is_usable=self.models["is_usable"].to_numpy(),
+        )
+
+    def summary(self):
+        """Say how good the points are, and what contradicts."""
+        points, models = self.points, self.models
+        new = points[points["role"] == "new"]
+        n_usable = int(models["is_usable"].sum())
+        total = np.sqrt(np.mean(new["standard_error_total"] ** 2)) if len(new) else 0.0
+        lines = [
+            f"simultaneous adjustment of {n_usable} models, {len(points)} points, "
+            f"redundancy {self.redundancy}",
+            f"s_0 = {typesetting.number(self.s_0)} (1 where the errors are as large "
+            "as given)",
+        ]
+        if len(new):
+            lines.append(
+                f"{len(new)} new points, {typesetting.length(total)} (total, RMS)"
+            )
+        suspects = self.control[self.control["is_suspect"]]
+        if len(suspects):
+            lines.append(
+                f"{len(suspects)} of {len(self.control)} control points disagree with "
+                f"the block: {name_some(suspects['point_id'])}"
+            )
+        if len(self.failures):
+            lines.append(
+                f"{len(self.failures)} of {len(models)} models could not be "
+                f"determined: {self.failures['reason'].iloc[0]}"
+            )
+        return "\n".join(lines)
+
+
+def simultaneous_adjustment(tables, options=None):
+    """Adjust all models of all flights with the control at once.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    options : AdjustmentOptions, optional
+
+    Returns
+    -------
+    BlockAdjustment
+        What cannot be determined is a row of ``failures``; the rest is adjusted.
+
+    Raises
+    ------
+    GeometryError
+        Nothing of the block can be determined.
+    """
+    options = options or AdjustmentOptions()
+    part, verdicts = _determined_part(tables)
+    solution = adjust(part.observations, _terms(part, options))
+    while (loose := determinacy.loose_models(solution)).any():
+        verdicts.verdict[part.models[loose]] = determinacy.LOOSE
+        part = _part_of(tables, verdicts)
+        solution = adjust(part.observations, _terms(part, options))
+    cleaned = _clean(solution, _terms(part, options), options)
+    return _result(tables, part, cleaned, verdicts, options.significance)
+
+
+def _determined_part(tables):
+    verdicts = determinacy.examine(tables.observations)
+    return _part_of(tables, verdicts), verdicts
+
+
+def _part_of(tables, verdicts):
+    if not verdicts.is_fine.any():
+        first = failed_models(tables, verdicts)[0]
+        _, _, model_id, _, reason, remedy = first
+        raise GeometryError(
+            f"{WHOLE_BLOCK}: {reason}",
+            expected="models that hang together, with control",
+            remedy=remedy,
+            model=name_some(tables.models["model_id"]),
+            stage=STAGE,
+        )
+    return tables.observations.of_models(verdicts.is_fine)
+
+
+def _terms(part, options):
+    flights = set(part.observations.flight.tolist())
+    return tuple(terms for terms in options.common if terms.flight in flights)
+
+
+def _clean(solution, terms, options):
+    if options.outliers == "snoop":
+        return snoop_block(solution, terms, options.significance)
+    if options.outliers == "keep":
+        return CleanedBlock(solution, np.zeros(len(solution.xy), dtype=bool))
+    return downweight(solution, terms, options.outliers)
+
+
+def failed_models(tables, verdicts):
+    """Rows of ``failures``: what could not be determined, and how to mend it."""
+    observations = tables.observations
+    rows = []
+    for model in np.flatnonzero(~verdicts.is_fine):
+        kind = "affine" if observations.is_affine[model] else "helmert"
+        reason, remedy = _said(verdicts, model, kind)
+        names = tables.models.iloc[model]
+        rows.append(
+            (
+                names["flight"],
+                names["coverage"],
+                names["model_id"],
+                STAGE,
+                reason,
+                remedy,
+            )
+        )
+    return rows
+
+
+def _said(verdicts, model, kind):
+    needs = determinacy.LEAST_POINTS[kind == "affine"]
+    n_ties, n_control = int(verdicts.n_ties[model]), int(verdicts.n_control[model])
+    verdict = verdicts.verdict[model]
+    shared = "common with other models or the control"
+    if verdict == determinacy.FEW_TIES:
+        return (
+            f"{_points(n_ties)} {shared}, but {kind} needs {needs}",
+            "Measure more common points in it, or merge it with its neighbour",
+        )
+    if verdict == determinacy.TIES_ON_LINE:
+        return (
+            f"its points {shared} lie on a line or in one place",
+            "Measure a common point away from that line",
+        )
+    n_part = int((verdicts.part == verdicts.part[model]).sum())
+    part = f"the part of the block it belongs to, {n_part} models,"
+    if verdict == determinacy.NO_CONTROL:
+        return (
+            f"{part} has {_points(n_control, 'control point')}, but {kind} needs "
+            f"{needs}",
+            "Tie it to the rest of the block, or give it control points",
+        )
+    if verdict == determinacy.CONTROL_ON_LINE:
+        return (
+            f"the control of {part[:-1]}, lies on a line or in one place",
+            "Give it a control point away from that line",
+        )
+    return (
+        "it can move against the rest of the block: too few points tie it, or the "
+        "part it belongs to",
+        "Measure more points that tie it to its neighbours, or give it control points",
+    )
+
+
+def _points(count, noun="point"):
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
+def _result(tables, part, cleaned, verdicts, significance):
+    solution = cleaned.solution
+    rows = failed_models(tables, verdicts)
+    failures = failures_table([row[1:] for row in rows])
+    failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
+    reasons = np.full(len(tables.models), "", dtype=object)
+    reasons[~verdicts.is_fine] = [row[4] for row in rows]
+    return BlockAdjustment(
+        points=point_table(tables, part, solution),
+        models=model_table(tables, part, solution, reasons),
+        residuals=residual_table(tables, part, cleaned, significance),
+        control=control_table(tables, part, solution, significance),
+        common=common_table(tables, solution),
+        failures=failures,
+        s_0=solution.s_0,
+        redundancy=solution.redundancy,
+        tables=tables,
+        solution=solution,
+        kept=part.models,
+    )

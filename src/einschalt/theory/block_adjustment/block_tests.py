@@ -1,0 +1,110 @@
+"""Which observations of an adjusted block contradict the others.
+
+Both coordinates of a point are tested together: T = vᵀ Q_vv⁻¹ v, by which the sum of
+squares Ω falls when the point is left out, so that p = (1 − T/Ω)^((f − 2)/2) as in
+:mod:`einschalt.theory.adjustment.reliability`, with the redundancy f of the block.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.theory.adjustment.reliability import LEAST_REDUNDANCY_NUMBER
+
+
+@dataclass(frozen=True, eq=False)
+class BlockTests:
+    """Joint tests of easting and northing.
+
+    Attributes
+    ----------
+    w : ndarray, shape (n,)
+        √T / s_0.
+    p_value : ndarray, shape (n,)
+        Probability of a w as large as this without a gross error.
+    error : ndarray, shape (n, 2)
+        Gross error of the observation that explains its residual best [m].
+    """
+
+    w: np.ndarray
+    p_value: np.ndarray
+    error: np.ndarray
+
+
+def judge_observations(solution, given) -> BlockTests:
+    """Test all measured points of all models.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+    given : BlockObservations
+        The same with the standard errors that the observations have; those of the
+        solution are larger where an observation was taken out or weighs less.
+
+    Returns
+    -------
+    BlockTests
+        NaN where nothing checks an observation.
+
+    Notes
+    -----
+    With R = I − A Q Aᵀ P of the weights that were used, residuals have the cofactors
+    σ² R Rᵀ + R A Q Aᵀ: σ² R where they weigh as they should, and σ² I + A Q Aᵀ where
+    they were taken out.
+    """
+    used = solution.observations.standard_error[:, None, None] ** 2
+    variance = given.standard_error[:, None, None] ** 2
+    adjusted = solution.adjusted_cofactors
+    redundancy = np.eye(2) - adjusted / used
+    turned = np.swapaxes(redundancy, 1, 2)
+    cofactors = variance * redundancy @ turned + redundancy @ adjusted
+    return _tests(solution, solution.residuals, cofactors, redundancy)
+
+
+def judge_control(solution) -> BlockTests:
+    """Test the given coordinates of all points.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+
+    Returns
+    -------
+    BlockTests
+        Row for row as the points; NaN where a point is no control, or is held.
+    """
+    observations = solution.observations
+    is_tested = observations.is_control & ~observations.is_fixed
+    given = observations.control_covariance[is_tested]
+    adjusted = solution.point_cofactors[is_tested]
+    redundancy = np.eye(2) - adjusted @ observations.control_weight[is_tested]
+    residuals = solution.control_residuals[is_tested]
+    found = _tests(solution, residuals, given - adjusted, redundancy)
+    n_points = observations.n_points
+    w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
+    error = np.full((n_points, 2), np.nan)
+    w[is_tested], p_value[is_tested] = found.w, found.p_value
+    error[is_tested] = found.error
+    return BlockTests(w, p_value, error)
+
+
+def _tests(solution, residuals, cofactors, redundancy):
+    """Tests of residuals v with cofactors Q_vv.
+
+    A gross error ∇ leaves the residual −R ∇, so that it is estimated by −R⁻¹ v.
+    """
+    is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**2
+    which = is_checked[:, None, None]
+    v = residuals[:, :, None]
+    error = -np.linalg.solve(np.where(which, redundancy, np.eye(2)), v)[:, :, 0]
+    weighted = np.linalg.solve(np.where(which, cofactors, np.eye(2)), v)[:, :, 0]
+    square = np.sum(residuals * weighted, axis=1)
+    square = np.where(is_checked & (square >= 0.0), square, np.nan)
+    error = np.where(is_checked[:, None], error, np.nan)
+    f, omega = solution.redundancy, solution.sum_of_squares
+    if f <= 2 or omega <= 0.0:
+        return BlockTests(np.full(len(square), np.nan), square * np.nan, error)
+    share = np.minimum(square / omega, 1.0)
+    return BlockTests(
+        np.sqrt(square) / solution.s_0, (1.0 - share) ** (0.5 * (f - 2)), error
+    )

@@ -1,0 +1,234 @@
+"""What of a block can be determined, said before anything is computed.
+
+A model needs points that other models or the control hold as well: three off a line
+for affine, two for helmert. What hangs together needs as much control. Models that
+fall short are taken out, which may leave their neighbours short in turn. Parts that
+are joined like a hinge, at one point, pass these counts; they show as unknowns that
+nothing determines when the normal equations are factored, and their free motion tells
+which models they are.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from einschalt.theory.block_adjustment.model_graph import fans_of
+
+FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
+LEAST_POINTS = {True: 3, False: 2}  # affine, helmert
+# smaller principal extent over larger one, below which points lie on a line
+ON_LINE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Determinacy:
+    """Which models of a block can be determined.
+
+    Attributes
+    ----------
+    verdict : ndarray of int, shape (n_models,)
+        FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE.
+    n_ties : ndarray of int, shape (n_models,)
+        Points that control or another determined model holds as well.
+    part : ndarray of int, shape (n_models,)
+        Parts that hang together, −1 for models that were taken out singly.
+    n_control : ndarray of int, shape (n_models,)
+        Control points of each model's part.
+    """
+
+    verdict: np.ndarray
+    n_ties: np.ndarray
+    part: np.ndarray
+    n_control: np.ndarray
+
+    @property
+    def is_fine(self):
+        """Models that can be determined, ndarray of bool."""
+        return self.verdict == FINE
+
+
+def examine(observations) -> Determinacy:
+    """Find the models that cannot be determined, and why.
+
+    Parameters
+    ----------
+    observations : BlockObservations
+
+    Returns
+    -------
+    Determinacy
+    """
+    n_models = observations.n_models
+    verdict = np.full(n_models, FINE)
+    needed = np.where(
+        observations.is_affine, LEAST_POINTS[True], LEAST_POINTS[False]
+    ).astype(np.int64)
+    fans = fans_of(
+        observations.model, observations.point, n_models, observations.n_points
+    )
+    arrays = (fans.model, fans.point, fans.model_start, fans.point_start, fans.rows)
+    is_control = observations.is_control
+    n_ties = np.zeros(n_models, dtype=np.int64)
+    while True:
+        _prune(verdict, n_ties, needed, is_control, *arrays)
+        on_line = _ties_on_line(observations, verdict, is_control)
+        if not on_line.any():
+            break
+        verdict[on_line] = TIES_ON_LINE
+    part = _label_parts(verdict, *arrays)
+    n_control = _judge_parts(observations, verdict, part)
+    return Determinacy(verdict, n_ties, part, n_control)
+
+
+@numba.njit(cache=True, nogil=True)
+def _prune(verdict, n_ties, needed, is_control, model, point, model_start, fan, rows):
+    """Take out models with too few ties, until all that are left have enough."""
+    n_models = needed.size
+    holders = np.zeros(fan.size - 1, dtype=np.int64)
+    for row in range(model.size):
+        if verdict[model[row]] == FINE:
+            holders[point[row]] += 1
+    queue = np.empty(n_models, dtype=np.int64)
+    head, tail = 0, 0
+    for m in range(n_models):
+        if verdict[m] != FINE:
+            continue
+        n_ties[m] = 0
+        for row in range(model_start[m], model_start[m + 1]):
+            if is_control[point[row]] or holders[point[row]] > 1:
+                n_ties[m] += 1
+        if n_ties[m] < needed[m]:
+            verdict[m] = FEW_TIES
+            queue[tail] = m
+            tail += 1
+    while head < tail:
+        m = queue[head]
+        head += 1
+        for row in range(model_start[m], model_start[m + 1]):
+            p = point[row]
+            holders[p] -= 1
+            if is_control[p] or holders[p] != 1:
+                continue
+            # the one model that still holds the point has it for itself now
+            for k in range(fan[p], fan[p + 1]):
+                other = model[rows[k]]
+                if verdict[other] == FINE:
+                    n_ties[other] -= 1
+                    if n_ties[other] < needed[other]:
+                        verdict[other] = FEW_TIES
+                        queue[tail] = other
+                        tail += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def _label_parts(verdict, model, point, model_start, fan, rows):
+    part = np.full(verdict.size, -1, dtype=np.int64)
+    queue = np.empty(verdict.size, dtype=np.int64)
+    n_parts = 0
+    for seed in range(verdict.size):
+        if verdict[seed] != FINE or part[seed] >= 0:
+            continue
+        head, tail = 0, 1
+        queue[0], part[seed] = seed, n_parts
+        while head < tail:
+            m = queue[head]
+            head += 1
+            for row in range(model_start[m], model_start[m + 1]):
+                p = point[row]
+                for k in range(fan[p], fan[p + 1]):
+                    other = model[rows[k]]
+                    if verdict[other] == FINE and part[other] < 0:
+                        part[other] = n_parts
+                        queue[tail] = other
+                        tail += 1
+        n_parts += 1
+    return part
+
+
+def _ties_on_line(observations, verdict, is_control):
+    """Affine models whose ties lie on a line or in one place; helmert: in one place."""
+    model, point = observations.model, observations.point
+    is_used = verdict[model] == FINE
+    holders = np.bincount(point[is_used], minlength=observations.n_points)
+    is_tie = is_used & (is_control[point] | (holders[point] > 1))
+    flat = _is_flat(
+        observations.xy[is_tie],
+        model[is_tie],
+        observations.is_affine,
+    )
+    return flat & (verdict == FINE)
+
+
+def _is_flat(xy, group, is_affine):
+    """Whether the points of each group lie on a line, or all in one place."""
+    n_groups = len(is_affine)
+    count = np.maximum(np.bincount(group, minlength=n_groups), 1)
+    origin = np.zeros((n_groups, 2))
+    origin[group] = xy
+    near = xy - origin[group]
+    mean = np.column_stack([np.bincount(group, c, n_groups) for c in near.T])
+    d = near - (mean / count[:, None])[group]
+    xx, yy, xy_ = (
+        np.bincount(group, value, n_groups)
+        for value in (d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1])
+    )
+    trace, determinant = xx + yy, xx * yy - xy_**2
+    is_line = determinant <= (ON_LINE * trace) ** 2
+    return (trace <= 0.0) | (is_affine & is_line)
+
+
+def _judge_parts(observations, verdict, part):
+    """Control of each part; parts with too little of it get their verdict."""
+    row_part = part[observations.model]
+    is_held = (row_part >= 0) & observations.is_control[observations.point]
+    pairs = np.unique(
+        np.column_stack([row_part[is_held], observations.point[is_held]]), axis=0
+    )
+    n_parts = int(part.max(initial=-1)) + 1
+    count = np.bincount(pairs[:, 0], minlength=n_parts)
+    # one helmert model in a part ties easting to northing for all of it
+    is_affine = np.ones(n_parts, dtype=bool)
+    is_helmert = (part >= 0) & ~observations.is_affine
+    is_affine[part[is_helmert]] = False
+    needed = np.where(is_affine, LEAST_POINTS[True], LEAST_POINTS[False])
+    on_line = _is_flat(observations.control[pairs[:, 1]], pairs[:, 0], is_affine)
+    is_few = count < needed
+    of_model = part >= 0
+    n_control = np.zeros(len(part), dtype=np.int64)
+    n_control[of_model] = count[part[of_model]]
+    few, line = np.zeros(len(part), dtype=bool), np.zeros(len(part), dtype=bool)
+    few[of_model] = is_few[part[of_model]]
+    line[of_model] = (on_line & ~is_few)[part[of_model]]
+    verdict[few] = NO_CONTROL
+    verdict[line] = CONTROL_ON_LINE
+    return n_control
+
+
+# what moves less than this share of the largest motion does not move
+STANDS_STILL = 1e-6
+MOST_MOTIONS = 50
+# a model whose edge may lie anywhere within this share of its extent is not placed
+LEAST_PRECISION = 0.1
+
+
+def loose_models(solution):
+    """Models that move freely, or as good as freely, against the rest of the block.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+
+    Returns
+    -------
+    ndarray of bool, shape (n_models,)
+        Parts that are joined to the block like a hinge, or hang on it by a thread.
+    """
+    is_loose = solution.is_held.any(axis=1)
+    if is_loose.any():
+        for model in np.flatnonzero(is_loose)[:MOST_MOTIONS]:
+            unknown = int(np.argmax(solution.is_held[model]))
+            motion = solution.null_motion(model, unknown)
+            is_loose |= motion > STANDS_STILL * motion.max(initial=0.0)
+        return is_loose
+    return ~(solution.relative_errors < LEAST_PRECISION)

@@ -1,0 +1,127 @@
+"""Gross errors of a block: taken out one after the other, or given less weight.
+
+An observation is taken out by a standard error so large that it counts for nothing;
+so the structure of the block stays, and no order has to be found anew. In one step the
+worst observations are taken out together that share neither model nor point: errors
+spread to those first.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtri
+
+from einschalt.foundations.batches import segment_min_max
+from einschalt.theory.adjustment.norms import HUBER, TUKEY
+from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
+from einschalt.theory.block_adjustment.block_tests import judge_observations
+
+OUT = 1e5  # times its standard error: a weight of 1e-10
+MOST_STEPS = 100
+MOST_ITERATIONS = 50
+TOLERANCE = 1e-3
+LEAST_FACTOR = 1e-9
+AXES = 2
+NORMS = {"huber": HUBER[AXES], "tukey": TUKEY[AXES]}
+
+
+@dataclass(frozen=True, eq=False)
+class CleanedBlock:
+    """A block after its gross errors were dealt with.
+
+    Attributes
+    ----------
+    solution : BlockSolution
+        Its observations have the standard errors that were used.
+    is_out : ndarray of bool, shape (n_rows,)
+        What was taken out.
+    """
+
+    solution: BlockSolution
+    is_out: np.ndarray
+
+
+def snoop_block(solution, terms, significance) -> CleanedBlock:
+    """Take the worst observations out until the test refuses none.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+        With all observations.
+    terms : sequence of CommonTerms
+    significance : float
+        Probability with which a model without gross errors loses a point.
+
+    Returns
+    -------
+    CleanedBlock
+    """
+    given = solution.observations
+    is_out = np.zeros(len(given.model), dtype=bool)
+    for _ in range(MOST_STEPS):
+        worst = _worst_rows(solution, is_out, significance)
+        if len(worst) == 0:
+            break
+        is_out[worst] = True
+        error = np.where(is_out, OUT, 1.0) * given.standard_error
+        changed = replace(given, standard_error=error)
+        solution = adjust(changed, terms, solution.ordering)
+        solution = replace(
+            solution, redundancy=solution.redundancy - AXES * int(is_out.sum())
+        )
+    return CleanedBlock(solution, is_out)
+
+
+def _worst_rows(solution, is_out, significance):
+    """Refused observations that are the worst of their model and of their point."""
+    model, point = solution.observations.model, solution.observations.point
+    p = judge_observations(solution, solution.observations).p_value
+    p = np.where(np.isfinite(p) & ~is_out, p, np.inf)
+    n_models = solution.observations.n_models
+    n_tested = np.maximum(np.bincount(model[np.isfinite(p)], minlength=n_models), 1)
+    start = np.searchsorted(model, np.arange(n_models + 1))
+    worst_of_model = segment_min_max(p, start)[0]
+    worst_of_point = np.full(solution.observations.n_points, np.inf)
+    np.minimum.at(worst_of_point, point, p)
+    is_worst = (p <= worst_of_model[model]) & (p <= worst_of_point[point])
+    rows = np.flatnonzero(is_worst & (p * n_tested[model] <= significance))
+    # of equal ones, the first
+    return rows[np.unique(model[rows], return_index=True)[1]]
+
+
+def downweight(solution, terms, norm_name) -> CleanedBlock:
+    """Give observations with large residuals less weight (iteratively).
+
+    Parameters
+    ----------
+    solution : BlockSolution
+        With all observations.
+    terms : sequence of CommonTerms
+    norm_name : {"huber", "tukey"}
+        Tukey's begins where Huber's ends.
+
+    Returns
+    -------
+    CleanedBlock
+    """
+    given = solution.observations
+    names = ("huber", "tukey") if norm_name == "tukey" else (norm_name,)
+    for name in names:
+        factors = np.ones(len(given.model))
+        for _ in range(MOST_ITERATIONS):
+            length = np.sqrt((solution.residuals**2).sum(axis=1))
+            length = length / given.standard_error
+            share = solution.redundancy / (AXES * len(length))
+            scale = np.median(length) / np.sqrt(chdtri(AXES, 0.5) * share)
+            if not scale > 0.0:
+                break
+            new = np.maximum(NORMS[name].weights(length / scale), LEAST_FACTOR)
+            is_settled = np.abs(new - factors).max() < TOLERANCE
+            factors = new
+            changed = replace(
+                given, standard_error=given.standard_error / np.sqrt(factors)
+            )
+            solution = adjust(changed, terms, solution.ordering)
+            if is_settled:
+                break
+    return CleanedBlock(solution, np.zeros(len(given.model), dtype=bool))
