@@ -103,7 +103,9 @@ CONTROL_POINTS = Schema(
         _number("standard_error_m", "metres", is_required=False, is_positive=True),
         Column("role", "choice", is_required=False, choices=ROLES, default="control"),
         # for the simultaneous adjustment, in place of standard_error_m
-        _number("standard_error_easting", "metres", is_required=False, is_positive=True),
+        _number(
+            "standard_error_easting", "metres", is_required=False, is_positive=True
+        ),
         _number(
             "standard_error_northing", "metres", is_required=False, is_positive=True
         ),

@@ -187,7 +187,9 @@ class BlockSolution:
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
         own = own + self.bordered.spread(self.bordered.unknowns)
         reduced = _back(own, self.ordering.order)
-        jacobian = _to_measured(self.reduced, reduced.shape[1])
+        jacobian = _to_measured(
+            self.reduced, reduced.shape[1], self.observations.is_affine
+        )
         return jacobian @ reduced @ np.swapaxes(jacobian, 1, 2)
 
 
@@ -198,7 +200,7 @@ def _back(values, old_number):
     return result
 
 
-def _to_measured(reduced, n_unknowns):
+def _to_measured(reduced, n_unknowns, is_affine):
     """Jacobian from reduced to measured coordinates of the real unknowns."""
     n_models = len(reduced.extent)
     jacobian = np.zeros((n_models, n_unknowns, n_unknowns))
@@ -208,10 +210,10 @@ def _to_measured(reduced, n_unknowns):
     for k in range(2, n_unknowns):
         jacobian[:, k, k] = per_unit
     jacobian[:, 0, 2] = jacobian[:, 1, 3] = -x
-    if n_unknowns == 4:
-        jacobian[:, 0, 3], jacobian[:, 1, 2] = y, -y
-    else:
-        jacobian[:, 0, 4] = jacobian[:, 1, 5] = -y
+    helmert = ~is_affine
+    jacobian[helmert, 0, 3], jacobian[helmert, 1, 2] = y[helmert], -y[helmert]
+    if n_unknowns == 6:
+        jacobian[is_affine, 0, 4] = jacobian[is_affine, 1, 5] = -y[is_affine]
     return jacobian
 
 

@@ -23,7 +23,8 @@ class BlockTests:
     p_value : ndarray, shape (n,)
         Probability of a w as large as this without a gross error.
     error : ndarray, shape (n, 2)
-        Gross error of the observation that explains its residual best [m].
+        Gross error of the measured or given point that explains its residual best
+        [m].
     """
 
     w: np.ndarray
@@ -58,7 +59,9 @@ def judge_observations(solution, given) -> BlockTests:
     redundancy = np.eye(2) - adjusted / used
     turned = np.swapaxes(redundancy, 1, 2)
     cofactors = variance * redundancy @ turned + redundancy @ adjusted
-    return _tests(solution, solution.residuals, cofactors, redundancy)
+    found = _tests(solution, solution.residuals, cofactors, redundancy)
+    # residuals are transformed less adjusted: an error of the model goes along with them
+    return BlockTests(found.w, found.p_value, -found.error)
 
 
 def judge_control(solution) -> BlockTests:
@@ -91,7 +94,8 @@ def judge_control(solution) -> BlockTests:
 def _tests(solution, residuals, cofactors, redundancy):
     """Tests of residuals v with cofactors Q_vv.
 
-    A gross error ∇ leaves the residual −R ∇, so that it is estimated by −R⁻¹ v.
+    A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
+    estimated by −R⁻¹ v.
     """
     is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**2
     which = is_checked[:, None, None]

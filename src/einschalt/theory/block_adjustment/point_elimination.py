@@ -15,11 +15,11 @@ correlated coordinates they are two rows of each G. See docs/theory/block_adjust
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import numba
 import numpy as np
 
+from einschalt.theory.block_adjustment.exact_sums import transform_exactly
 from einschalt.theory.block_adjustment.model_graph import Fans
 
 
@@ -57,7 +57,7 @@ class PointSystem:
         return self.design.shape[2]
 
     def transformed(self, parameters):
-        """Points of all models in the ground system.
+        """Points of all models in the ground system, with twice the usual digits.
 
         Parameters
         ----------
@@ -65,13 +65,9 @@ class PointSystem:
 
         Returns
         -------
-        ndarray, shape (n_rows, d, n_right)
+        Transformed
         """
-        n_rows, d, _ = self.design.shape
-        shape = (n_rows, d, parameters.shape[2])
-        ground = np.zeros(shape, dtype=self.design.dtype)
-        _transform(ground, self.design, self.fans.model, parameters)
-        return ground
+        return transform_exactly(self.design, self.fans.model, parameters)
 
     def points_from(self, values, control):
         """Points that fit given values of their observations best.
@@ -145,18 +141,6 @@ def invert_point_blocks(fans, weights, control_weight, is_fixed):
 
 
 @numba.njit(cache=True, nogil=True)
-def _transform(ground, design, model, parameters):
-    n_rows, d, u = design.shape
-    for row in range(n_rows):
-        m = model[row]
-        for c in range(d):
-            for a in range(u):
-                g = design[row, c, a]
-                for r in range(ground.shape[2]):
-                    ground[row, c, r] += g * parameters[m, a, r]
-
-
-@numba.njit(cache=True, nogil=True)
 def _mean_values(points, values, weights, fan, prior, control):
     point_start, rows = fan
     control_weight, is_fixed, inverse = prior
@@ -208,11 +192,12 @@ def assemble(system, pattern):
     """
     _, d, u = system.design.shape
     blocks = np.zeros((len(pattern.row), u, u), dtype=system.design.dtype)
-    _assembly(d, u)(
+    _assemble_blocks(
         blocks,
         (pattern.start, pattern.row),
         _fan_arrays(system.fans),
         (system.design, system.weights, system.inverse),
+        ((0,) * d, (0,) * u),
     )
     return blocks
 
@@ -221,52 +206,48 @@ def _fan_arrays(fans):
     return fans.model, fans.point, fans.model_start, fans.point_start, fans.rows
 
 
-@cache
-def _assembly(d, u):
-    """Kernel for d rows and u unknowns: loops of known length are unrolled."""
-
-    @numba.njit(cache=True, nogil=True)
-    def assemble_blocks(blocks, pattern, fans, numbers):
-        column, block_row = pattern
-        model, point, model_start, point_start, rows = fans
-        design, weights, inverse = numbers
-        n = model_start.size - 1
-        slot = np.empty(n, dtype=np.int64)
-        seen = np.zeros(point_start.size - 1, dtype=np.int64)
-        half = np.empty((d, u), dtype=design.dtype)
-        own = np.empty((u, u), dtype=design.dtype)
-        for i in range(n):
-            for k in range(column[i], column[i + 1]):
-                slot[block_row[k]] = k
-            own[:] = 0.0
-            for row in range(model_start[i], model_start[i + 1]):
-                p, w = point[row], weights[row]
+@numba.njit(cache=True, nogil=True)
+def _assemble_blocks(blocks, pattern, fans, numbers, ranks):
+    # lengths of tuples are known to the compiler, which unrolls the loops over them
+    d, u = len(ranks[0]), len(ranks[1])
+    column, block_row = pattern
+    model, point, model_start, point_start, rows = fans
+    design, weights, inverse = numbers
+    n = model_start.size - 1
+    slot = np.empty(n, dtype=np.int64)
+    seen = np.zeros(point_start.size - 1, dtype=np.int64)
+    half = np.empty((d, u), dtype=design.dtype)
+    own = np.empty((u, u), dtype=design.dtype)
+    for i in range(n):
+        for k in range(column[i], column[i + 1]):
+            slot[block_row[k]] = k
+        own[:] = 0.0
+        for row in range(model_start[i], model_start[i + 1]):
+            p, w = point[row], weights[row]
+            for c in range(d):
+                for a in range(u):
+                    g = w * np.conj(design[row, c, a])
+                    for b in range(u):
+                        own[a, b] += g * design[row, c, b]
+            for c in range(d):
+                for b in range(u):
+                    value = inverse[p, c, 0] * design[row, 0, b]
+                    for e in range(1, d):
+                        value += inverse[p, c, e] * design[row, e, b]
+                    half[c, b] = w * value
+            # rows of a point ascend with their models: those before are done
+            for k in range(point_start[p] + seen[p], point_start[p + 1]):
+                other = rows[k]
+                s, w_other = slot[model[other]], weights[other]
                 for c in range(d):
                     for a in range(u):
-                        g = w * np.conj(design[row, c, a])
+                        g = w_other * np.conj(design[other, c, a])
                         for b in range(u):
-                            own[a, b] += g * design[row, c, b]
-                for c in range(d):
-                    for b in range(u):
-                        value = inverse[p, c, 0] * design[row, 0, b]
-                        for e in range(1, d):
-                            value += inverse[p, c, e] * design[row, e, b]
-                        half[c, b] = w * value
-                # rows of a point ascend with their models: those before are done
-                for k in range(point_start[p] + seen[p], point_start[p + 1]):
-                    other = rows[k]
-                    s, w_other = slot[model[other]], weights[other]
-                    for c in range(d):
-                        for a in range(u):
-                            g = w_other * np.conj(design[other, c, a])
-                            for b in range(u):
-                                blocks[s, a, b] -= g * half[c, b]
-                seen[p] += 1
-            for a in range(u):
-                for b in range(u):
-                    blocks[column[i], a, b] += own[a, b]
-
-    return assemble_blocks
+                            blocks[s, a, b] -= g * half[c, b]
+            seen[p] += 1
+        for a in range(u):
+            for b in range(u):
+                blocks[column[i], a, b] += own[a, b]
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,12 +301,13 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
     points = np.zeros((system.fans.n_points, d, d), dtype=inverse.dtype)
     transformed = np.zeros((n_rows, d, d), dtype=inverse.dtype)
     cross = np.zeros_like(transformed)
-    _spreading(d, u)(
+    _spread_inverse(
         (points, transformed, cross),
         inverse,
         (pattern.start, pattern.row),
         _fan_arrays(system.fans),
         (system.design, system.weights),
+        ((0,) * d, (0,) * u),
     )
     p = system.inverse
     if d == 1:
@@ -336,43 +318,38 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
     return PointCofactors(points, transformed, cross @ p[system.fans.point])
 
 
-@cache
-def _spreading(d, u):
-    """Kernel for d rows and u unknowns: loops of known length are unrolled."""
-
-    @numba.njit(cache=True, nogil=True)
-    def spread_inverse(result, inverse, pattern, fans, numbers):
-        points, transformed, cross = result
-        column, block_row = pattern
-        model, point, model_start, point_start, rows = fans
-        design, weights = numbers
-        n = model_start.size - 1
-        slot = np.empty(n, dtype=np.int64)
-        seen = np.zeros(point_start.size - 1, dtype=np.int64)
-        for i in range(n):
-            for k in range(column[i], column[i + 1]):
-                slot[block_row[k]] = k
-            for row in range(model_start[i], model_start[i + 1]):
-                p, w = point[row], weights[row]
-                for k in range(point_start[p] + seen[p], point_start[p + 1]):
-                    other = rows[k]
-                    s, w_other = slot[model[other]], weights[other]
-                    for c in range(d):
-                        for e in range(d):
-                            # covariance of T of `other` with T of `row`
-                            value = 0.0 * inverse[s, 0, 0]
-                            for b in range(u):
-                                half = design[other, c, 0] * inverse[s, 0, b]
-                                for a in range(1, u):
-                                    half += design[other, c, a] * inverse[s, a, b]
-                                value += half * np.conj(design[row, e, b])
-                            cross[row, e, c] += w_other * np.conj(value)
-                            points[p, c, e] += w * w_other * value
-                            if other == row:
-                                transformed[row, c, e] = value
-                            else:
-                                cross[other, c, e] += w * value
-                                points[p, e, c] += w * w_other * np.conj(value)
-                seen[p] += 1
-
-    return spread_inverse
+@numba.njit(cache=True, nogil=True)
+def _spread_inverse(result, inverse, pattern, fans, numbers, ranks):
+    d, u = len(ranks[0]), len(ranks[1])
+    points, transformed, cross = result
+    column, block_row = pattern
+    model, point, model_start, point_start, rows = fans
+    design, weights = numbers
+    n = model_start.size - 1
+    slot = np.empty(n, dtype=np.int64)
+    seen = np.zeros(point_start.size - 1, dtype=np.int64)
+    for i in range(n):
+        for k in range(column[i], column[i + 1]):
+            slot[block_row[k]] = k
+        for row in range(model_start[i], model_start[i + 1]):
+            p, w = point[row], weights[row]
+            for k in range(point_start[p] + seen[p], point_start[p + 1]):
+                other = rows[k]
+                s, w_other = slot[model[other]], weights[other]
+                for c in range(d):
+                    for e in range(d):
+                        # covariance of T of `other` with T of `row`
+                        value = 0.0 * inverse[s, 0, 0]
+                        for b in range(u):
+                            half = design[other, c, 0] * inverse[s, 0, b]
+                            for a in range(1, u):
+                                half += design[other, c, a] * inverse[s, a, b]
+                            value += half * np.conj(design[row, e, b])
+                        cross[row, e, c] += w_other * np.conj(value)
+                        points[p, c, e] += w * w_other * value
+                        if other == row:
+                            transformed[row, c, e] = value
+                        else:
+                            cross[other, c, e] += w * value
+                            points[p, e, c] += w * w_other * np.conj(value)
+            seen[p] += 1

@@ -126,10 +126,8 @@ class Solver:
         parameters = np.zeros(shape, dtype=system.design.dtype)
         last = np.inf
         for _ in range(MOST_STEPS):
-            values = system.transformed(parameters) - shift
-            points = system.points_from(values, control)
-            residuals = values - points[fans.point]
-            step = self.factor.solve(system.gradient(residuals))
+            found = self._project(parameters, shift, control)
+            step = self.factor.solve(system.gradient(found.residuals))
             size = np.abs(step).max(initial=0.0)
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
@@ -137,9 +135,19 @@ class Solver:
             parameters, last = parameters - step, size
             if size < CONVERGED:
                 break
-        values = system.transformed(parameters) - shift
-        points = system.points_from(values, control)
-        return Projection(parameters, points, values - points[fans.point])
+        return self._project(parameters, shift, control)
+
+    def _project(self, parameters, shift, control):
+        """Points and residuals for given parameters; see ``exact_sums``."""
+        system, point = self.system, self.system.fans.point
+        high, low = system.transformed(parameters)
+        points = system.points_from(high - shift, control)
+        residuals = high - points[point]
+        residuals += low
+        residuals -= shift
+        rest = system.points_from(residuals, control - points)
+        residuals -= rest[point]
+        return Projection(parameters, points + rest, residuals)
 
     @cached_property
     def inverse(self):

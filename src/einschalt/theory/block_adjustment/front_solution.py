@@ -1,0 +1,88 @@
+"""Solutions of the factored block, up and down the tree of fronts."""
+
+import numba
+import numpy as np
+
+from einschalt.theory.block_adjustment.dense_kernels import (
+    ADJOINT,
+    LEFT,
+    PLAIN,
+    solve_triangle,
+    subtract_product,
+)
+
+
+@numba.njit(cache=True, nogil=True)
+def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, work):
+    """Replace x by Lᴴ⁻¹ x, from the last front to the first."""
+    n_right = x.shape[0]
+    buffer = np.empty(0, dtype=x.dtype)
+    for f in range(start.size - 2, -1, -1):
+        first, k = start[f] * u, (start[f + 1] - start[f]) * u
+        edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+        rest = edge.size * u
+        size = k + rest
+        if k == 0:
+            continue
+        if buffer.size < size * n_right:
+            buffer = np.empty(size * n_right, dtype=x.dtype)
+        panel = panels[panel_start[f] :]
+        for r in range(n_right):
+            buffer[r * size : r * size + k] = x[r, first : first + k]
+            for i in range(edge.size):
+                for a in range(u):
+                    buffer[r * size + k + i * u + a] = x[r, edge[i] * u + a]
+        if rest > 0:
+            subtract_product(
+                ADJOINT,
+                panel[k:],
+                size,
+                buffer[k:],
+                size,
+                buffer,
+                size,
+                (k, n_right, rest),
+                work,
+            )
+        solve_triangle(LEFT, ADJOINT, (k, n_right), panel, size, buffer, size, work)
+        for r in range(n_right):
+            x[r, first : first + k] = buffer[r * size : r * size + k]
+
+
+@numba.njit(cache=True, nogil=True)
+def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, work):
+    """Replace the right sides x by the solution; see ``Factor.solve``."""
+    n_right = x.shape[0]
+    buffer = np.empty(0, dtype=x.dtype)
+    for f in range(start.size - 1):
+        first, k = start[f] * u, (start[f + 1] - start[f]) * u
+        edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+        rest = edge.size * u
+        size = k + rest
+        if k == 0:
+            continue
+        if buffer.size < size * n_right:
+            buffer = np.empty(size * n_right, dtype=x.dtype)
+        panel = panels[panel_start[f] :]
+        for r in range(n_right):
+            buffer[r * size : r * size + k] = x[r, first : first + k]
+            buffer[r * size + k : (r + 1) * size] = 0.0
+        solve_triangle(LEFT, PLAIN, (k, n_right), panel, size, buffer, size, work)
+        if rest > 0:
+            subtract_product(
+                PLAIN,
+                panel[k:],
+                size,
+                buffer,
+                size,
+                buffer[k:],
+                size,
+                (rest, n_right, k),
+                work,
+            )
+        for r in range(n_right):
+            x[r, first : first + k] = buffer[r * size : r * size + k]
+            for i in range(edge.size):
+                for a in range(u):
+                    x[r, edge[i] * u + a] += buffer[r * size + k + i * u + a]
+    solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, work)
