@@ -30,6 +30,7 @@ _HOME = {
     "transform_models": "einschalt.stages.stage3_model_transformation",
     "error_budget": "einschalt.stages.stage4_error_budget",
     "average_coverages": "einschalt.stages.stage5_double_coverage",
+    "adjust_block": "einschalt.pipeline.simultaneous",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
     "plan_precision": "einschalt.pipeline.planning",

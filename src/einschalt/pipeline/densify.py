@@ -7,18 +7,31 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import GeometryError
 from einschalt.pipeline.block import Block
+from einschalt.pipeline.block_figures import (
+    BlockFigures,
+    adjusted_figures,
+    two_step_figures,
+)
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
 from einschalt.pipeline.error_propagation import can_propagate, propagate_block
 from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.precision_tables import PrecisionTables
 from einschalt.pipeline.residual_distribution import distributed, require_control
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simultaneous import (
+    adjust_flights,
+    distribute_adjusted,
+    point_columns,
+    require_adjustable,
+)
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.variance_components import estimate_components
-from einschalt.stages.coverage_screening import CoverageScreening
+from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.model_screening import screen_models, without_suspects
 from einschalt.stages.results import FAILURE_COLUMNS
+from einschalt.stages.simultaneous_adjustment import BlockAdjustment
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
     approximate_coordinates,
@@ -39,48 +52,8 @@ from einschalt.stages.stage5_double_coverage import (
 )
 
 FLIGHT_LAST = "low_flight"
-
-
-@dataclass(frozen=True)
-class BlockFigures:
-    """The figures of a block, metres and TOTAL unless said otherwise; NaN: not known.
-
-    Attributes
-    ----------
-    m_0_high, m_0_low : float
-        Standard error of unit weight of all models of a flight together, in plan.
-    approximation_internal : float
-        Approximate coordinates (mean of the coverages), from the differences of the
-        coverages of the high flight.
-    single_paper, mean_paper : float
-        Root mean square of Kovarik's M over the values that were averaged, and over
-        the new points.
-    single_internal, mean_internal : float
-        From the differences of the coverages of the low flight.
-    mean_total : float
-        Root mean square of the propagated ``standard_error_total`` of the new points.
-    control_rms, check_rms : float
-        Densified less given coordinates.
-    n_points, n_new, n_control, n_check, n_models_high, n_models_low, n_failed : int
-    """
-
-    m_0_high: float
-    m_0_low: float
-    approximation_internal: float
-    single_paper: float
-    mean_paper: float
-    mean_total: float
-    single_internal: float
-    mean_internal: float
-    control_rms: float
-    check_rms: float
-    n_points: int
-    n_new: int
-    n_control: int
-    n_check: int
-    n_models_high: int
-    n_models_low: int
-    n_failed: int
+PLANE_POINT = ["point_id", "easting", "northing"]
+VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,7 +95,7 @@ class DensificationResult(PrecisionTables):
         Every low-flight model's value of every point: coverage, model_id, point_id,
         easting, northing [, height], m_t, position_u, position_v,
         standard_error_paper.
-    screening : CoverageScreening
+    screening : CoverageScreening or None
         What each coverage gives for a point, and how far the coverages differ; the
         values of suspects stand there beside their mean.
     approximations : DataFrame
@@ -133,10 +106,15 @@ class DensificationResult(PrecisionTables):
         of error is not known.
     high : ApproximateCoordinates or None
         Stage 1, with the transformations of the high flight.
-    low : ModelTransformation
-        Stage 3, the transformations of the low flight.
+    low : ModelTransformation or None
+        Stage 3, the transformations of the low flight; None where the two-step way
+        was not possible.
     seconds : float
         Time of the computation.
+    simultaneous : BlockAdjustment or None
+        With ``method = "simultaneous"``: where points, models and residuals are from.
+    two_step : DensificationResult or None
+        Then, the same block in two steps, where that is possible.
     """
 
     block: Block
@@ -148,17 +126,21 @@ class DensificationResult(PrecisionTables):
     orientation_residuals: pd.DataFrame
     failures: pd.DataFrame
     single_values: pd.DataFrame
-    screening: CoverageScreening
+    screening: CoverageScreening | None
     approximations: pd.DataFrame
     figures: BlockFigures
     errors: PropagatedErrors | None
     high: ApproximateCoordinates | None
-    low: ModelTransformation
+    low: ModelTransformation | None
     seconds: float
+    simultaneous: BlockAdjustment | None = None
+    two_step: "DensificationResult | None" = None
 
     @property
     def coverages(self):
         """Values of the single coverages of a point, DataFrame, see ``screening``."""
+        if self.screening is None:
+            return pd.DataFrame(columns=COLUMNS).astype({"is_suspect": bool})
         return self.screening.table
 
     @cached_property
@@ -168,6 +150,8 @@ class DensificationResult(PrecisionTables):
         Computed when it is asked for the first time; None where the errors cannot be
         propagated, or the block is too small to tell.
         """
+        if self.two_step is not None:
+            return self.two_step.components
         if self.errors is None:
             return None
         return estimate_components(self.block, self.high, self.low)
@@ -178,11 +162,12 @@ class DensificationResult(PrecisionTables):
 
 
 def densify(block, settings=None, *, progress=None):
-    """Compute the coordinates of a block's points in the two-step way of 1971.
+    """Compute the coordinates of a block's points, as its settings say.
 
-    Approximate coordinates from the high flight (or given ones), relative orientation
-    where it is to be computed, every low-flight model onto all its points, error
-    budget, mean of the coverages. Check points enter no adjustment.
+    In the two-step way of 1971: approximate coordinates from the high flight (or given
+    ones), relative orientation where it is to be computed, every low-flight model onto
+    all its points, error budget, mean of the coverages. Or all models of all flights
+    in one adjustment. Check points enter neither.
 
     Parameters
     ----------
@@ -211,6 +196,13 @@ def densify(block, settings=None, *, progress=None):
         name: relative_orientation(flight, outliers=settings.outliers)
         for name, flight in block.flights.items()
     }
+    ways = {"pipeline": _in_two_steps, "simultaneous": _in_one_adjustment}
+    result = ways[settings.method](block, settings, flights, said)
+    said("done", 1.0)
+    return replace(result, seconds=perf_counter() - started)
+
+
+def _in_two_steps(block, settings, flights, said):
     said("approximate coordinates", 0.3)
     high = _high_flight(block, flights, settings)
     approximations = block.approximate_points if high is None else high.points
@@ -225,10 +217,40 @@ def densify(block, settings=None, *, progress=None):
     means = _means(values, low, settings)
     said("error propagation", 0.95)
     errors = propagate_block(block, high, low, means) if can_propagate(block) else None
-    said("done", 1.0)
     screening = screen_block(means, errors, settings)
     stages = _Stages(flights, high, low, values, means, errors, screening)
-    return _result(block, settings, stages, perf_counter() - started)
+    return _result(block, settings, stages)
+
+
+def _in_one_adjustment(block, settings, flights, said):
+    require_adjustable(block)
+    # what is distributed in the end are the residuals of the adjustment
+    plain = settings.model_copy(update={"residual_distribution": "none"})
+    try:
+        two_step = _in_two_steps(block, plain, flights, said)
+    except GeometryError:  # the summary says so, and gives the other way
+        two_step = None
+    said("simultaneous adjustment", 0.97)
+    adjusted = adjust_flights(block, settings, flights)
+    points = _with_roles(point_columns(block, adjusted, two_step), block.control_points)
+    points = distribute_adjusted(block, settings, points)
+    start = two_step or _without_steps(block, settings, flights)
+    failures = _joined_failures(
+        [o.failures.assign(flight=name) for name, o in flights.items()]
+        + [adjusted.failures]
+    )
+    return replace(
+        start,
+        settings=settings,
+        points=points,
+        models=adjusted.models,
+        residuals=adjusted.residuals,
+        failures=failures,
+        figures=adjusted_figures(adjusted, points, failures),
+        errors=None,
+        simultaneous=adjusted,
+        two_step=two_step,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +266,7 @@ class _Stages:
     screening: CoverageScreening
 
 
-def _result(block, settings, stages, seconds):
+def _result(block, settings, stages):
     high, low, values = stages.high, stages.low, stages.values
     points = with_suspects(stages.means.points, stages.screening)
     points = _with_roles(points, block.control_points)
@@ -263,11 +285,35 @@ def _result(block, settings, stages, seconds):
         single_values=values[values["easting"].notna()].reset_index(drop=True),
         screening=stages.screening,
         approximations=block.approximate_points if high is None else high.points,
-        figures=_figures(high, low, stages.means, points, failures),
+        figures=two_step_figures(high, low, stages.means, points, failures),
         errors=errors,
         high=high,
         low=low,
-        seconds=seconds,
+        seconds=np.nan,
+    )
+
+
+def _without_steps(block, settings, flights):
+    """What is left of a result where the two-step way is not possible."""
+    nothing = pd.DataFrame()
+    known = block.approximate_points
+    return DensificationResult(
+        block=block,
+        settings=settings,
+        points=nothing,
+        models=nothing,
+        residuals=nothing,
+        orientations=_of_flights(flights, "orientations"),
+        orientation_residuals=_of_flights(flights, "residuals"),
+        failures=nothing,
+        single_values=pd.DataFrame(columns=VALUE_COLUMNS),
+        screening=None,
+        approximations=pd.DataFrame(columns=PLANE_POINT) if known is None else known,
+        figures=None,
+        errors=None,
+        high=None,
+        low=None,
+        seconds=np.nan,
     )
 
 
@@ -387,46 +433,12 @@ def _failures(flights, high, low):
     if high is not None:
         parts.append(high.failures.assign(flight="high_flight"))
     parts.append(low.failures.assign(flight=FLIGHT_LAST))
+    return _joined_failures(parts)
+
+
+def _joined_failures(parts):
     filled = [part for part in parts if len(part)]
     columns = ["flight", *FAILURE_COLUMNS]
     if not filled:
         return pd.DataFrame(columns=columns)
     return pd.concat(filled, ignore_index=True)[columns]
-
-
-def _figures(high, low, means, points, failures):
-    new = points[points["role"] == "new"]
-    by_role = points["role"].value_counts()
-    approximation = np.nan
-    if high is not None:
-        by_coverages = np.sqrt(high.points["n_coverages"].to_numpy())
-        approximation = _rms(high.internal_single / by_coverages)
-    return BlockFigures(
-        m_0_high=np.nan if high is None else high.transformation.m_0_plan,
-        m_0_low=low.m_0_plan,
-        approximation_internal=approximation,
-        single_paper=_rms(means.used["standard_error_paper"]),
-        mean_paper=_rms(new["standard_error_paper"]),
-        mean_total=_rms(new.get("standard_error_total", np.nan)),
-        single_internal=means.internal_single,
-        mean_internal=_rms(new["standard_error_internal"]),
-        control_rms=_total_rms(points[points["role"] == "control"]),
-        check_rms=_total_rms(points[points["role"] == "check"]),
-        n_points=len(points),
-        n_new=int(by_role.get("new", 0)),
-        n_control=int(by_role.get("control", 0)),
-        n_check=int(by_role.get("check", 0)),
-        n_models_high=0 if high is None else len(high.transformation.models),
-        n_models_low=len(low.models),
-        n_failed=len(failures),
-    )
-
-
-def _rms(values):
-    values = np.atleast_1d(np.asarray(values, dtype=float))
-    values = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
-
-
-def _total_rms(points):
-    return _rms(np.hypot(points["difference_easting"], points["difference_northing"]))

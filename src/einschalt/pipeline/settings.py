@@ -14,8 +14,9 @@ class Settings(BaseModel):
 
     Attributes
     ----------
-    method : {"pipeline"}
-        The two-step way of Kovarik 1971.
+    method : {"pipeline", "simultaneous"}
+        The two-step way of Kovarik 1971, or all models of all flights and the control
+        in one adjustment.
     coverage_mean : {"all", "most_central"}
         Which models give a point's coordinates: every model that holds it, or, as in
         1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
@@ -57,7 +58,7 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Literal["pipeline"] = "pipeline"
+    method: Literal["pipeline", "simultaneous"] = "pipeline"
     coverage_mean: Literal["all", "most_central"] = "all"
     weighting: Literal["plain", "weighted"] = "plain"
     outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"

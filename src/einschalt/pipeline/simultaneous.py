@@ -1,10 +1,12 @@
 """The simultaneous adjustment of a block: both flights and the control at once."""
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.stages.block_tables import MeasuredFlight, code_block
+from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous_adjustment import (
     SIGNIFICANCE,
     AdjustmentOptions,
@@ -12,9 +14,21 @@ from einschalt.stages.simultaneous_adjustment import (
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.block_adjustment.common_parameters import AFFINITY, CommonTerms
+from einschalt.theory.block_adjustment.common_parameters import (
+    AFFINITY,
+    DEGREE,
+    CommonTerms,
+)
 
 FILM_AFFINITY = "helmert_film_affinity"
+PLANE_KINDS = ("affine", "helmert")
+STANDARD_ERRORS = [
+    "standard_error_easting",
+    "standard_error_northing",
+    "covariance_en",
+    "standard_error_total",
+]
+DIFFERENCES = ["difference_easting", "difference_northing"]
 KINDS = ("affine", "helmert", FILM_AFFINITY)
 WHICH = {
     "both": ("high_flight", "low_flight"),
@@ -68,6 +82,8 @@ def adjust_block(
     """
     _require(kind, KINDS, "kind")
     _require(flights, tuple(WHICH), "flights")
+    for family in deformation:
+        _require(family, tuple(DEGREE), "deformation")
     measured = {
         name: flight for name, flight in block.flights.items() if name in WHICH[flights]
     }
@@ -81,6 +97,7 @@ def adjust_block(
     oriented = {
         name: relative_orientation(f).model_points for name, f in measured.items()
     }
+    _require_control(block)
     kinds = dict.fromkeys(measured, "affine" if kind == "affine" else "helmert")
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *deformation)
     tables = block_tables(block, oriented, kinds)
@@ -90,6 +107,138 @@ def adjust_block(
         significance=significance,
     )
     return simultaneous_adjustment(tables, options)
+
+
+def require_adjustable(block):
+    """Refuse what the simultaneous adjustment cannot do.
+
+    Parameters
+    ----------
+    block : Block
+
+    Raises
+    ------
+    SettingsError
+        There is no control, or a flight has models of a kind that is not adjusted
+        simultaneously.
+    """
+    _require_control(block)
+    for name, flight in block.flights.items():
+        if flight.transformation not in PLANE_KINDS:
+            raise SettingsError(
+                f"[{name}] transformation = {flight.transformation!r} with method = "
+                '"simultaneous"',
+                expected=" or ".join(PLANE_KINDS),
+                remedy='Write one of these, or set method = "pipeline"',
+            )
+
+
+def _require_control(block):
+    control = block.control_points
+    if control is None or not (control["role"] != "check").any():
+        raise SettingsError(
+            "the block has no control points",
+            expected="control_points that hold the adjusted models",
+            remedy='Give control_points, or set method = "pipeline"',
+        )
+
+
+def adjust_flights(block, settings, flights):
+    """Adjust all flights of a block as its settings say.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    flights : dict of str to RelativeOrientation
+        Every flight of the block after stage 2.
+
+    Returns
+    -------
+    BlockAdjustment
+    """
+    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+    oriented = {name: flight.model_points for name, flight in flights.items()}
+    options = AdjustmentOptions(
+        outliers=settings.outliers, significance=settings.significance
+    )
+    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+
+
+def point_columns(block, adjusted, two_step):
+    """Adjusted points with the columns of every densified point.
+
+    Parameters
+    ----------
+    block : Block
+    adjusted : BlockAdjustment
+    two_step : DensificationResult or None
+
+    Returns
+    -------
+    DataFrame
+        A point is suspect with a residual or with given coordinates that contradict.
+        ``standard_error_paper`` and ``standard_error_internal`` are those of two
+        steps, ``two_step_easting``, ``two_step_northing`` its coordinates. Standard
+        errors are left out where the size of a source of error is not known.
+    """
+    points = adjusted.points.drop(columns=["role", *DIFFERENCES])
+    if not _has_known_errors(block):
+        points = points.drop(columns=STANDARD_ERRORS)
+    place = points.columns.get_loc("n_models")
+    beside = _of_two_steps(points["point_id"], two_step)
+    for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
+        points.insert(place + k, name, beside[name].to_numpy())
+    points["is_suspect"] = points["point_id"].isin(_suspects(adjusted))
+    for name in ("easting", "northing"):
+        points[f"two_step_{name}"] = beside[name].to_numpy()
+    return points
+
+
+def _suspects(adjusted):
+    tables = (adjusted.residuals, adjusted.control)
+    return pd.concat([t.loc[t["is_suspect"], "point_id"] for t in tables]).unique()
+
+
+def _of_two_steps(point_id, two_step):
+    names = [
+        *("easting", "northing"),
+        *("standard_error_paper", "standard_error_internal"),
+    ]
+    if two_step is None:
+        return pd.DataFrame(np.nan, index=point_id, columns=names)
+    return two_step.points.set_index("point_id")[names].reindex(point_id)
+
+
+def _has_known_errors(block):
+    """Whether every source of error has a known size, as in two steps."""
+    return "standard_error_m" in block.control_points and not any(
+        flight.is_oriented_numerically for flight in block.flights.values()
+    )
+
+
+def distribute_adjusted(block, settings, points):
+    """Distribute the residuals of control, where the settings ask for it.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    points : DataFrame
+        With roles and differences.
+
+    Returns
+    -------
+    DataFrame
+        After a distribution without standard errors: those of before do not hold for
+        the points that were moved.
+    """
+    if settings.residual_distribution == "none":
+        return points
+    moved = distribute_residuals(
+        points, block.control_points, settings.residual_distribution
+    ).points
+    return moved.drop(columns=STANDARD_ERRORS, errors="ignore")
 
 
 def _require(value, allowed, name):

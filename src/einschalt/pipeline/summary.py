@@ -2,6 +2,7 @@
 
 from einschalt.foundations.typesetting import seconds, wrapped
 from einschalt.pipeline.sections import (
+    control_strain,
     distribution,
     error_sources,
     flights,
@@ -18,6 +19,7 @@ SECTIONS = (
     error_sources,
     neighbours,
     known_points,
+    control_strain,
     distribution,
     flights,
 )

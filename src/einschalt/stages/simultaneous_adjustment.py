@@ -24,6 +24,7 @@ from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     downweight,
+    examine_control,
     snoop_block,
 )
 
@@ -124,6 +125,24 @@ class BlockAdjustment(ModelResult):
             is_usable=self.models["is_usable"].to_numpy(),
         )
 
+    def m_0_of(self, flight):
+        """m_0 of all models of a flight together (total) [m]; NaN without redundancy.
+
+        Parameters
+        ----------
+        flight : str
+
+        Returns
+        -------
+        float
+        """
+        models = self.models[
+            (self.models["flight"] == flight) & self.models["is_usable"]
+        ]
+        redundancy = models["redundancy"].sum()
+        squares = (models["m_0"].fillna(0.0) ** 2 * models["redundancy"]).sum()
+        return float(np.sqrt(squares / redundancy)) if redundancy > 0.0 else np.nan
+
     def summary(self):
         """Say how good the points are, and what contradicts."""
         points, models = self.points, self.models
@@ -131,10 +150,14 @@ class BlockAdjustment(ModelResult):
         n_usable = int(models["is_usable"].sum())
         total = np.sqrt(np.mean(new["standard_error_total"] ** 2)) if len(new) else 0.0
         lines = [
-            f"simultaneous adjustment of {n_usable} models, {len(points)} points, "
-            f"redundancy {self.redundancy}",
-            f"s_0 = {typesetting.number(self.s_0)} (1 where the errors are as large "
-            "as given)",
+            (
+                f"simultaneous adjustment of {n_usable} models, {len(points)} points, "
+                f"redundancy {self.redundancy}"
+            ),
+            (
+                f"s_0 = {typesetting.number(self.s_0)} (1 where the errors are as "
+                "large as given)"
+            ),
         ]
         if len(new):
             lines.append(
@@ -180,7 +203,9 @@ def simultaneous_adjustment(tables, options=None):
         part = _part_of(tables, verdicts)
         solution = adjust(part.observations, _terms(part, options))
     cleaned = _clean(solution, _terms(part, options), options)
-    return _result(tables, part, cleaned, verdicts, options.significance)
+    terms = _terms(part, options)
+    control = examine_control(cleaned.solution, terms, options.significance)
+    return _result(tables, part, cleaned, verdicts, options.significance, control)
 
 
 def _determined_part(tables):
@@ -191,7 +216,7 @@ def _determined_part(tables):
 def _part_of(tables, verdicts):
     if not verdicts.is_fine.any():
         first = failed_models(tables, verdicts)[0]
-        _, _, model_id, _, reason, remedy = first
+        *_, reason, remedy = first
         raise GeometryError(
             f"{WHOLE_BLOCK}: {reason}",
             expected="models that hang together, with control",
@@ -255,8 +280,10 @@ def _said(verdicts, model, kind):
     part = f"the part of the block it belongs to, {n_part} models,"
     if verdict == determinacy.NO_CONTROL:
         return (
-            f"{part} has {_points(n_control, 'control point')}, but {kind} needs "
-            f"{needs}",
+            (
+                f"{part} has {_points(n_control, 'control point')}, but {kind} needs "
+                f"{needs}"
+            ),
             "Tie it to the rest of the block, or give it control points",
         )
     if verdict == determinacy.CONTROL_ON_LINE:
@@ -265,8 +292,10 @@ def _said(verdicts, model, kind):
             "Give it a control point away from that line",
         )
     return (
-        "it can move against the rest of the block: too few points tie it, or the "
-        "part it belongs to",
+        (
+            "it can move against the rest of the block: too few points tie it, or the "
+            "part it belongs to"
+        ),
         "Measure more points that tie it to its neighbours, or give it control points",
     )
 
@@ -275,7 +304,7 @@ def _points(count, noun="point"):
     return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
-def _result(tables, part, cleaned, verdicts, significance):
+def _result(tables, part, cleaned, verdicts, significance, control):
     solution = cleaned.solution
     rows = failed_models(tables, verdicts)
     failures = failures_table([row[1:] for row in rows])
@@ -286,7 +315,7 @@ def _result(tables, part, cleaned, verdicts, significance):
         points=point_table(tables, part, solution),
         models=model_table(tables, part, solution, reasons),
         residuals=residual_table(tables, part, cleaned, significance),
-        control=control_table(tables, part, solution, significance),
+        control=control_table(tables, part, solution, control),
         common=common_table(tables, solution),
         failures=failures,
         s_0=solution.s_0,

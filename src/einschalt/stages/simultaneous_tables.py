@@ -10,11 +10,9 @@ from einschalt.theory.adjustment.reliability import (
     minimal_detectable_bias,
     redundancy_numbers,
 )
-from einschalt.theory.block_adjustment.block_tests import (
-    judge_control,
-    judge_observations,
-)
+from einschalt.theory.block_adjustment.block_tests import judge_observations
 
+LEAST_REDUNDANCY = 1e-6
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
@@ -119,7 +117,7 @@ def _remaining(bias, r):
     return np.where(np.isfinite(bias), external_reliability(finite, r), np.inf)
 
 
-def control_table(tables, part, solution, significance):
+def control_table(tables, part, solution, tests):
     """Control against the block: who disagrees, by how much and where to.
 
     Parameters
@@ -127,8 +125,7 @@ def control_table(tables, part, solution, significance):
     tables : BlockTables
     part : Part
     solution : BlockSolution
-    significance : float
-        Probability with which good control has a suspect.
+    tests : ControlVerdict
 
     Returns
     -------
@@ -136,13 +133,11 @@ def control_table(tables, part, solution, significance):
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control)
-    tests = judge_control(solution)
     difference = solution.control_residuals[places]
     r = redundancy_numbers(solution.control_leverage[places].mean(axis=1))
     trace = np.trace(observations.control_covariance[places], axis1=1, axis2=2)
     p_value = tests.p_value[places]
     strain = tests.error[places]
-    family = np.array([0, len(places)])
     return pd.DataFrame(
         {
             "point_id": tables.point_id[part.points[places]],
@@ -152,7 +147,7 @@ def control_table(tables, part, solution, significance):
             "redundancy_number": r,
             "w": tests.w[places],
             "p_value": p_value,
-            "is_suspect": is_rejected_by_holm(p_value, family, significance),
+            "is_suspect": tests.is_suspect[places],
             "strain_easting": strain[:, 0],
             "strain_northing": strain[:, 1],
         }
@@ -178,9 +173,11 @@ def model_table(tables, part, solution, reasons):
     n_all = everything.n_models
     model = solution.observations.model
     redundancy = np.bincount(model, (1.0 - solution.leverage).sum(axis=1))
+    # rounding is no redundancy
+    redundancy = np.where(redundancy > LEAST_REDUNDANCY, redundancy, 0.0)
     squares = np.bincount(model, (solution.residuals**2).sum(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        s_0 = np.sqrt(squares / np.where(redundancy > 1e-6, redundancy, np.nan))
+        s_0 = np.sqrt(squares / np.where(redundancy > 0.0, redundancy, np.nan))
     is_usable = np.zeros(n_all, dtype=bool)
     is_usable[kept] = True
     models = tables.models.assign(

@@ -46,7 +46,9 @@ def run(monkeypatch):
     monkeypatch.setattr(f"{folder_of_results}.render", lambda _result: "report")
     monkeypatch.setattr(
         f"{folder_of_results}.write_geopackage",
-        lambda _result, path, **_options: atomic.write_text(path, "map of the result" * 100),
+        lambda _result, path, **_options: atomic.write_text(
+            path, "map of the result" * 100
+        ),
     )
 
     def call(folder, output, engine=None, **options):

@@ -13,6 +13,7 @@ LAYOUTS = {
     "one model": [(0.0, 0.0)],
     "two models": [(0.0, 0.0), (900.0, 0.0)],
     "grid": [(700.0 * i, 800.0 * j) for i in range(3) for j in range(3)],
+    "dense grid": [(480.0 * i, 480.0 * j) for i in range(5) for j in range(5)],
     "strip": [(700.0 * i, 40.0 * (i % 2)) for i in range(14)],
     "ring": [
         (2400.0 * np.cos(a), 2400.0 * np.sin(a))
@@ -191,20 +192,20 @@ def adjust_densely(observations, terms=()):
             return np.concatenate([own, control_root @ values[n:]])
 
         design = whiten(unweighted)
-        l = np.concatenate([right.ravel(), control[observed].ravel()])
+        right_side = np.concatenate([right.ravel(), control[observed].ravel()])
         used = n_all - n_terms if linear is None else n_all
         # columns of unlike size, scaled so that rounding is even
         size = np.sqrt((design[:, :used] ** 2).sum(axis=0))
         q, r = qr(design[:, :used] / size, mode="economic")
         x = np.zeros(n_all)
         for _ in range(2):  # once more for what rounding has left
-            rest = whiten(l - unweighted @ x)
+            rest = whiten(right_side - unweighted @ x)
             x[:used] += solve_triangular(r, q.T @ rest) / size
         linear = _linear_parts(observations, x, starts)
         common = common + x[n_model + 2 * len(free) :]
     inverse = solve_triangular(r, np.eye(used)) / size[:, None]
     cofactors = inverse @ inverse.T
-    residuals = unweighted @ x - l
+    residuals = unweighted @ x - right_side
     points = control.copy()
     points[free] = x[n_model : n_model + 2 * len(free)].reshape(-1, 2)
     point_cofactors = np.zeros((n_points, 2, 2))
@@ -227,9 +228,9 @@ def adjust_densely(observations, terms=()):
         common=common,
         common_cofactors=cofactors[used - n_terms : used, used - n_terms : used],
         sum_of_squares=float(whitened @ whitened),
-        redundancy=len(l) - used,
+        redundancy=len(right_side) - used,
         design=design,
-        right_side=whiten(l),
+        right_side=whiten(right_side),
         centroid=centroid,
     )
 

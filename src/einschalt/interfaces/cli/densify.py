@@ -9,7 +9,7 @@ from einschalt.interfaces.cli.exits import tell, with_exit_status
 from einschalt.interfaces.cli.progress import stage_progress
 
 # the values that Settings allows: it is not imported here, so that help comes at once
-Method = Literal["pipeline"]
+Method = Literal["pipeline", "simultaneous"]
 CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
@@ -32,7 +32,10 @@ def densify(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for the results.")
     ],
-    method: _option(Method, "How the block is computed.") = None,
+    method: _option(
+        Method,
+        "The two-step way of 1971, or all models of all flights in one adjustment.",
+    ) = None,
     coverage_mean: _option(
         CoverageMean,
         "Values that make a point's mean: of every model, or per coverage of the most "

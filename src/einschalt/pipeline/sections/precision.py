@@ -3,6 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.typesetting import lengths, number_word
+from einschalt.pipeline.sections import two_ways
 from einschalt.pipeline.sections.section import Section
 from einschalt.pipeline.sections.verdict import mean_of
 from einschalt.pipeline.suggestions import (
@@ -45,6 +46,8 @@ BELIEVE_NEITHER = (
 
 def section(result) -> Section:
     """Precision of the new points: single value and mean, each as it is known."""
+    if result.simultaneous is not None:
+        return two_ways.section(result)
     figures = result.figures
     single = ("single", np.nan, figures.single_paper, figures.single_internal)
     mean = (
@@ -78,6 +81,8 @@ def what_to_believe(result) -> str:
 
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures of precision mean."""
+    if result.simultaneous is not None:
+        return (TOTAL, *two_ways.remarks(result))
     chosen = [TOTAL, PAPER]
     if np.isfinite(result.figures.mean_total):
         chosen.insert(1, PROPAGATED)
@@ -92,6 +97,8 @@ def remarks(result) -> tuple[str, ...]:
 
 def too_small(result) -> str:
     """Say why the paper's figure is too small, as far as that is known here."""
+    if result.simultaneous is not None:
+        return two_ways.caution(result)
     n_coverages = coverages_of_low_flight(result)
     word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
     shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []

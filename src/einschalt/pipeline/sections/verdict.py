@@ -30,6 +30,8 @@ def verdict_on(result) -> str:
 def _how_good(result):
     """The propagated figure where it holds, and the paper's beside it; or a bound."""
     figures = result.figures
+    if result.simultaneous is not None:
+        return _how_good_adjusted(result)
     if not np.isfinite(figures.mean_paper):
         return ""
     paper = f"{length(figures.mean_paper)} after Kovarik's budget"
@@ -39,6 +41,16 @@ def _how_good(result):
         return f", {paper} (total, {mean_of(result)})"
     known = [figures.mean_total, figures.mean_paper, figures.mean_internal]
     return f", {length(np.nanmax(known))} or worse (total, {mean_of(result)})"
+
+
+def _how_good_adjusted(result):
+    """The adjusted figure, and that of the two-step way beside it."""
+    total = result.figures.mean_total
+    if not np.isfinite(total):
+        return " from the simultaneous adjustment"
+    other = np.nan if result.two_step is None else result.two_step.figures.mean_total
+    beside = f"; {length(other)} in two steps" if np.isfinite(other) else ""
+    return f", {length(total)} (total, simultaneous adjustment{beside})"
 
 
 def mean_of(result) -> str:

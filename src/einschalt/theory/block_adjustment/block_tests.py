@@ -60,7 +60,7 @@ def judge_observations(solution, given) -> BlockTests:
     turned = np.swapaxes(redundancy, 1, 2)
     cofactors = variance * redundancy @ turned + redundancy @ adjusted
     found = _tests(solution, solution.residuals, cofactors, redundancy)
-    # residuals are transformed less adjusted: an error of the model goes along with them
+    # residuals are transformed less adjusted: errors of the model go along with them
     return BlockTests(found.w, found.p_value, -found.error)
 
 

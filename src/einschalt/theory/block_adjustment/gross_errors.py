@@ -14,7 +14,10 @@ from scipy.special import chdtri
 from einschalt.foundations.batches import segment_min_max
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
-from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.block_tests import (
+    judge_control,
+    judge_observations,
+)
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
 MOST_STEPS = 100
@@ -125,3 +128,64 @@ def downweight(solution, terms, norm_name) -> CleanedBlock:
             if is_settled:
                 break
     return CleanedBlock(solution, np.zeros(len(given.model), dtype=bool))
+
+
+@dataclass(frozen=True, eq=False)
+class ControlVerdict:
+    """Given points against the block, row for row as the points.
+
+    Attributes
+    ----------
+    is_suspect : ndarray of bool, shape (n_points,)
+    w, p_value : ndarray, shape (n_points,)
+        Of a suspect, when it was found; of the others, without the suspects. NaN where
+        nothing checks a point.
+    error : ndarray, shape (n_points, 2)
+        Error of the given coordinates that explains the contradiction [m].
+    """
+
+    is_suspect: np.ndarray
+    w: np.ndarray
+    p_value: np.ndarray
+    error: np.ndarray
+
+
+def examine_control(solution, terms, significance) -> ControlVerdict:
+    """Find the given points that contradict the block, the worst first.
+
+    A wrong one makes its neighbours look wrong too. So it is set aside before these are
+    judged; the solution that is given is left as it is.
+
+    Parameters
+    ----------
+    solution : BlockSolution
+    terms : sequence of CommonTerms
+    significance : float
+        Probability with which good control has a suspect.
+
+    Returns
+    -------
+    ControlVerdict
+    """
+    tests = judge_control(solution)
+    is_suspect = np.zeros(len(tests.w), dtype=bool)
+    found = {name: getattr(tests, name).copy() for name in ("w", "p_value", "error")}
+    for _ in range(MOST_STEPS):
+        p = np.where(is_suspect | np.isnan(tests.p_value), np.inf, tests.p_value)
+        n_tested = int(np.isfinite(p).sum())
+        worst = int(np.argmin(p))
+        if not p[worst] * n_tested <= significance:
+            break
+        is_suspect[worst] = True
+        observations = solution.observations
+        covariance = observations.control_covariance.copy()
+        covariance[worst] *= OUT**2
+        changed = replace(observations, control_covariance=covariance)
+        solution = replace(
+            adjust(changed, terms, solution.ordering),
+            redundancy=solution.redundancy - AXES,
+        )
+        tests = judge_control(solution)
+        for name, values in found.items():
+            values[~is_suspect] = getattr(tests, name)[~is_suspect]
+    return ControlVerdict(is_suspect, **found)

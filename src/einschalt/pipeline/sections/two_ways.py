@@ -1,0 +1,80 @@
+"""The simultaneous adjustment, and the two-step way beside it."""
+
+import numpy as np
+
+from einschalt.foundations.typesetting import length, lengths, names, number
+from einschalt.pipeline.sections.section import Section
+
+SIMULTANEOUS = (
+    "simultaneous: all models of all flights and the control in one adjustment; errors "
+    "of the sizes given, with their correlations."
+)
+TWO_STEPS = (
+    "two steps: approximate coordinates from the high flight, the low flight onto them "
+    "(two_step_easting, two_step_northing)."
+)
+IMPOSSIBLE = "The two-step way is not possible in this block: too little control."
+UNKNOWN = (
+    "The sizes of some errors are not known (control without standard_error_m, or "
+    "orientations that were computed): no standard errors are given."
+)
+BLIND = "It does not see errors that all models share: look at the model deformation"
+
+
+def section(result) -> Section:
+    """Precision of the new points both ways."""
+    figures, two_step = result.figures, result.two_step
+    rows = [("simultaneous adjustment", figures.mean_total, np.nan, np.nan)]
+    if two_step is not None:
+        other = two_step.figures
+        rows.append(
+            ("two steps", other.mean_total, other.mean_paper, other.mean_internal)
+        )
+    titles, *columns = zip(*rows, strict=True)
+    texts = zip(titles, *(lengths(column) for column in columns), strict=True)
+    return Section(
+        "Precision of the new points (total, RMS)",
+        ("", "propagated", "paper", "internal"),
+        tuple(texts) if figures.n_new else (),
+        (caution(result), *remarks(result)),
+    )
+
+
+def caution(result) -> str:
+    """Say what s_0 is, and what it cannot see."""
+    adjusted = result.simultaneous
+    if adjusted.redundancy <= 0:
+        return "No redundancy: nothing checks the adjustment."
+    return (
+        f"s_0 = {number(adjusted.s_0)} (redundancy {adjusted.redundancy}); 1 where the "
+        f"errors are as large as given. {BLIND}."
+    )
+
+
+def remarks(result) -> tuple[str, ...]:
+    """Say what the figures mean, and how far apart the two ways are."""
+    said = [SIMULTANEOUS]
+    if result.two_step is None:
+        said.append(IMPOSSIBLE)
+    else:
+        said += [TWO_STEPS, *_apart(result)]
+    if np.isnan(result.figures.mean_total) and result.figures.n_new:
+        said.append(UNKNOWN)
+    return tuple(said)
+
+
+def _apart(result):
+    points = result.points
+    apart = np.hypot(
+        points["easting"] - points["two_step_easting"],
+        points["northing"] - points["two_step_northing"],
+    )
+    apart = apart[apart.notna()]
+    if apart.empty:
+        return ()
+    worst = points.loc[apart.idxmax(), "point_id"]
+    said = (
+        f"The two ways differ by {length(np.sqrt(np.mean(apart**2)))} (total, RMS), "
+        f"most at {names([worst])}: {length(apart.max())}."
+    )
+    return (said,)

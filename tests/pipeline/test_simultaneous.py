@@ -1,0 +1,364 @@
+"""The simultaneous adjustment of a block, alone and beside the two-step way."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import least_squares
+
+import einschalt as es
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.interfaces.reports.html_report import render
+from einschalt.pipeline.summary import summarize
+
+POINTS = ["easting", "northing"]
+
+
+@pytest.fixture(scope="module")
+def block():
+    return es.simulate_block("demo", seed=4)
+
+
+@pytest.fixture(scope="module")
+def adjusted(block):
+    return es.adjust_block(block)
+
+
+@pytest.fixture(scope="module")
+def result(block):
+    return es.densify(block, es.Settings(method="simultaneous"))
+
+
+def with_control(block, **columns):
+    return replace(block, control_points=block.control_points.assign(**columns))
+
+
+def test_equals_a_plain_least_squares_of_scipy(block, adjusted):
+    """Every model and point an unknown, from the tables alone."""
+    flights = {"high_flight": block.high_flight, "low_flight": block.low_flight}
+    tables = [
+        flight.model_points.assign(
+            flight=name,
+            sigma=flight.m_g_um * 1e-6 * flight.scale_number / np.sqrt(2.0),
+        )
+        for name, flight in flights.items()
+    ]
+    rows = pd.concat(tables, ignore_index=True)
+    control = block.control_points.query("role == 'control'")
+    model = rows.groupby(["flight", "coverage", "model_id"]).ngroup().to_numpy()
+    ids, point = np.unique(rows["point_id"].to_numpy(str), return_inverse=True)
+    n_models, n_points = model.max() + 1, len(ids)
+    place = pd.Index(ids).get_indexer(control["point_id"].astype(str))
+    origin = control[POINTS].mean().to_numpy()
+    given = control[POINTS].to_numpy() - origin
+    xy = rows[["x", "y"]].to_numpy()
+    centre = np.array([xy[model == m].mean(axis=0) for m in range(n_models)])[model]
+    g = np.column_stack([np.ones(len(xy)), (xy - centre) / 50.0])
+    from scipy import sparse
+
+    n = 3 * n_models + n_points
+    index = np.arange(len(xy))
+    design = sparse.csr_array(
+        (
+            np.concatenate([g.ravel(), -np.ones(len(xy)), np.ones(len(place))]),
+            (
+                np.concatenate(
+                    [np.repeat(index, 3), index, len(xy) + np.arange(len(place))]
+                ),
+                np.concatenate(
+                    [
+                        (3 * model[:, None] + np.arange(3)).ravel(),
+                        3 * n_models + point,
+                        3 * n_models + place,
+                    ]
+                ),
+            ),
+        ),
+        shape=(len(xy) + len(place), n),
+    )
+    errors = control["standard_error_m"].to_numpy() / np.sqrt(2.0)
+    weight = np.concatenate([1.0 / rows["sigma"].to_numpy(), 1.0 / errors])
+    whole = sparse.diags_array(weight) @ design
+    for axis, name in enumerate(POINTS):
+        right = np.concatenate([np.zeros(len(xy)), given[:, axis]]) * weight
+        start = sparse.linalg.spsolve((whole.T @ whole).tocsc(), whole.T @ right)
+        found = least_squares(
+            lambda x, right=right: whole @ x - right,
+            start,
+            jac=lambda _x: whole,
+            method="trf",
+            x_scale="jac",
+            tr_solver="lsmr",
+            xtol=1e-15,
+            gtol=1e-15,
+        )
+        expected = pd.Series(found.x[3 * n_models :] + origin[axis], index=ids)
+        ours = adjusted.points.set_index("point_id")[name]
+        np.testing.assert_allclose(ours, expected.loc[ours.index], rtol=0, atol=1e-7)
+
+
+def test_gives_the_tables_that_are_promised(adjusted):
+    assert list(adjusted.points.columns[:7]) == [
+        "point_id",
+        "easting",
+        "northing",
+        "standard_error_easting",
+        "standard_error_northing",
+        "covariance_en",
+        "standard_error_total",
+    ]
+    assert set(adjusted.models["flight"]) == {"high_flight", "low_flight"}
+    assert adjusted.models["is_usable"].all()
+    assert adjusted.failures.empty
+    assert adjusted.redundancy == pytest.approx(
+        2 * (1.0 - adjusted.residuals["leverage"]).sum()
+        + 2 * adjusted.control["redundancy_number"].sum(),
+        rel=1e-9,
+    )
+    assert str(adjusted) == adjusted.summary()
+    assert "simultaneous adjustment of" in adjusted.summary()
+
+
+def test_parameters_transform_the_models_onto_the_points(block, adjusted):
+    rows = adjusted.residuals.merge(
+        adjusted.models, on=["flight", "coverage", "model_id"]
+    )
+    measured = pd.concat(
+        [
+            f.model_points.assign(flight=name)
+            for name, f in (
+                ("high_flight", block.high_flight),
+                ("low_flight", block.low_flight),
+            )
+        ]
+    )
+    rows = rows.merge(measured, on=["flight", "coverage", "model_id", "point_id"])
+    rows = rows.merge(adjusted.points, on="point_id")
+    easting = rows["a0"] + rows["a1"] * rows["x"] + rows["a2"] * rows["y"]
+    np.testing.assert_allclose(
+        easting - rows["easting"], rows["residual_easting"], atol=1e-8
+    )
+    # the parameters' covariance gives that of a transformed point
+    first = adjusted.models.iloc[0]
+    covariance = (
+        adjusted.covariance(first["model_id"], first["coverage"])
+        if (adjusted.models["model_id"].eq(first["model_id"]).sum() == 1)
+        else adjusted.estimates.cofactors[0]
+    )
+    assert np.linalg.eigvalsh(np.asarray(covariance)).min() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"kind": "afine"}, "kind = 'afine' is unknown; expected affine or helmert"),
+        ({"flights": "upper"}, "flights = 'upper' is unknown; expected both or high"),
+        ({"outliers": "drop"}, "outliers = 'drop' is unknown; expected keep or snoop"),
+        ({"deformation": ("cubik",)}, "deformation = 'cubik' is unknown"),
+    ],
+)
+def test_unknown_options_are_said(block, options, message):
+    with pytest.raises(SettingsError, match=message):
+        es.adjust_block(block, **options)
+
+
+def test_a_block_without_a_high_flight_has_none_to_adjust(
+    given_approximations_result,
+):
+    block = given_approximations_result.block
+    with pytest.raises(
+        SettingsError, match="the block has no high flight; expected low"
+    ):
+        es.adjust_block(block, flights="high")
+
+
+def test_nothing_is_adjusted_without_control(given_approximations_result):
+    block = replace(given_approximations_result.block, control_points=None)
+    message = "no control points; expected control_points"
+    with pytest.raises(SettingsError, match=message):
+        es.adjust_block(block)
+    with pytest.raises(SettingsError, match=message):
+        es.densify(block, es.Settings(method="simultaneous"))
+
+
+def test_a_spatial_flight_is_refused(block):
+    flight = replace(block.low_flight, transformation="rigid")
+    with pytest.raises(SettingsError, match="transformation = 'rigid' with method"):
+        es.densify(
+            replace(block, low_flight=flight), es.Settings(method="simultaneous")
+        )
+
+
+def test_too_little_control_for_any_model_is_said(given_approximations_result):
+    block = given_approximations_result.block
+    control = block.control_points
+    two = control[control["role"] == "control"].head(2)
+    with pytest.raises(GeometryError, match="2 control points, but affine needs 3"):
+        es.adjust_block(replace(block, control_points=two))
+
+
+def test_models_cut_off_are_rows_and_the_rest_is_adjusted(block, adjusted):
+    low = block.low_flight.model_points
+    model = low["model_id"].iloc[0]
+    is_cut = (low["model_id"] == model) & (low["coverage"] == low["coverage"].iloc[0])
+    names = np.where(is_cut, "lost " + low["point_id"], low["point_id"])
+    cut = replace(block.low_flight, model_points=low.assign(point_id=names))
+    found = es.adjust_block(replace(block, low_flight=cut))
+    (row,) = found.failures.to_dict("records")
+    assert (row["flight"], row["model_id"]) == ("low_flight", model)
+    assert row["reason"] == (
+        "no points common with other models or the control, but affine needs 3"
+    )
+    assert row["remedy"].startswith("Measure more common points in it")
+    assert not found.points["point_id"].str.startswith("lost").any()
+    assert len(found.models) == len(adjusted.models)
+    assert "1 of" in found.summary()
+
+
+def test_wrong_control_is_named_with_size_and_direction(block):
+    control = block.control_points.copy()
+    worst = control.index[control["role"] == "control"][3]
+    control.loc[worst, "easting"] += 0.5
+    control.loc[worst, "northing"] -= 0.3
+    settings = es.Settings(method="simultaneous")
+    found = es.densify(replace(block, control_points=control), settings)
+    suspects = found.simultaneous.control.query("is_suspect")
+    assert list(suspects["point_id"]) == [control.loc[worst, "point_id"]]
+    strain = suspects[["strain_easting", "strain_northing"]].to_numpy()[0]
+    np.testing.assert_allclose(strain, [0.5, -0.3], atol=0.12)
+    text = summarize(found)
+    assert "Control points that disagree with the block" in text
+    assert "control points disagree" in found.simultaneous.summary()
+
+
+def test_densified_points_are_the_adjusted_ones(result, adjusted):
+    ours = result.points.set_index("point_id")
+    theirs = adjusted.points.set_index("point_id")
+    columns = [*POINTS, "standard_error_total", "covariance_en"]
+    pd.testing.assert_frame_equal(ours[columns], theirs.loc[ours.index, columns])
+    assert set(ours["role"]) == {"new", "control", "check"}
+
+
+def test_the_two_step_way_stands_beside_it(block, result):
+    plain = es.densify(block)
+    beside = result.points.set_index("point_id").loc[plain.points["point_id"]]
+    np.testing.assert_array_equal(
+        beside[["two_step_easting", "two_step_northing"]], plain.points[POINTS]
+    )
+    assert result.two_step.figures == plain.figures
+    assert result.components == plain.components
+    text = summarize(result)
+    assert "simultaneous adjustment; " in text.split("\n")[0]
+    assert "The two ways differ by" in text.replace("\n    ", " ")
+
+
+def test_check_points_are_adjusted_as_new_ones(block, result):
+    check = block.control_points["role"] == "check"
+    moved = block.control_points.copy()
+    moved.loc[check, "easting"] += 10.0
+    other = es.densify(
+        replace(block, control_points=moved), es.Settings(method="simultaneous")
+    )
+    pd.testing.assert_frame_equal(other.points[POINTS], result.points[POINTS])
+
+
+def test_control_in_one_corner_holds_the_whole_block(block):
+    """In two steps the points beyond the one model with control are lost."""
+    control = block.control_points[block.control_points["role"] == "control"]
+    along = (control[POINTS] - control[POINTS].mean()).to_numpy() @ [1.0, 1.0]
+    few = control.iloc[np.argsort(along)[:4]]
+    found = es.densify(
+        replace(block, control_points=few, may_be_unmeasured=True),
+        es.Settings(method="simultaneous"),
+    )
+    assert len(found.points) == len(block.truth)
+    assert found.points["two_step_easting"].isna().sum() > 10
+    truth = block.truth.set_index("point_id").loc[found.points["point_id"], POINTS]
+    error = found.points[POINTS].to_numpy() - truth.to_numpy()
+    size = np.hypot(*error.T) / found.points["standard_error_total"]
+    assert np.sqrt(np.mean(size**2)) < 2.0
+
+
+def test_a_block_that_two_steps_cannot_do(block, monkeypatch):
+    def impossible(*_):
+        raise GeometryError("no model of the high flight is usable")
+
+    monkeypatch.setattr("einschalt.pipeline.densify._in_two_steps", impossible)
+    found = es.densify(block, es.Settings(method="simultaneous"))
+    assert found.two_step is None
+    assert len(found.points) == len(block.truth)
+    assert "The two-step way is not possible" in summarize(found)
+    assert "not possible" in render(found)
+
+
+def test_errors_of_unknown_size_give_no_standard_errors(block):
+    control = block.control_points.drop(columns="standard_error_m")
+    found = es.densify(
+        replace(block, control_points=control), es.Settings(method="simultaneous")
+    )
+    assert "standard_error_total" not in found.points
+    assert "no standard errors are given" in summarize(found).replace("\n    ", " ")
+    control = found.simultaneous.control
+    assert (control[["difference_easting", "difference_northing"]] == 0.0).all(
+        axis=None
+    )
+
+
+def test_residuals_of_control_can_be_distributed(block):
+    settings = es.Settings(
+        method="simultaneous", residual_distribution="natural_neighbour"
+    )
+    found = es.densify(block, settings)
+    control = found.points[found.points["role"] == "control"].set_index("point_id")
+    given = block.control_points.set_index("point_id").loc[control.index, POINTS]
+    np.testing.assert_allclose(control[POINTS], given, rtol=0, atol=1e-9)
+    assert "standard_error_total" not in found.points
+
+
+def test_names_that_both_flights_use_are_kept_apart(block):
+    """Both flights have a model 1/1 of coverage 1, and hold the same points."""
+    found = es.adjust_block(block)
+    both = found.models.groupby(["coverage", "model_id"])["flight"].nunique()
+    assert (both == 2).any()
+    renamed = block.high_flight.model_points.assign(
+        model_id="h" + block.high_flight.model_points["model_id"]
+    )
+    other = es.adjust_block(
+        replace(block, high_flight=replace(block.high_flight, model_points=renamed))
+    )
+    np.testing.assert_allclose(
+        other.points[POINTS], found.points[POINTS], rtol=0, atol=1e-8
+    )
+
+
+def test_covariances_of_control_are_used(block, adjusted):
+    n = len(block.control_points)
+    total = block.control_points["standard_error_m"].to_numpy() / np.sqrt(2.0)
+    same = with_control(
+        block,
+        standard_error_easting=total,
+        standard_error_northing=total,
+        covariance_en=np.zeros(n),
+    )
+    np.testing.assert_allclose(
+        es.adjust_block(same).points[POINTS], adjusted.points[POINTS], rtol=0, atol=1e-9
+    )
+    unequal = with_control(
+        block,
+        standard_error_easting=np.full(n, 1e-4),
+        standard_error_northing=np.full(n, 10.0),
+        covariance_en=np.zeros(n),
+    )
+    control = es.adjust_block(unequal).control
+    assert control["difference_easting"].abs().max() < 1e-3
+    assert control["difference_northing"].abs().max() > 0.01
+
+
+def test_repeated_settings_weigh_more(block):
+    low = block.low_flight.model_points
+    four = replace(block.low_flight, model_points=low.assign(n_settings=4))
+    half = replace(block.low_flight, m_g_um=block.low_flight.m_g_um / 2.0)
+    first = es.adjust_block(replace(block, low_flight=four))
+    second = es.adjust_block(replace(block, low_flight=half))
+    pd.testing.assert_frame_equal(first.points, second.points)
