@@ -61,8 +61,9 @@ class PrecisionTables(Result):
         """
         if self.errors is None:
             return pd.DataFrame(columns=["source", "standard_error_total", "share"])
-        is_new = (self.points["role"] == "new").to_numpy()
-        rows = is_new if is_new.any() else np.ones(len(is_new), dtype=bool)
+        new = self.points.loc[self.points["role"] == "new", "point_id"]
+        is_new = self.error_sources["point_id"].isin(new).to_numpy()
+        rows = is_new if is_new.any() else ~is_new
         mean = {n: np.mean(v[rows]) for n, v in self._variances_by_source().items()}
         variance = np.array(list(mean.values()))
         whole = variance.sum()

@@ -65,7 +65,8 @@ def _draw_block(axes, block):
 def _draw_classes(axes, result, block):
     """Columns of variance, from good points to bad."""
     table = result.error_sources
-    is_new = (result.points["role"] == "new").to_numpy()
+    new = result.points.loc[result.points["role"] == "new", "point_id"]
+    is_new = table["point_id"].isin(new)
     table = table[is_new] if is_new.any() else table
     table = table.sort_values("standard_error_total", kind="stable")
     n_classes = N_CLASSES if len(table) >= LEAST_POINTS else 1
