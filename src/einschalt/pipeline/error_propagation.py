@@ -11,6 +11,7 @@ from einschalt.stages.stage4_error_propagation import (
 )
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.propagation import selection
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 PLANE = [name for name, kind in KINDS.items() if len(kind.target) == 2]
@@ -74,6 +75,40 @@ def propagate_block(block, high, low, means):
     PropagatedErrors
         With the sources ``control``, ``high_flight`` and ``low_flight``.
     """
+    return _propagate(
+        block,
+        high,
+        low,
+        means.points["point_id"],
+        lambda n_low, n_axes: mean_operator(means, np.arange(n_low), n_low, n_axes),
+    )
+
+
+def propagate_values(block, high, low):
+    """Carry the same errors to the value of every point in every low-flight model.
+
+    Parameters
+    ----------
+    block : Block
+    high : ApproximateCoordinates
+    low : ModelTransformation
+
+    Returns
+    -------
+    PropagatedErrors
+        Row for row as the model points of the low flight; NaN in the rows of models
+        that are not usable.
+    """
+    return _propagate(
+        block,
+        high,
+        low,
+        block.low_flight.points_to_fit["point_id"],
+        lambda n_low, n_axes: selection(np.arange(n_low), n_low, n_axes),
+    )
+
+
+def _propagate(block, high, low, point_ids, final_operator):
     control, check = block.control_points, _check_ids(block)
     is_control = (control["role"] != "check").to_numpy()
     high_points = block.high_flight.points_to_fit
@@ -95,10 +130,10 @@ def propagate_block(block, high, low, means):
         GroundSources(np.flatnonzero(is_ground), n_approximate),
         is_conformal=is_conformal,
     )
-    final = mean_operator(means, np.arange(n_low), n_low, n_axes)
+    final = final_operator(n_low, n_axes)
     through_ground = (final, of_low.ground, approximate)
     return propagate(
-        means.points["point_id"].to_numpy(dtype=object),
+        point_ids.to_numpy(dtype=object),
         {
             "control": (*through_ground, of_high.ground),
             "high_flight": (*through_ground, of_high.measured),

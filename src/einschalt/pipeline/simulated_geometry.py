@@ -30,12 +30,14 @@ RANGES = {
     "jitter": Range(0, 0.49, "of the point spacing"),
     "high_scale_number": Range(500, 200_000),
     "low_scale_number": Range(500, 200_000),
-    "image_format": Range(0.01, 1, "metres", likely_slip=IN_MM),
-    "principal_distance": Range(0.01, 1, "metres", likely_slip=IN_MM),
+    "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM),
+    "image_format_across": Range(0.002, 1, "metres", likely_slip=IN_MM),
+    "principal_distance": Range(0.002, 1, "metres", likely_slip=IN_MM),
     "forward_overlap": Range(0.5, 0.95, "of the image format"),
     "side_overlap": Range(0, 0.9, "of the image format"),
     "unusable_rim": Range(0, 0.1, "metres", likely_slip=IN_MM),
     "n_coverages": Range(1, 4, is_whole=True),
+    "coverage_shift": Range(0, 1, "of a base"),
     "n_check": Range(0, MOST_POINTS, is_whole=True),
     "least_points_per_model": Range(3, 1000, is_whole=True),
     "mean_height": Range(-500, 9000, "metres"),
@@ -60,7 +62,9 @@ class BlockGeometry:
     high_scale_number, low_scale_number : float
         Denominators of the image scales.
     image_format, principal_distance : float
-        Side of the square image, and the camera's principal distance [m].
+        Side of the image along the strip, and the camera's principal distance [m].
+    image_format_across : float, optional
+        Side of the image across the strip; None is a square image [m].
     forward_overlap, side_overlap : float
         Of consecutive images, and of neighbouring strips; a little more where equal
         bases keep the centre of every model on the block.
@@ -69,6 +73,9 @@ class BlockGeometry:
     n_coverages : int
         How often each flight covers the block; coverage k is shifted by k/n of a base
         and of a strip distance against the first.
+    coverage_shift : float, optional
+        In place of 1/n: how far each coverage is shifted against the one before. 0
+        flies the same models again.
     high_cross_flight, low_cross_flight : bool
         Whether every second coverage is flown across the others, northward.
     control_per_model : {5, 9}
@@ -138,10 +145,13 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     measurement: str = "machine"
     transformation: str | None = None
     camera_tilt: float = 0.01
+    image_format_across: float | None = None
+    coverage_shift: float | None = None
 
     def __post_init__(self):
         """Check every value, then what they give together."""
-        problems = problems_in(self, RANGES)
+        given = {n: r for n, r in RANGES.items() if getattr(self, n) is not None}
+        problems = problems_in(self, given)
         problems += self._problems_of_choice()
         raise_problems(problems)
         raise_problems([*self._problems_of_size(), *self._problems_of_gaps()])
@@ -154,13 +164,25 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     @property
     def image_strip_distance(self):
         """Distance of neighbouring strips, in the image plane [m]."""
-        return round((1.0 - self.side_overlap) * self.image_format, 12)
+        return round((1.0 - self.side_overlap) * self.across, 12)
+
+    @property
+    def across(self):
+        """Side of the image across the strip [m]."""
+        given = self.image_format_across
+        return self.image_format if given is None else given
+
+    @property
+    def shift(self):
+        """Shift of each coverage against the one before, in bases."""
+        given = self.coverage_shift
+        return 1.0 / self.n_coverages if given is None else given
 
     @property
     def usable_model(self):
         """Measurable extent of a model along and across its strip, image plane [m]."""
         along = self.forward_overlap * self.image_format - 2.0 * self.unusable_rim
-        across = self.image_format - 2.0 * self.unusable_rim
+        across = self.across - 2.0 * self.unusable_rim
         return along, across
 
     @property
@@ -245,11 +267,11 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
 
     def _problems_of_gaps(self):
         along, across = self.usable_model
-        rims = 2.0 * self.unusable_rim / self.image_format
+        rims = 2.0 * self.unusable_rim
         for name, least, size, step, where, between in (
             (
                 "forward_overlap",
-                (1.0 + rims) / 2.0,
+                (1.0 + rims / self.image_format) / 2.0,
                 along,
                 self.image_base,
                 "along",
@@ -257,7 +279,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
             ),
             (
                 "side_overlap",
-                rims,
+                rims / self.across,
                 across,
                 self.image_strip_distance,
                 "across",

@@ -344,7 +344,7 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
 
 def _lay_raster(geometry, scale_number, coverage, is_across):
     extent = geometry.half_extent[::-1] if is_across else geometry.half_extent
-    shift = coverage / geometry.n_coverages
+    shift = coverage * geometry.shift
     axes = [
         _lay_axis(extent[axis], scale_number * size / 2.0, scale_number * step, shift)
         for axis, (size, step) in enumerate(

@@ -272,9 +272,10 @@ def _photograph(flight, coverage):
     """Names and true image coordinates of one coverage's photographs."""
     geometry, layout, ground = flight.geometry, flight.layout, flight.ground
     raster = layout.rasters[coverage].images()
-    half_format = geometry.image_format / 2.0 - geometry.unusable_rim
+    sides = np.array([geometry.image_format, geometry.across])
+    half_format = sides / 2.0 - geometry.unusable_rim
     reach = TILT_MARGIN * layout.scale_number * half_format
-    image, point = raster.holding(ground.position, (reach, reach))
+    image, point = raster.holding(ground.position, reach)
     centres = raster.centres()
     tilt = geometry.camera_tilt * flight.streams["setting"].standard_normal(
         (len(centres), 3)

@@ -1,0 +1,189 @@
+"""A planned block in its planner's words, as geometry and noise of a simulation."""
+
+from dataclasses import dataclass
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning_arguments import checked_number, planned_model
+from einschalt.pipeline.simulated_geometry import BlockGeometry
+from einschalt.pipeline.simulated_noise import BlockNoise
+from einschalt.theory.precision_planning import planned_precision
+
+# as at Neukirchen: 1:15000 above 1:8000, and settings that are not repeated
+HIGH_OVER_LOW_SCALE = 15_000 / 8_000
+HIGH_OVER_LOW_M_G = 1.5
+RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
+HIGH_FOOTPRINTS = 3.0
+LEAST_ROWS, MOST_ROWS = 16, 70
+LEAST_POINTS_PER_MODEL = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightDesign:
+    """Two flights that are planned: what is to be decided, and what is at hand.
+
+    Attributes
+    ----------
+    scale_number : float
+        Of the low flight.
+    spacing : float
+        Mean distance of points [m].
+    m_g_um : float
+        TOTAL error of a point measured in the low flight, image plane [µm].
+    kind : {"affine", "helmert", "rigid"}
+        Transformation of the models of both flights.
+    image_format : float or tuple of float
+        Side of the image, or its sides along and across the strip [m].
+    principal_distance : float
+        [m]
+    forward_overlap, side_overlap : float
+    n_coverages : int
+        Of both flights, 1 to 4.
+    coverage_shift : float, optional
+        Shift of a coverage against the one before, in bases; 1/n_coverages where left
+        out.
+    high_scale_number, high_m_g_um : float, optional
+        Of the high flight; where left out 1.875 and 1.5 times those of the low flight,
+        as at Neukirchen.
+    control_standard_error : float
+        TOTAL error of terrestrial control [m].
+    control_per_model : {5, 9}
+        In each model of the high flight.
+    width, height : float, optional
+        Extent of the area [m]; where left out enough for three high-flight images.
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible, or the models would leave gaps.
+    """
+
+    scale_number: float
+    spacing: float
+    m_g_um: float
+    kind: str = "affine"
+    image_format: float | tuple[float, float] = 0.23
+    principal_distance: float = 0.152
+    forward_overlap: float = 0.60
+    side_overlap: float = 0.30
+    n_coverages: int = 2
+    coverage_shift: float | None = None
+    high_scale_number: float | None = None
+    high_m_g_um: float | None = None
+    control_standard_error: float = 0.03
+    control_per_model: int = 5
+    width: float | None = None
+    height: float | None = None
+
+    def __post_init__(self):
+        """Check the values that the simulation does not know by these names."""
+        for name in ("scale_number", "spacing", "m_g_um", "principal_distance"):
+            checked_number(name, getattr(self, name))
+        for name, value in (
+            ("scale_number", self.high_scale_number),
+            ("m_g_um", self.high_m_g_um),
+        ):
+            if value is not None:
+                checked_number(name, value)
+        if self.scale_of_high_flight <= self.scale_number:
+            raise SettingsError(
+                f"high_scale_number = {self.scale_of_high_flight:g}, with a low flight "
+                f"of {self.scale_number:g}",
+                expected="a high flight of a smaller image scale",
+                remedy="Give the larger denominator to the high flight",
+            )
+        self.geometry()
+        self.noise()
+
+    @property
+    def model(self):
+        """The planned model of the low flight, its edge by the rule of 1971."""
+        return planned_model(
+            self.kind,
+            "kovarik",
+            self.image_format,
+            self.forward_overlap,
+            self.side_overlap,
+        )
+
+    @property
+    def scale_of_high_flight(self):
+        """Scale number of the high flight, where None has been replaced."""
+        if self.high_scale_number is not None:
+            return float(self.high_scale_number)
+        return HIGH_OVER_LOW_SCALE * self.scale_number
+
+    @property
+    def extent(self):
+        """Width and height of the area, where None has been replaced [m]."""
+        footprint = self.scale_of_high_flight * max(self.model.image_format)
+        usual = min(
+            max(HIGH_FOOTPRINTS * footprint, LEAST_ROWS * self.spacing),
+            MOST_ROWS * self.spacing,
+        )
+        return tuple(
+            usual if given is None else float(given)
+            for given in (self.width, self.height)
+        )
+
+    def geometry(self) -> BlockGeometry:
+        """Return the layout of both flights over the area.
+
+        Returns
+        -------
+        BlockGeometry
+        """
+        along, across = self.model.image_format
+        width, height = self.extent
+        return BlockGeometry(
+            width=width,
+            height=height,
+            point_spacing=float(self.spacing),
+            high_scale_number=self.scale_of_high_flight,
+            low_scale_number=float(self.scale_number),
+            image_format=along,
+            image_format_across=across,
+            principal_distance=float(self.principal_distance),
+            forward_overlap=float(self.forward_overlap),
+            side_overlap=float(self.side_overlap),
+            unusable_rim=min(along, across) * RIM_OVER_SIDE,
+            n_coverages=self.n_coverages,
+            coverage_shift=self.coverage_shift,
+            control_per_model=self.control_per_model,
+            least_points_per_model=LEAST_POINTS_PER_MODEL,
+            transformation=self.kind,
+        )
+
+    def noise(self) -> BlockNoise:
+        """Return the errors of control and measurements.
+
+        Returns
+        -------
+        BlockNoise
+        """
+        given = self.high_m_g_um
+        return BlockNoise(
+            control_standard_error=float(self.control_standard_error),
+            high_m_g_um=HIGH_OVER_LOW_M_G * self.m_g_um if given is None else given,
+            low_m_g_um=float(self.m_g_um),
+        )
+
+    def after_kovarik(self, m_0):
+        """Precision after Kovarik's formula and edge.
+
+        Parameters
+        ----------
+        m_0 : float
+            TOTAL error of the approximate coordinates [m].
+
+        Returns
+        -------
+        PlannedPrecision
+        """
+        return planned_precision(
+            self.scale_number,
+            self.spacing,
+            m_0,
+            self.m_g_um * METRES_PER_UM,
+            self.model,
+        )
