@@ -174,7 +174,7 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
         p = np.where(is_suspect | np.isnan(tests.p_value), np.inf, tests.p_value)
         n_tested = int(np.isfinite(p).sum())
         worst = int(np.argmin(p))
-        if not p[worst] * n_tested <= significance:
+        if n_tested == 0 or p[worst] * n_tested > significance:
             break
         is_suspect[worst] = True
         observations = solution.observations
