@@ -192,12 +192,35 @@ def densify_many(
         blocks = find_blocks(blocks, output)
     given = settings.model_dump() if isinstance(settings, Settings) else settings or {}
     Settings(**given)  # before the work
-    engine = LocalEngine(workers, memory_gb=memory_gb)
-    if scheduler is not None:
-        engine = DaskEngine(scheduler)
+    engine = chosen_engine(scheduler, workers, memory_gb)
     with batch_folder(output) as folder:
         plan = plan_batch(blocks, folder, given=given, which=which)
         return run_batch(plan, engine, progress=progress)
+
+
+def chosen_engine(scheduler=None, workers=None, memory_gb=None):
+    """Engine of a cluster where a scheduler is named, else of this computer.
+
+    Parameters
+    ----------
+    scheduler : str, optional
+        Address of a Dask scheduler, tcp://host:port.
+    workers : int, optional
+        Processes on this computer, one per core where left out.
+    memory_gb : float, optional
+        What each of them may use [GB].
+
+    Returns
+    -------
+    Engine
+
+    Raises
+    ------
+    SettingsError
+        A number that is not allowed.
+    """
+    engine = LocalEngine(workers, memory_gb=memory_gb)
+    return engine if scheduler is None else DaskEngine(scheduler)
 
 
 def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):

@@ -85,3 +85,14 @@ def test_values_out_of_range_are_said(option, value, says, invoke, tmp_path):
     assert shown.exit_code == 2
     assert says in shown.stderr
     assert "Traceback" not in shown.stderr
+
+
+def test_repetitions_set_truth_against_claim(invoke, tmp_path):
+    options = ["--preset", "demo", "--repeat", "2", "--workers", "1", "--seed", "3"]
+    said = invoke("simulate", "--output", tmp_path / "out", *options)
+    assert said.exit_code == 0
+    assert said.stdout.startswith(
+        "2 repetitions, new points (total, RMS)\n  true error"
+    )
+    text = (tmp_path / "out" / "repetitions.csv").read_text(encoding="utf-8")
+    assert [line.split(",")[0] for line in text.splitlines()] == ["seed", "3", "4"]

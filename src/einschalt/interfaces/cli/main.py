@@ -42,6 +42,7 @@ COMMANDS = {
         "einschalt simulate --output out/simulated",
         "einschalt simulate --output out/simulated --preset demo --seed 7",
         "einschalt simulate --output out/blunders --gross-errors 0.01",
+        "einschalt simulate --output out/truth --repeat 20 --high-scale 12000",
         "einschalt simulate --output out/film --film-affinity 2e-4 --n-check 50",
     ),
     transform: (

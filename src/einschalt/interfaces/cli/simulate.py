@@ -72,14 +72,46 @@ def simulate(
     gross_errors: _noise(float, "share of measured points, both flights.") = None,
     gross_error_um: _noise(float, "size of a gross error in the image [µm].") = None,
     network_strain: _noise(float, "largest strain of given coordinates [m].") = None,
+    repeat: Annotated[
+        int | None,
+        typer.Option(
+            show_default=False,
+            help="Repetitions: simulate and compute so many blocks, and set the "
+            "claimed precision against the true one.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            show_default="one per core", help="Repetitions: processes at a time."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            show_default="this computer",
+            help="Repetitions: Dask scheduler, tcp://host:port.",
+        ),
+    ] = None,
 ):
     """Simulate a block whose true coordinates are known.
 
     Writes a block folder that check and densify read, and truth.csv beside it. What
-    is left out of geometry and noise is that of the preset.
+    is left out of geometry and noise is that of the preset. With --repeat nothing but
+    repetitions.csv is written: for each seed the true error of the new points, and the
+    error that is claimed.
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.interfaces.files.atomic import make_folder  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
+        write_table,
+    )
+    from einschalt.pipeline.repetitions import (  # noqa: PLC0415
+        Experiment,
+        repeat_simulation,
+        summarize_repetitions,
+    )
     from einschalt.pipeline.simulation import PRESETS  # noqa: PLC0415
 
     geometry = {
@@ -106,12 +138,17 @@ def simulate(
         "low_gross_error_um": gross_error_um,
         "network_strain": network_strain,
     }
-    block = python_api.simulate_block(
-        preset,
-        seed=seed,
-        geometry=replace(PRESETS[preset].geometry, **_given(geometry)),
-        noise=replace(PRESETS[preset].noise, **_given(noise)),
-    )
+    geometry = replace(PRESETS[preset].geometry, **_given(geometry))
+    noise = replace(PRESETS[preset].noise, **_given(noise))
+    if repeat is not None:
+        experiment = Experiment(preset, geometry, noise)
+        engine = python_api.chosen_engine(scheduler, workers)
+        table = repeat_simulation(experiment, repeat, engine, first_seed=seed)
+        write_table(table, make_folder(output) / "repetitions.csv")
+        tell(summarize_repetitions(table))
+        tell(f"Every repetition in {output / 'repetitions.csv'}")
+        return
+    block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output)
     tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
     tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
