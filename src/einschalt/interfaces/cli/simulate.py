@@ -103,15 +103,6 @@ def simulate(
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
-    from einschalt.interfaces.files.atomic import make_folder  # noqa: PLC0415
-    from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
-        write_table,
-    )
-    from einschalt.pipeline.repetitions import (  # noqa: PLC0415
-        Experiment,
-        repeat_simulation,
-        summarize_repetitions,
-    )
     from einschalt.pipeline.simulation import PRESETS  # noqa: PLC0415
 
     geometry = {
@@ -141,17 +132,32 @@ def simulate(
     geometry = replace(PRESETS[preset].geometry, **_given(geometry))
     noise = replace(PRESETS[preset].noise, **_given(noise))
     if repeat is not None:
-        experiment = Experiment(preset, geometry, noise)
         engine = python_api.chosen_engine(scheduler, workers)
-        table = repeat_simulation(experiment, repeat, engine, first_seed=seed)
-        write_table(table, make_folder(output) / "repetitions.csv")
-        tell(summarize_repetitions(table))
-        tell(f"Every repetition in {output / 'repetitions.csv'}")
+        _repeat((preset, geometry, noise), repeat, seed, engine, output)
         return
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output)
     tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
     tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
+
+
+def _repeat(simulated, count, seed, engine, output):
+    """Simulate and compute so many blocks, and write what is true and claimed."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces.files.atomic import make_folder  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
+        write_table,
+    )
+    from einschalt.pipeline.repetitions import (  # noqa: PLC0415
+        Experiment,
+        repeat_simulation,
+        summarize_repetitions,
+    )
+
+    table = repeat_simulation(Experiment(*simulated), count, engine, first_seed=seed)
+    write_table(table, make_folder(output) / "repetitions.csv")
+    tell(summarize_repetitions(table))
+    tell(f"Every repetition in {output / 'repetitions.csv'}")
 
 
 def _given(options):
