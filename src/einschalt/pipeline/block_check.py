@@ -383,7 +383,9 @@ class _Check:
         has_ground = is_among(table["point_id"], known)
         model = row_codes([table[name] for name in MODEL_KEY])
         is_first = ~pd.Series(model).duplicated().to_numpy()
-        common = np.bincount(model[has_ground], minlength=model.max() + 1)[model]
+        common = np.bincount(model[has_ground], minlength=model.max(initial=0) + 1)[
+            model
+        ]
         kind = KINDS.get(self.checked[flight_name].transformation)
         least = kind.least_points if kind else 1
         is_lost = is_first & (common < least)

@@ -83,9 +83,10 @@ class DensificationResult(PrecisionTables):
         w, p_value, is_suspect (of the joint test of both coordinates).
     orientations : DataFrame
         flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],
-        is_converged, verdict (on the dangerous surface: safe, weak, critical),
-        inflation, reason, m_g_intersection_um, m_g_orientation_um, then the elements;
-        no rows where nothing was oriented.
+        is_converged, is_ambiguous (another orientation fits as well), verdict (on the
+        dangerous surface: safe, weak, critical), inflation, reason,
+        m_g_intersection_um, m_g_orientation_um, then the elements; no rows where
+        nothing was oriented.
     orientation_residuals : DataFrame
         flight, coverage, model_id, point_id, then the residuals of stage 2 [mm] and,
         of images, weight, w, p_value, is_suspect; no rows where nothing was oriented.

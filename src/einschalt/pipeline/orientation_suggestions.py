@@ -1,12 +1,18 @@
 """Suggestions on relative orientations: no convergence, dangerous surfaces."""
 
 import numpy as np
+from scipy.special import chdtrc
 
-from einschalt.foundations.typesetting import count, fixed, names, shortened
+from einschalt.foundations.typesetting import count, fixed, length, names, shortened
+from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
+from einschalt.stages.stage3_model_transformation import transform_models
 
 MEASURE_ELSEWHERE = "Measure points in them that lie higher or lower, or farther apart"
 WORST_FIRST = ("critical", "weak")
+LARGE_SIGMA = 3.0
+# m_0 with corrections over m_0 without: of the wrong sign they double what they mend
+SPOILT = 1.2
 
 
 def orientations_without_convergence(result):
@@ -46,6 +52,91 @@ def models_near_a_dangerous_surface(result):
         f"Relative orientation near a dangerous surface: {', '.join(parts)}; omega is "
         f"{known}",
         MEASURE_ELSEWHERE,
+    )
+
+
+def ambiguous_orientations(result):
+    """Pairs whose points do not tell two orientations apart."""
+    rows = result.orientations
+    if rows.empty or not rows["is_ambiguous"].any():
+        return None
+    open_ones = rows[(rows["is_ambiguous"] & rows["is_converged"]).astype(bool)]
+    if open_ones.empty:
+        return None
+    return Suggestion(
+        f"{count(len(open_ones), 'model')} with a second relative orientation that "
+        f"fits about as well: {_models(open_ones)}; the one nearer to the normal case "
+        "was taken",
+        "Measure more points in them, at different heights",
+    )
+
+
+def orientations_with_large_sigma_0(result):
+    """Models whose relative orientation fits far worse than those of their flight."""
+    rows = result.orientations
+    if rows.empty:
+        return None
+    sigma_0 = rows["sigma_0"].astype(float)
+    usual = sigma_0.groupby(rows["flight"]).transform("median")
+    # one redundant observation says little: a large one may be chance
+    p_value = chdtrc(rows["redundancy"], rows["redundancy"] * (sigma_0 / usual) ** 2)
+    is_large = (sigma_0 > LARGE_SIGMA * usual) & (p_value * len(rows) < SIGNIFICANCE)
+    if not is_large.any():
+        return None
+    largest = sigma_0[is_large].max() * METRES_PER_MM
+    return Suggestion(
+        f"{count(int(is_large.sum()), 'model')} with sigma_0 of the relative "
+        f"orientation more than 3 times the median of the flight: "
+        f"{_models(rows[is_large])}; up to {length(largest)}",
+        "Look for gross errors in their image coordinates or y-parallaxes",
+    )
+
+
+def corrections_that_spoil(result):
+    """Flights whose models fit better without the correction by y-parallaxes."""
+    for name, flight in result.block.flights.items():
+        fit = result.low if name == "low_flight" else result.high.transformation
+        if flight.y_parallaxes is None:
+            continue
+        ground = _ground(result, name)
+        without = transform_models(flight.points_to_fit, ground, flight.transformation)
+        if not fit.m_0_plan > SPOILT * without.m_0_plan:
+            continue
+        return Suggestion(
+            f"The corrections by y-parallaxes make the {name.replace('_', ' ')} fit "
+            f"worse: m_0 {length(fit.m_0_plan)}, without them "
+            f"{length(without.m_0_plan)}",
+            "Turn the sign of y_parallax: y of the moved bundle less y of the fixed "
+            "one (see orientation_case)",
+        )
+    return None
+
+
+def _ground(result, flight):
+    control = result.block.control_points
+    if flight == "high_flight":
+        return control[control["role"] == "control"]
+    points = result.approximations
+    if control is None:
+        return points
+    check = control.loc[control["role"] == "check", "point_id"]
+    return points[~points["point_id"].isin(check)]
+
+
+def models_upside_down(result):
+    """Spatial models that had to be turned over: mirror images of flat terrain."""
+    models = result.models
+    if not {"omega", "phi"} <= set(models.columns):
+        return None
+    models = models[models["is_usable"].astype(bool)]
+    angles = models[["omega", "phi"]].astype(float)
+    over = models[np.cos(angles["omega"]) * np.cos(angles["phi"]) < 0.0]
+    if over.empty:
+        return None
+    return Suggestion(
+        f"{count(len(over), 'spatial model')} upside down: {_models(over)}",
+        "Turn the sign of x or y in their image or model coordinates: x to the right, "
+        "y upwards, z upwards",
     )
 
 

@@ -17,8 +17,12 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.orientation_suggestions import (
+    ambiguous_orientations,
+    corrections_that_spoil,
     image_points_that_contradict,
     models_near_a_dangerous_surface,
+    models_upside_down,
+    orientations_with_large_sigma_0,
     orientations_without_convergence,
 )
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
@@ -54,6 +58,10 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         orientations_without_convergence(result),
         models_near_a_dangerous_surface(result),
         image_points_that_contradict(result),
+        ambiguous_orientations(result),
+        orientations_with_large_sigma_0(result),
+        corrections_that_spoil(result),
+        models_upside_down(result),
         check_differences(result),
         control_differences(result),
         shifted_block(result),

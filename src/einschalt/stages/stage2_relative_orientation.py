@@ -34,6 +34,7 @@ ORIENTATION_COLUMNS = [
     "redundancy",
     "sigma_0",
     "is_converged",
+    "is_ambiguous",
     *SURFACE_COLUMNS,
     *MEASURING_ERRORS,
 ]
@@ -50,6 +51,7 @@ class RelativeOrientation(Result):
         where it is transformed rigidly; from images in mm at image scale.
     orientations : DataFrame
         coverage, model_id, case, n_points, redundancy, sigma_0 [mm], is_converged,
+        is_ambiguous (another orientation fits its image coordinates about as well),
         verdict (safe, weak, critical), inflation (standard error of omega over that on
         flat terrain), reason (empty where safe), m_g_intersection_um (from images, NaN
         otherwise), m_g_orientation_um (what an affine transformation leaves of the
@@ -233,6 +235,7 @@ def _orientations(oriented, is_converged, measuring_error):
             "redundancy": oriented.redundancy.to_numpy(),
             "sigma_0": oriented.sigma_0.to_numpy(),
             "is_converged": is_converged.to_numpy(),
+            "is_ambiguous": models.get("is_ambiguous", is_converged & False).to_numpy(),
         }
     )
     surfaces = oriented.dangerous_surface.reset_index(drop=True)
