@@ -64,8 +64,7 @@ def run():
 def _round(root, number):
     """Seconds per block: one worker, two workers, in one process without a batch."""
     one, two = (_batch(root, f"{number}-{n}", n) for n in (1, 2))
-    (alone,) = LocalEngine(1).answers(_alone, [root])
-    return one, two, alone.value
+    return one, two, _alone(root)
 
 
 def _batch(root, name, n_workers):

@@ -18,6 +18,7 @@ from tempfile import TemporaryDirectory
 
 import einschalt as es
 from benchmarks.result_trees import tree
+from einschalt.interfaces.batch.batch_run import MARKS
 
 N_BLOCKS = 8
 N_KILLS = 50
@@ -174,7 +175,7 @@ def disturb(setting, start, n_kills):
             if not run.has_finished(setting.rng.uniform(SHORTEST, setting.seconds)):
                 _kill_one(run, setting)
             # one that lost a worker goes on, one that lost its scheduler says so
-            if run.has_finished(setting.seconds):
+            if run.has_finished(setting.seconds) or _was_killed_too_late(setting):
                 compare(setting)
                 shutil.rmtree(setting.output)
         finally:
@@ -185,6 +186,12 @@ def disturb(setting, start, n_kills):
     finally:
         run.end()
     compare(setting)
+
+
+def _was_killed_too_late(setting):
+    """Whether the batch had come to its end before it was killed."""
+    has_table = (setting.output / "blocks.html").exists()
+    return has_table and not (setting.output / MARKS).exists()
 
 
 def _kill_one(run, setting):
@@ -210,7 +217,8 @@ def compare(setting):
     calm, disturbed = tree(setting.calm), tree(setting.output)
     assert set(calm) == set(disturbed), set(calm) ^ set(disturbed)
     different = [name for name in calm if calm[name] != disturbed[name]]
-    assert not different, different
+    first = next(iter(different), None)
+    assert not different, f"{different}: {disturbed[first]} instead of {calm[first]}"
     setting.n_ends += 1
 
 
