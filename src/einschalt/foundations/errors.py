@@ -10,7 +10,10 @@ facts that stay readable as attributes::
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+from einschalt.foundations.typesetting import shortened
+
 MOST_NAMED = 5
+LONGEST_NAME = 60  # characters of a name in a message
 
 
 class EinschaltError(Exception):
@@ -28,6 +31,8 @@ class EinschaltError(Exception):
         Where. ``row`` is the line of the file (the header is line 1).
     stage : str, optional
         The stage of the pipeline in which it came up.
+    section, key : str, optional
+        Where in block.toml: they are said in ``found``, and give the row.
     stands_for : int, optional
         How many faults it stands for, where they were counted and not listed.
     """
@@ -43,6 +48,8 @@ class EinschaltError(Exception):
         point=None,
         model=None,
         stage=None,
+        section=None,
+        key=None,
         stands_for=1,
     ):
         self.found = found
@@ -53,6 +60,8 @@ class EinschaltError(Exception):
         self.point = None if point is None else str(point)
         self.model = None if model is None else str(model)
         self.stage = stage
+        self.section = section
+        self.key = key
         self.stands_for = stands_for
         super().__init__(self._text())
 
@@ -62,8 +71,8 @@ class EinschaltError(Exception):
         parts = [
             self.file,
             None if self.row is None else f"row {self.row}",
-            None if self.point is None else f"point {self.point}",
-            None if self.model is None else f"model {self.model}",
+            None if self.point is None else f"point {_short(self.point)}",
+            None if self.model is None else f"model {_short(self.model)}",
         ]
         return ", ".join(part for part in parts if part)
 
@@ -175,14 +184,14 @@ def name_some(names: Iterable[str], most: int = MOST_NAMED) -> str:
     'a, b and 1 more'
     """
     names = [str(name) for name in names]
-    shown = ", ".join(names[:most])
+    shown = ", ".join(_short(name) for name in names[:most])
     rest = len(names) - most
     return f"{shown} and {rest} more" if rest > 0 else shown
 
 
+def _short(name):
+    return shortened(name, LONGEST_NAME)
+
+
 class EinschaltWarning(UserWarning):
     """Something that the user should know, although the result stands."""
-
-
-class WeakGeometryWarning(EinschaltWarning):
-    """A result stands on a weak figure of points."""

@@ -2,8 +2,11 @@
 
 import re
 
-import numpy as np
+from einschalt.foundations.typesetting import shortened
 
+LARGEST_NUMBER = 1e30  # nothing measured is larger, and its square is a number
+MOST_BITS = 1000
+MOST_SHOWN = 60
 MEND = "Give a value or delete the row"
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
@@ -30,11 +33,19 @@ def say_number(value, unit, *, is_positive=False):
     ("'1.234,5' has separators of thousands", 'metres', 'Write 1234.5')
     """
     expected = f"{'positive ' if is_positive else ''}{unit}"
-    text = "" if value is None else str(value).strip().replace("<NA>", "")
+    text = "" if value is None else _said(value)
+    text = shortened(text, MOST_SHOWN) if len(text) > MOST_SHOWN else text
     if not isinstance(value, str) and text in ("nan", "NaT"):  # how pandas leaves out
         text = ""
     found, remedy = _fault(text)
     return found, expected, remedy
+
+
+def _said(value):
+    """What stands in a cell; long whole numbers are none that Python would write."""
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:
+        return f"{'-' if value < 0 else ''}1e{round(0.30103 * value.bit_length())}"
+    return str(value).strip().replace("<NA>", "")
 
 
 def _fault(text):
@@ -45,8 +56,8 @@ def _fault(text):
     if text.lower().lstrip("+-") in ("inf", "infinity"):
         return f"{text!r} is infinite", MEND
     if is_number(text):
-        is_finite = np.isfinite(float(text))
-        return f"{text!r} is {'not positive' if is_finite else 'too large'}", MEND
+        is_small = abs(float(text)) <= LARGEST_NUMBER
+        return f"{text!r} is {'not positive' if is_small else 'too large'}", MEND
     return _separators(text) or (f"{text!r} is not a number", MEND)
 
 

@@ -7,8 +7,11 @@ authority: Austrian systems list the northing first.
 import numpy as np
 import pyproj
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import ProjectionError
 
+NAMES = str | int | pyproj.CRS  # what may name a system
+CODE_BITS = 32
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
@@ -30,22 +33,35 @@ def read_crs(text):
         It is unknown, or it is not a plane system in metres.
     """
     try:
-        crs = pyproj.CRS.from_user_input(text)
-    except pyproj.exceptions.CRSError as error:
+        crs = pyproj.CRS.from_user_input(_utf8(text))
+    except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
         raise ProjectionError(
-            f"crs = {text!r} is unknown",
+            f"crs = {described(text)} is unknown",
             expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
             remedy="Look the code up, or leave crs out for a local system",
         ) from error
     is_plane = not crs.is_geographic and not crs.is_geocentric
     units = {axis.unit_name for axis in crs.axis_info[:2]}
     if not is_plane or (units and units != {"metre"}):
+        axes = ", ".join(sorted(units))
         raise ProjectionError(
-            f"crs = {text!r} ({crs.name}) has axes in {', '.join(sorted(units))}",
+            f"crs = {described(text)} ({crs.name}) has axes in {axes}",
             expected="a plane system in metres",
             remedy="Name the projected system of the coordinates",
         )
     return crs
+
+
+def _utf8(name):
+    """Pass on what names a system, and nothing that PROJ would choke on."""
+    if not isinstance(name, NAMES) or isinstance(name, bool):
+        raise pyproj.exceptions.CRSError(f"{type(name).__name__} names no system")
+    if isinstance(name, int) and name.bit_length() > CODE_BITS:
+        raise pyproj.exceptions.CRSError("no authority has so long a code")
+    # the library ends at a NUL, and takes what stands before it
+    if isinstance(name, str) and "\0" in name:
+        raise pyproj.exceptions.CRSError("NUL in the name")
+    return name
 
 
 def crs_name(crs):

@@ -4,19 +4,24 @@ A check never stops at the first fault: it returns a :class:`CheckedTable` with 
 table as far as it could be understood, every problem, and notes on what was ignored.
 """
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
+from datetime import date
 from difflib import get_close_matches
 from numbers import Number
 
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.name_columns import row_codes
 from einschalt.foundations.names import Coded, encode
-from einschalt.foundations.number_texts import say_number
+from einschalt.foundations.number_texts import LARGEST_NUMBER, say_number
 
 MOST_LISTED = 100  # faults of one column said one by one; the others are counted
+MODEL_UNIT = "millimetres"  # unless a flight says another
+LARGEST_BITS = 1000  # of a whole number that a float can hold
 LINE = "line"  # name of an index that holds lines of a text file, header = line 1
 
 
@@ -64,6 +69,13 @@ class Schema:
         """Return the same schema in which some columns must be given."""
         columns = tuple(
             replace(c, is_required=True) if c.name in names else c for c in self.columns
+        )
+        return replace(self, columns=columns)
+
+    def in_unit(self, unit):
+        """Return the same schema with other words for the unit of model lengths."""
+        columns = tuple(
+            replace(c, unit=unit) if c.unit == MODEL_UNIT else c for c in self.columns
         )
         return replace(self, columns=columns)
 
@@ -231,6 +243,9 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
         others in ``stands_for``.
     """
     source = source or schema.name
+    unfit = _unfit(frame, schema, source)
+    if unfit is not None:
+        return CheckedTable(pd.DataFrame(), (unfit,))
     frame = frame.rename(columns=str)
     problems = _check_columns(frame, schema, source)
     if frame.empty:
@@ -258,6 +273,23 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     return CheckedTable(checked, tuple(problems), tuple(notes), coded)
 
 
+def _unfit(frame, schema, source):
+    """Say what is no table with one row of column names; None where it is one."""
+    if isinstance(frame, pd.DataFrame) and frame.columns.nlevels == 1:
+        return None
+    columns = ", ".join(c.name for c in schema.columns if c.is_required)
+    if isinstance(frame, pd.DataFrame):
+        found = f"the column names have {frame.columns.nlevels} levels"
+        remedy = "Take one level: table.columns = table.columns.get_level_values(0)"
+        return TableError(found, expected=columns, remedy=remedy, file=source)
+    return TableError(
+        f"{described(frame)} is no table",
+        expected=f"a DataFrame with the columns {columns}",
+        remedy="Write pandas.DataFrame(…)",
+        file=source,
+    )
+
+
 def _empty(source):
     return TableError(
         "the table has no rows",
@@ -272,7 +304,7 @@ def _check_columns(frame, schema, source):
     missing = [c.name for c in schema.columns if c.is_required and c.name not in names]
     header = 1 if frame.index.name == LINE else None
     problems = [_missing_column(n, names, schema, source, header) for n in missing]
-    doubled = sorted({name for name in names if names.count(name) > 1})
+    doubled = sorted(name for name, n in Counter(names).items() if n > 1)
     problems += [
         TableError(
             f"column '{name}' stands twice",
@@ -374,7 +406,7 @@ def _cell(frame, name, place):
 
 def _numbers(raw, column):
     values = _to_float(raw)
-    is_bad = ~np.isfinite(values)
+    is_bad = ~(np.abs(values) <= LARGEST_NUMBER)
     if column.may_be_missing and is_bad.any():
         is_bad &= ~(raw.isna() | (raw.astype(str).str.strip() == "")).to_numpy()
     if column.is_positive:
@@ -387,12 +419,22 @@ def _numbers(raw, column):
 
 
 def _to_float(raw):
-    is_measure = pd.api.types.is_numeric_dtype(raw)
-    if pd.api.types.is_bool_dtype(raw) or not (is_measure or _is_textual(raw)):
-        return np.full(len(raw), np.nan)  # pandas would count True as 1, dates as ns
+    # pandas would count True as 1, dates as ns, and leave out what is imaginary
+    is_other = pd.api.types.is_bool_dtype(raw) or pd.api.types.is_complex_dtype(raw)
+    if is_other or not (pd.api.types.is_numeric_dtype(raw) or _is_textual(raw)):
+        return np.full(len(raw), np.nan)
     if raw.dtype == object:
-        raw = raw.mask(raw.map(lambda value: isinstance(value, bool)))
+        raw = raw.map(_plain)
     return pd.to_numeric(raw, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+
+
+def _plain(value):
+    """Leave what pandas can make a number of, or refuse without raising."""
+    if isinstance(value, (bool, complex)) or not isinstance(value, (str, Number)):
+        return None
+    if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
+        return np.inf
+    return value
 
 
 def _is_textual(raw):
@@ -416,19 +458,38 @@ def _choices(raw, column):
 
 def _identifiers(raw):
     is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
-    text = raw if is_text else raw.astype(object).map(_whole_text, na_action="ignore")
+    text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()
     is_bad = (text == "").to_numpy(dtype=bool)
 
-    def say(_value):
-        return "is missing", "a name", "Give the name or delete the row"
+    def say(value):
+        if is_text or _name(value) or not np.all(pd.notna(value)):
+            return "is missing", "a name", "Give the name or delete the row"
+        return f"{described(value)} is no name", "a text", "Write the name as text"
 
     return text, is_bad, say
 
 
+def _name(value):
+    """Text of a name; empty where the value is none, or cannot be written as UTF-8."""
+    is_plain = isinstance(value, (str, Number, np.generic, date))
+    text = _whole_text(value) if is_plain else ""
+    return text if text.isprintable() or _is_unicode(text) else ""
+
+
+def _is_unicode(text):
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def _whole_text(value):
     is_measure = isinstance(value, Number) and not isinstance(value, (bool, complex))
-    is_whole = is_measure and np.isfinite(value) and value == int(value)
+    if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
+        return described(value)
+    is_whole = is_measure and np.isfinite(float(value)) and value == int(value)
     return str(int(value)) if is_whole else str(value)
 
 

@@ -7,6 +7,7 @@ themselves.
 from dataclasses import dataclass
 from pathlib import Path
 
+from einschalt.foundations.arguments import as_path, described
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
@@ -30,15 +31,22 @@ class Block(checked.Block):
     ``crs``, ``name``, ``settings``.
     """
 
-    def write(self, folder):
+    def write(self, folder, *, overwrite=False):
         """Write the block as a folder that :func:`read_block` reads.
 
         Parameters
         ----------
         folder : str or Path
             Made where it does not exist.
+        overwrite : bool, optional
+            Replace the files of a block that stands there.
+
+        Raises
+        ------
+        FileError
+            A file is there already, or the folder cannot be written.
         """
-        write_block(self, folder)
+        write_block(self, as_path("folder", folder), overwrite=overwrite)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,7 +82,7 @@ class DensificationResult(computed.DensificationResult):
         SettingsError
             The scale is not positive.
         """
-        write_result(self, folder, ellipse_scale=ellipse_scale)
+        write_result(self, as_path("folder", folder), ellipse_scale=ellipse_scale)
 
 
 def read_block(path):
@@ -94,7 +102,7 @@ def read_block(path):
     EinschaltError
         Something in the input stops the computation; several faults come together.
     """
-    return read_checked_block(path, kind=Block)
+    return read_checked_block(as_path("path", path), kind=Block)
 
 
 def densify(block, settings=None, *, progress=None):
@@ -133,6 +141,11 @@ def densify(block, settings=None, *, progress=None):
             f"settings is a {type(settings).__name__}",
             expected="Settings",
             remedy="Write Settings(coverage_mean=…)",
+        )
+    if not (progress is None or callable(progress)):
+        raise SettingsError(
+            f"progress = {described(progress)}",
+            expected="a function of the title of a stage and a fraction",
         )
     result = computed.densify(block, settings, progress=progress)
     return DensificationResult(**checked.plain_fields(result))

@@ -6,13 +6,15 @@ stop a block: it is found here as well (``model_problems``), and becomes a row o
 ``failures`` when the block is computed.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations import projections
+from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.errors import raise_problems
-from einschalt.foundations.projections import crs_name
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block_check import Findings, check_block
 from einschalt.pipeline.block_facts import FLIGHTS, TRANSFORMATIONS
@@ -79,6 +81,9 @@ class Flight:
 
     def __post_init__(self):
         """Take the principal distance from the camera."""
+        remedy = "Make it with Camera.from_opencv, from_metashape or from_mm"
+        kinds = Camera | None
+        require_kind("camera", self.camera, kinds, expected="a Camera", remedy=remedy)
         if self.camera is not None and self.principal_distance_mm is None:
             distance = self.camera.principal_distance_mm
             object.__setattr__(self, "principal_distance_mm", distance)
@@ -165,6 +170,16 @@ class Flight:
         return both[["coverage", "model_id", "point_id"]]
 
 
+FIELD_KINDS = {
+    "crs": (projections.NAMES | None, "an EPSG code such as 'EPSG:31255'"),
+    "settings": (Settings, "Settings, such as Settings(coverage_mean=…)"),
+    "sources": (Mapping, "a dict of file names"),
+    "checksums": (Mapping, "a dict of checksums"),
+    "notes": (tuple, "a tuple of texts"),
+    "may_be_unmeasured": (bool, "True or False"),
+}
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Block:
     """The checked tables of one survey.
@@ -214,16 +229,27 @@ class Block:
 
     def __post_init__(self):
         """Check all tables, and keep them as checked."""
+        self._require_kinds()
         found = check_block(self)
         raise_problems(found.problems)
         for name, value in found.tables.items():
             object.__setattr__(self, name, value)
         if self.crs is not None:
-            object.__setattr__(self, "crs", crs_name(self.crs))
+            object.__setattr__(self, "crs", projections.crs_name(self.crs))
         # a block made from a block has been told before
         notes = tuple(dict.fromkeys((*self.notes, *found.notes)))
         object.__setattr__(self, "notes", notes)
         object.__setattr__(self, "_model_problems", found.model_problems)
+
+    def _require_kinds(self):
+        """See that every field is of its kind, the tables excepted."""
+        table = "Write Flight(model_points=…, scale_number=…, m_g_um=…)"
+        for name in FLIGHTS:
+            flight = getattr(self, name)
+            require_kind(name, flight, Flight | None, expected="a Flight", remedy=table)
+        require_text("name", self.name, expected="the name of the block, as text")
+        for name, (kind, expected) in FIELD_KINDS.items():
+            require_kind(name, getattr(self, name), kind, expected=expected)
 
     @property
     def model_problems(self):

@@ -11,12 +11,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.errors import (
     ConsistencyError,
     EinschaltError,
     TableError,
 )
 from einschalt.foundations.name_columns import is_among, row_codes
+from einschalt.foundations.number_texts import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block_facts import FLIGHTS, check_facts
@@ -33,7 +35,12 @@ MODEL_KEY = ["coverage", "model_id"]
 USUAL_MODEL_MM = (20.0, 2000.0)
 LARGEST_STANDARD_ERROR_M = 10.0
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
-UNIT_WORDS = {"mm": "millimetres", "um": "micrometres", "m": "metres"}
+UNIT_WORDS = {
+    "mm": "millimetres",
+    "um": "micrometres",
+    "m": "metres",
+    "cm": "centimetres",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +95,7 @@ def check_block(block, said=frozenset()) -> Findings:
 
 def _ground_schema(schema, flight):
     """Schema of the points onto which a flight is transformed."""
-    is_spatial = getattr(flight, "transformation", "") == "helmert_3d"
+    is_spatial = is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
     return schema.requiring("height") if is_spatial else schema
 
 
@@ -168,12 +175,12 @@ class _Check:
     def _flight_tables(self, name, flight):
         parts = {
             "model_points": self._model_points_schema(flight),
-            "y_parallaxes": tables.Y_PARALLAXES,
+            "y_parallaxes": self._in_unit(tables.Y_PARALLAXES, flight),
             "image_points": tables.IMAGE_POINTS,
             "models": tables.IMAGE_MODELS,
         }
         if isinstance(flight.base, pd.DataFrame):
-            parts["base"] = tables.MODEL_BASES
+            parts["base"] = self._in_unit(tables.MODEL_BASES, flight)
         given = {
             key: self._one(getattr(flight, key), schema, f"{name}.{key}")
             for key, schema in parts.items()
@@ -181,12 +188,18 @@ class _Check:
         }
         return replace(flight, **given)
 
-    @staticmethod
-    def _model_points_schema(flight):
-        is_spatial = flight.transformation == "helmert_3d"
+    def _model_points_schema(self, flight):
+        schema = self._in_unit(tables.MODEL_POINTS, flight)
+        is_spatial = is_choice(flight.transformation, ("helmert_3d",))
         if not is_spatial and flight.y_parallaxes is None:
-            return tables.MODEL_POINTS
-        return tables.MODEL_POINTS.requiring("z")
+            return schema
+        return schema.requiring("z")
+
+    @staticmethod
+    def _in_unit(schema, flight):
+        """Say what is expected in the unit that the flight names."""
+        is_known = is_choice(flight.model_unit, UNIT_WORDS)
+        return schema.in_unit(UNIT_WORDS[flight.model_unit]) if is_known else schema
 
     def axes(self):
         """Easting and northing exchanged."""
@@ -207,8 +220,9 @@ class _Check:
             unit = flight.model_unit
             # a rigid model has the size of the ground, and is judged elsewhere: a wrong
             # unit makes its m_0 as large as itself
-            is_at_image_scale = flight.transformation != "rigid"
-            is_sound = self._sound(f"{name}.model_points") and unit in METRES_PER_UNIT
+            is_at_image_scale = not is_choice(flight.transformation, ("rigid",))
+            is_known = is_choice(unit, METRES_PER_UNIT)
+            is_sound = self._sound(f"{name}.model_points") and is_known
             if is_sound and is_at_image_scale:
                 frame = flight.model_points
                 self._extent(f"{name}.model_points", frame, "model_id", unit)
@@ -313,7 +327,8 @@ class _Check:
 
     def _has_base(self, name):
         base = self.checked[name].base
-        return self._sound(f"{name}.base") or isinstance(base, Real)
+        is_length = isinstance(base, Real) and 0.0 < base <= LARGEST_NUMBER
+        return self._sound(f"{name}.base") or is_length
 
     def points_in_models(self):
         """Ground points that no model holds: most often a misspelt name."""
@@ -383,11 +398,10 @@ class _Check:
         has_ground = is_among(table["point_id"], known)
         model = row_codes([table[name] for name in MODEL_KEY])
         is_first = ~pd.Series(model).duplicated().to_numpy()
-        common = np.bincount(model[has_ground], minlength=model.max(initial=0) + 1)[
-            model
-        ]
-        kind = KINDS.get(self.checked[flight_name].transformation)
-        least = kind.least_points if kind else 1
+        n_models = model.max(initial=-1) + 1
+        common = np.bincount(model[has_ground], minlength=n_models)[model]
+        word = self.checked[flight_name].transformation
+        least = KINDS[word].least_points if is_choice(word, KINDS) else 1
         is_lost = is_first & (common < least)
         part = "models" if self.checked[flight_name].has_images else "model_points"
         file = self._file(f"{flight_name}.{part}")

@@ -10,7 +10,9 @@ from difflib import get_close_matches
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.number_texts import LARGEST_NUMBER
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.value_ranges import Range
@@ -80,9 +82,11 @@ class _Facts:
     said: frozenset
     problems: list = field(default_factory=list)
 
-    def _say(self, found, **facts):
-        file = self.block.sources.get("block")
-        self.problems.append(SettingsError(found, file=file, **facts))
+    def _say(self, found, section=None, key=None, **facts):
+        where = {"file": self.block.sources.get("block"), "section": section}
+        if section is not None:
+            found = f"[{section}] {found}"
+        self.problems.append(SettingsError(found, key=key, **where, **facts))
 
     def _has(self, section, *keys):
         if (section, "") in self.said or getattr(self.block, section) is not None:
@@ -98,7 +102,8 @@ class _Facts:
         except ProjectionError as error:
             file = self.block.sources.get("block")
             found = f"[block] {error.found}" if file else error.found
-            self.problems.append(error.with_facts(found=found, file=file))
+            facts = {"found": found, "file": file, "section": "block", "key": "crs"}
+            self.problems.append(error.with_facts(**facts))
 
     def sections(self):
         """See whether there is what the computation needs."""
@@ -146,7 +151,9 @@ class _Facts:
     def _range(self, section, key, value):
         if (section, key) not in self.said and value not in RANGES[key]:
             self._say(
-                f"[{section}] {key} = {value!r}",
+                f"{key} = {described(value)}",
+                section,
+                key,
                 expected=str(RANGES[key]),
                 remedy=_question(key, value),
             )
@@ -155,19 +162,24 @@ class _Facts:
         if flight.camera is None:
             return
         own, given = flight.camera.principal_distance_mm, flight.principal_distance_mm
-        if not np.isclose(given, own, rtol=1e-9):
+        is_number = given in RANGES["principal_distance_mm"]
+        if is_number and not np.isclose(given, own, rtol=1e-9):
             self._say(
-                f"[{section}] principal_distance_mm = {given!r}, but that of the "
+                f"principal_distance_mm = {described(given)}, but that of the "
                 f"camera is {own:.10g}",
+                section,
+                "principal_distance_mm",
                 expected="one of the two",
                 remedy="Take principal_distance_mm out",
             )
 
     def _base(self, section, value):
-        is_sound = value in Range(np.finfo(float).tiny, np.finfo(float).max)
+        is_sound = value in Range(np.finfo(float).tiny, LARGEST_NUMBER)
         if (section, "base") not in self.said and not is_sound:
             self._say(
-                f"[{section}] base = {value!r}",
+                f"base = {described(value)}",
+                section,
+                "base",
                 expected="a positive number in model_unit, or a table of bases",
             )
 
@@ -180,12 +192,14 @@ class _Facts:
             ("orientation_method", (None, *ORIENTATION_METHODS)),
         ):
             value = getattr(flight, key)
-            if (name, key) in self.said or value in allowed:
+            if (name, key) in self.said or is_choice(value, allowed):
                 continue
             known = [word for word in allowed if word]
-            near = get_close_matches(str(value).casefold(), known, n=1)
+            near = get_close_matches(described(value).casefold(), known, n=1)
             self._say(
-                f"[{name}] {key} = {value!r} is unknown",
+                f"{key} = {described(value)} is unknown",
+                name,
+                key,
                 expected=" or ".join(known),
                 remedy=f"Write {near[0]!r}" if near else "",
             )
@@ -199,12 +213,16 @@ class _Facts:
         if has("model_points") == has("image_points"):
             both = "both given" if has("model_points") else "both missing"
             self._say(
-                f"[{name}] model_points and image_points are {both}",
+                f"model_points and image_points are {both}",
+                name,
+                "model_points",
                 expected="one of the two",
             )
         if has("y_parallaxes") and has("image_points"):
             self._say(
-                f"[{name}] y_parallaxes and image_points are both given",
+                "y_parallaxes and image_points are both given",
+                name,
+                "y_parallaxes",
                 expected="y_parallaxes beside model_points only",
                 remedy=f"Take one of them out of [{name}]",
             )
@@ -220,7 +238,9 @@ class _Facts:
         for key, beside in needs:
             if not has(key):
                 self._say(
-                    f"[{name}] {key} is missing",
+                    f"{key} is missing",
+                    name,
+                    key,
                     expected=f"{key} beside {beside}",
                     remedy=f"Add {key} = … to [{name}]",
                 )

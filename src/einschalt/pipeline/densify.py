@@ -1,4 +1,4 @@
-"""From a block to densified coordinates: the five stages in order."""
+"""From a block to densified coordinates: the five stages, orientation first."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

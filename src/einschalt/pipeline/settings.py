@@ -5,8 +5,10 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.number_texts import is_number, say_number
+from einschalt.foundations.typesetting import shortened
 
 
 class Settings(BaseModel):
@@ -126,7 +128,7 @@ def setting_problem(fault, section, names, *, file=None):
     -------
     SettingsError
     """
-    key = ".".join(str(part) for part in fault["loc"]) or section
+    key = ".".join(shortened(str(part)) for part in fault["loc"]) or section
     where = f"[{section}] {key}"
     if fault["type"] == "extra_forbidden":
         near = get_close_matches(key.casefold(), names.model_fields, n=1)
@@ -135,19 +137,28 @@ def setting_problem(fault, section, names, *, file=None):
             expected=", ".join(names.model_fields),
             remedy=f"Write {near[0]}" if near else "Take it out",
             file=file,
+            section=section,
+            key=key,
         )
     if fault["type"] == "missing":
         return SettingsError(
             f"{where} is missing",
             remedy=f"Add {key} = … to [{section}]",
             file=file,
+            section=section,
+            key=key,
         )
     value = fault["input"]
-    said = str(value).lower() if isinstance(value, bool) else repr(value)
+    said = str(value).lower() if isinstance(value, bool) else described(value)
     expected = _expected(fault, names.model_fields.get(key))
     remedy = _remedy(fault, expected)
     return SettingsError(
-        f"{where} = {said}", expected=expected, remedy=remedy, file=file
+        f"{where} = {said}",
+        expected=expected,
+        remedy=remedy,
+        file=file,
+        section=section,
+        key=key,
     )
 
 
@@ -162,7 +173,7 @@ def _remedy(fault, expected):
     value = fault["input"]
     if fault["type"] == "literal_error":
         allowed = fault["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
-        near = get_close_matches(str(value).casefold(), allowed.split(", "), n=1)
+        near = get_close_matches(described(value).casefold(), allowed.split(", "), n=1)
         return f"Write {near[0]!r}" if near else ""
     if fault["type"] == "less_than_equal" and "metres" in expected.split():
         return "Did you give millimetres?"

@@ -7,6 +7,7 @@ of the documentation, after the test block Neukirchen of Kovarik 1971.
 
 from dataclasses import dataclass
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import (
     ProjectionError,
     SettingsError,
@@ -40,6 +41,8 @@ RANGES = {
     "coverage_shift": Range(0, 1, "of a base"),
     "n_check": Range(0, MOST_POINTS, is_whole=True),
     "least_points_per_model": Range(3, 1000, is_whole=True),
+    "centre_easting": Range(-1e9, 1e9, "metres"),
+    "centre_northing": Range(-1e9, 1e9, "metres"),
     "mean_height": Range(-500, 9000, "metres"),
     "relief": Range(0, 200, "metres"),
     "camera_tilt": Range(0, 0.05, "radians"),
@@ -222,6 +225,11 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         return self.mean_height + self.principal_distance * scale_number
 
     def _problems_of_choice(self):
+        for name in ("high_cross_flight", "low_cross_flight"):
+            value = getattr(self, name)
+            if not isinstance(value, bool):
+                found = f"BlockGeometry: {name} = {described(value)}"
+                yield SettingsError(found, expected="True or False")
         choices = {
             "control_per_model": CONTROL_PATTERNS,
             "measurement": MEASUREMENTS,
@@ -229,9 +237,10 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         }
         for name, allowed in choices.items():
             value = getattr(self, name)
-            if value not in allowed:
+            is_number = value in Range(*CONTROL_PATTERNS) and value in allowed
+            if not (is_choice(value, allowed) or is_number):
                 yield SettingsError(
-                    f"BlockGeometry: {name} = {value!r}",
+                    f"BlockGeometry: {name} = {described(value)}",
                     expected=" or ".join(str(choice) for choice in allowed),
                 )
         try:

@@ -10,6 +10,7 @@ from difflib import get_close_matches
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.block import Block, Flight
@@ -274,11 +275,11 @@ def _gross_errors(measured):
 
 
 def _preset(name):
-    if name in PRESETS:
+    if is_choice(name, PRESETS):
         return PRESETS[name]
-    near = get_close_matches(str(name).lower(), PRESETS, n=1, cutoff=0.3)
+    near = get_close_matches(described(name).lower(), PRESETS, n=1, cutoff=0.3)
     raise SettingsError(
-        f"preset {name!r} is unknown",
+        f"preset {described(name)} is unknown",
         expected=" or ".join(PRESETS),
         remedy=f"Write {near[0]!r}" if near else "",
     )
@@ -289,7 +290,7 @@ def _of_kind(kind, name, value, default):
         return default
     if not isinstance(value, kind):
         raise SettingsError(
-            f"{name} = {value!r}",
+            f"{name} = {described(value)}",
             expected=f"a {kind.__name__}",
             remedy=f"Write {name}={kind.__name__}(…)",
         )
@@ -299,7 +300,8 @@ def _of_kind(kind, name, value, default):
 def _streams(seed):
     """One stream of random numbers per purpose, those of noise apart."""
     if seed not in Range(0, np.inf, is_whole=True):
-        raise SettingsError(f"seed = {seed!r}", expected="a whole number from 0")
+        found = f"seed = {described(seed)}"
+        raise SettingsError(found, expected="a whole number from 0")
     of_geometry, of_noise = np.random.SeedSequence(int(seed)).spawn(2)
     return {
         name: np.random.default_rng(child)

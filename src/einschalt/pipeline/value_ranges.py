@@ -4,7 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, SettingsError
+
+LARGEST = float(np.finfo(float).max)  # Python's whole numbers go on
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,11 @@ class Range:
     def __contains__(self, value):
         """Whether a value is a number of the right kind within the range."""
         # bool is an int to Python, and yet no measure
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        if isinstance(value, bool) or not isinstance(
+            value, int | float | np.integer | np.floating
+        ):
+            return False
+        if not abs(value) <= LARGEST:
             return False
         return self.low <= value <= self.high and (
             not self.is_whole or float(value).is_integer()
@@ -60,7 +67,7 @@ def problems_in(owner, ranges) -> list[EinschaltError]:
     section = type(owner).__name__
     return [
         SettingsError(
-            f"{section}: {name} = {getattr(owner, name)!r}",
+            f"{section}: {name} = {described(getattr(owner, name))}",
             expected=str(allowed),
             remedy=allowed.likely_slip,
         )

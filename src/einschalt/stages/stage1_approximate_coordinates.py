@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import require_kind
 from einschalt.foundations.errors import GeometryError, name_some, raise_problems
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.stages.results import Result
@@ -97,7 +98,9 @@ def approximate_coordinates(
         A column is missing or a value is not what it should be.
     """
     control = control_points
-    if "role" in control:
+    expected = "a DataFrame with point_id, easting, northing"
+    require_kind("control_points", control, pd.DataFrame, expected=expected)
+    if "role" in control.columns:
         checked = check_table(control, CONTROL_POINTS.only("point_id", "role"))
         raise_problems(checked.problems)
         control = control[(checked.frame["role"] != "check").to_numpy()]

@@ -10,9 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.foundations.arguments import described, require_choice
+from einschalt.foundations.errors import GeometryError, SettingsError, name_some
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
-from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
+from einschalt.stages.relative_orientation.orient_from_images import (
+    OUTLIERS,
+    orient_from_images,
+)
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
     orient_from_parallaxes,
 )
@@ -26,6 +30,7 @@ LENGTHS = ("x", "y", "z", "y_parallax", "base")
 SURFACE_COLUMNS = ["verdict", "inflation", "reason"]
 MEASURING_ERRORS = ["m_g_intersection_um", "m_g_orientation_um"]
 KEYS = ["model_id", "point_id"]
+FLIGHT_PARTS = ("image_points", "y_parallaxes", "points_to_fit")
 ORIENTATION_COLUMNS = [
     "coverage",
     "model_id",
@@ -108,6 +113,8 @@ def relative_orientation(flight, *, outliers="keep"):
     TableError
         Model points that are to be corrected have no z.
     """
+    _require_flight(flight)
+    require_choice("outliers", outliers, OUTLIERS)
     if flight.image_points is not None:
         return _from_images(flight, outliers)
     if flight.y_parallaxes is not None:
@@ -117,6 +124,17 @@ def relative_orientation(flight, *, outliers="keep"):
         pd.DataFrame(columns=ORIENTATION_COLUMNS),
         pd.DataFrame(columns=["coverage", *KEYS]),
         pd.DataFrame(columns=FAILURE_COLUMNS),
+    )
+
+
+def _require_flight(flight):
+    # a Flight belongs to a higher floor, so it is known by what it has
+    if all(hasattr(flight, name) for name in FLIGHT_PARTS):
+        return
+    raise SettingsError(
+        f"flight = {described(flight)}",
+        expected="a Flight",
+        remedy="Write block.low_flight, or Flight(model_points, …)",
     )
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
+from einschalt.foundations.arguments import as_numbers, require_choice
 from einschalt.foundations.batches import segments
-from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
 from einschalt.stages.residual_table import of_usable_models, residual_table
 from einschalt.stages.results import (
@@ -317,8 +318,7 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     >>> fit.parameters.loc["1"].round(9).tolist()
     [2.0, 0.0, 5.0, 5.0]
     """
-    if kind not in KINDS:
-        raise SettingsError(f"kind = {kind!r} is unknown", expected=" or ".join(KINDS))
+    require_choice("kind", kind, KINDS)
     checked = _checked(model_points, model_schema(KINDS[kind]), "model_points")
     ground = _checked(ground_points, ground_schema(KINDS[kind]), "ground_points")
     observed = Observations.of(checked, ground, KINDS[kind], weights)
@@ -456,7 +456,8 @@ def _weights_of_rows(model_points, weights):
             expected="a Series with each point_id once, or one weight for each row",
             point=by_point.index[by_point.index.duplicated()][0],
         )
-    given = np.asarray(weights, dtype=float)
+    expected = "a Series by point_id, or one weight for each row of model_points"
+    given = as_numbers("weights", weights, expected=expected)
     if given.shape not in {(), (n_rows,)}:
         raise TableError(
             f"weights has the shape {given.shape}",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.arguments import as_numbers
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.error_budget import total_error
@@ -30,23 +31,36 @@ def error_budget(m_g_um, scale_number, m_t):
     Raises
     ------
     SettingsError
-        ``m_g_um`` or ``m_t`` is negative, or ``scale_number`` is not positive.
+        ``m_g_um`` or ``m_t`` is negative, ``scale_number`` is not positive, or their
+        shapes do not fit each other.
 
     Examples
     --------
     >>> round(error_budget(5.0, 8000, 0.03), 3)
     0.05
     """
-    for name, value, is_bad in (
-        ("m_g_um", m_g_um, np.less(m_g_um, 0)),
-        ("scale_number", scale_number, np.less_equal(scale_number, 0)),
-        ("m_t", m_t, np.less(m_t, 0)),
-    ):
-        if np.any(is_bad):
+    given = {"m_g_um": m_g_um, "scale_number": scale_number, "m_t": m_t}
+    values = {name: as_numbers(name, value) for name, value in given.items()}
+    for name, value in values.items():
+        is_scale = name == "scale_number"
+        if np.any(value <= 0 if is_scale else value < 0):
             raise SettingsError(
                 f"{name} = {np.min(value):g}",
-                expected="a positive number" if name == "scale_number" else "0 or more",
+                expected="a positive number" if is_scale else "0 or more",
             )
-    m_g = np.multiply(m_g_um, METRES_PER_UM)
-    total = np.asarray(total_error(m_g, scale_number, m_t))
+    _require_one_shape(values)
+    m_g = values["m_g_um"] * METRES_PER_UM
+    total = np.asarray(total_error(m_g, values["scale_number"], values["m_t"]))
     return float(total) if total.ndim == 0 else total
+
+
+def _require_one_shape(values):
+    try:
+        np.broadcast_shapes(*(value.shape for value in values.values()))
+    except ValueError:
+        shapes = [f"{name} of shape {value.shape}" for name, value in values.items()]
+        raise SettingsError(
+            ", ".join(shapes),
+            expected="numbers, or arrays of one shape",
+            remedy="Give one value of each for every point",
+        ) from None

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
+from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.batches import segments
-from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.stages.results import Result
@@ -109,6 +110,10 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
         A column is missing, a value is not what it should be, a model gives a point
         twice, or no row has coordinates.
     """
+    require_choice("coverage_mean", coverage_mean, COVERAGE_MEANS)
+    require_choice("weighting", weighting, WEIGHTINGS)
+    expected = "a DataFrame with point_id, easting, northing"
+    require_kind("values", values, pd.DataFrame, expected=expected)
     _check_options(values, coverage_mean, weighting)
     given = _usable_values(values.set_axis(range(len(values))), weighting)
     if coverage_mean == "most_central":
@@ -222,14 +227,6 @@ def _usable_values(values, weighting):
 
 
 def _check_options(values, coverage_mean, weighting):
-    for name, value, allowed in (
-        ("coverage_mean", coverage_mean, COVERAGE_MEANS),
-        ("weighting", weighting, WEIGHTINGS),
-    ):
-        if value not in allowed:
-            raise SettingsError(
-                f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
-            )
     needed = []
     if coverage_mean == "most_central":
         needed += ["position_u", "position_v"]

@@ -22,11 +22,13 @@ Sources: Brown 1971 (Close-Range Camera Calibration, Photogrammetric Engineering
 the manuals of OpenCV and Agisoft Metashape. See docs/theory/interior_orientation.md.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 
+from einschalt.foundations.arguments import as_numbers, described, finite_number
 from einschalt.foundations.errors import SettingsError
 
 MM_PER_UM = 1e-3
@@ -202,14 +204,17 @@ class Camera:
         """
         constants = _filled("distortion", distortion, ("k1", "k2", "p1", "p2", "k3"))
         k1, k2, p1, p2, k3 = constants.values()
+        fx, fy = finite_number("fx", fx), finite_number("fy", fy)
+        cx, cy = finite_number("cx", cx), finite_number("cy", cy)
+        pixel_size_um = finite_number("pixel_size_um", pixel_size_um)
         return cls(
             principal_distance_mm=fx * pixel_size_um * MM_PER_UM,
             radial=(k1, k2, k3, 0.0),
             # OpenCV's p1 belongs to y; y down turns the sign of what belongs to y
             tangential=(p2, -p1),
             is_correcting=False,
-            matrix=np.diag([float(fx), -float(fy)]),
-            origin=np.array([cx, cy], dtype=float),
+            matrix=np.diag([fx, -fy]),
+            origin=np.array([cx, cy]),
             given=_said(
                 "opencv",
                 {"fx": fx, "fy": fy, "cx": cx, "cy": cy},
@@ -249,10 +254,11 @@ class Camera:
             A coefficient is unknown, or values that no camera has.
         """
         names = ("b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
-        constants = _filled("distortion", distortion or {}, names)
+        constants = _filled("distortion", distortion, names)
         b1, b2, k1, k2, k3, k4, p1, p2 = constants.values()
-        cx, cy = centre
-        width, height = size
+        f, (cx, cy) = finite_number("f", f), _pair("centre", centre)
+        width, height = _pair("size", size)
+        pixel_size_um = finite_number("pixel_size_um", pixel_size_um)
         return cls(
             principal_distance_mm=f * pixel_size_um * MM_PER_UM,
             radial=(k1, k2, k3, k4),
@@ -298,10 +304,10 @@ class Camera:
             A coefficient is unknown, or values that no camera has.
         """
         names = ("k1", "k2", "k3", "p1", "p2")
-        constants = _filled("distortion", distortion or {}, names)
+        constants = _filled("distortion", distortion, names)
         k1, k2, k3, p1, p2 = constants.values()
-        x0, y0 = principal_point
-        matrix, origin = np.diag([c, c]).astype(float), np.array([x0, y0], dtype=float)
+        c, (x0, y0) = finite_number("c", c), _pair("principal_point", principal_point)
+        matrix, origin = np.diag([c, c]), np.array([x0, y0])
         grid = {}
         if pixels is not None:
             grid = _filled("pixels", pixels, ("pixel_size_um", "width", "height"))
@@ -310,7 +316,7 @@ class Camera:
             middle = np.array([0.5 * grid["width"], 0.5 * grid["height"]])
             origin = middle + np.array([x0, -y0]) / pitch
         return cls(
-            principal_distance_mm=float(c),
+            principal_distance_mm=c,
             radial=(k1 * c**2, k2 * c**4, k3 * c**6, 0.0),
             tangential=(p1 * c, p2 * c),
             is_correcting=True,
@@ -344,19 +350,31 @@ def _is_definite(matrix):
 
 def _filled(what, given, names):
     """Constants by name, those that are not given being zero."""
-    if not hasattr(given, "keys"):
-        if len(given) > len(names):
+    if given is None:
+        given = {}
+    if not isinstance(given, Mapping):
+        values = np.ravel(as_numbers(what, given))
+        if len(values) > len(names):
             raise SettingsError(
-                f"{what} has {len(given)} coefficients", expected=", ".join(names)
+                f"{what} has {len(values)} coefficients", expected=", ".join(names)
             )
-        given = dict(zip(names, given, strict=False))
+        given = dict(zip(names, values.tolist(), strict=False))
     unknown = [name for name in given if name not in names]
     if unknown:
         raise SettingsError(
-            f"{what} has the unknown coefficient {unknown[0]!r}",
+            f"{what} has the unknown coefficient {described(unknown[0])}",
             expected=", ".join(names),
         )
-    return {name: float(given.get(name, 0.0)) for name in names}
+    return {
+        name: finite_number(f"{what} {name}", given.get(name, 0.0)) for name in names
+    }
+
+
+def _pair(name, value):
+    values = as_numbers(name, value, expected="a pair of numbers")
+    if values.shape == (2,) and np.isfinite(values).all():
+        return values.tolist()
+    raise SettingsError(f"{name} = {described(value)}", expected="a pair of numbers")
 
 
 def _said(convention, numbers, constants, **more):

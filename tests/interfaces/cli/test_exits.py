@@ -1,5 +1,10 @@
 """How commands end."""
 
+import os
+import shutil
+import subprocess
+import sys
+
 import pytest
 import typer
 
@@ -48,3 +53,61 @@ def test_commands_keep_their_name_and_help():
 
     assert command.__name__ == "command"
     assert command.__doc__ == "Do something."
+
+
+def shell(command, folder, **environment):
+    """What a user's shell does, with its redirections."""
+    return subprocess.run(
+        ["bash", "-c", f'"{sys.executable}" -m einschalt {command}'],
+        cwd=folder,
+        capture_output=True,
+        check=False,
+        timeout=300,
+        env={**os.environ, **environment},
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "status"),
+    [
+        ("check block >&-", 0),
+        ("check block >&- 2>&-", 0),
+        ("check nowhere >&- 2>&- <&-", 2),
+        ("--version >&-", 0),
+        ("densify block -o out >&- 2>&-", 0),
+        ("check block > /dev/full", 2),
+        ("--help > /dev/full", 2),
+    ],
+)
+def test_closed_and_full_streams_end_with_a_status(
+    command, status, tmp_path, block_folder
+):
+    (tmp_path / "block").symlink_to(block_folder)
+    done = shell(command, tmp_path)
+    assert done.returncode == status
+    assert b"Traceback" not in done.stderr
+    if "densify" in command:
+        # nothing that was printed went into a file that was opened meanwhile
+        assert (tmp_path / "out" / "points.parquet").read_bytes()[-4:] == b"PAR1"
+    if "/dev/full" in command:
+        assert b"No space left" in done.stderr
+
+
+@pytest.mark.parametrize("mode", ["0", "1"])
+def test_any_name_of_a_folder_in_the_c_locale(mode, tmp_path, block_folder):
+    name = os.fsdecode("Vöckla√".encode() + b"\xff")
+    shutil.copytree(block_folder, tmp_path / name)
+    text = (tmp_path / name / "block.toml").read_text(encoding="utf-8")
+    unnamed = "\n".join(k for k in text.split("\n") if not k.startswith("name"))
+    (tmp_path / name / "block.toml").write_text(unnamed, encoding="utf-8")
+    done = shell(
+        "densify V* -o $'\\xc3\\xb6ut\\xff'",
+        tmp_path,
+        LC_ALL="C",
+        PYTHONUTF8=mode,
+        PYTHONCOERCECLOCALE="0",
+    )
+    assert (done.returncode, b"Traceback" in done.stderr) == (0, False)
+    out = tmp_path / os.fsdecode("öut".encode() + b"\xff")
+    assert len(list(out.iterdir())) == 13
+    assert (out / "block.gpkg").read_bytes().startswith(b"SQLite format 3")

@@ -1,5 +1,6 @@
 """Blocks as folders: there and back, reprojected, filled in, found faulty."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -279,3 +280,40 @@ def test_table_that_changes_while_it_is_read(small_block, monkeypatch, name):
     with pytest.raises(FileError, match=said):
         read_block(small_block.path)
     assert seen
+
+
+@pytest.mark.parametrize("taken", ["block.toml", "low_flight.csv", "truth.csv"])
+def test_a_block_that_stands_there_is_not_overwritten_unasked(
+    taken, tmp_path, demo_block
+):
+    (tmp_path / taken).write_text("mine", encoding="utf-8")
+    said = rf"holds {taken} already; expected a new folder for the block\. Name another"
+    with pytest.raises(FileError, match=said):
+        write_block(demo_block, tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == [taken]
+    write_block(demo_block, tmp_path, overwrite=True)
+    assert read_block(tmp_path).name == demo_block.name
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/stdin", "pipe.csv"])
+def test_devices_and_pipes_are_no_tables(device, small_block):
+    os.mkfifo(small_block.path / "pipe.csv")
+    small_block.replace("block.toml", "low_flight.csv", device)
+    with pytest.raises(
+        FileError, match=r"is a device or a pipe; expected a file|no such"
+    ):
+        read_block(small_block.path)
+
+
+@pytest.mark.parametrize("unit", ["cm", "m", "um"])
+def test_a_wrong_number_is_said_in_the_unit_of_the_flight(unit, small_block):
+    words = {"cm": "centimetres", "m": "metres", "um": "micrometres"}
+    low = small_block.read("low_flight.csv")
+    small_block.write("low_flight.csv", low.replace(",10.0000,", ",n/a,", 1))
+    small_block.replace(
+        "block.toml", "m_g_um = 5.0", f'm_g_um = 5.0\nmodel_unit = "{unit}"'
+    )
+    with pytest.raises(
+        EinschaltError, match=f"'n/a' is not a number; expected {words[unit]}"
+    ):
+        read_block(small_block.path)

@@ -12,7 +12,11 @@ from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, FileError
 from einschalt.foundations.tables import CONTROL_POINTS, MODEL_POINTS, check_table
-from einschalt.interfaces.files.csv_tables import read_csv, write_csv
+from einschalt.interfaces.files.csv_tables import (
+    _without_apostrophes,
+    read_csv,
+    write_csv,
+)
 
 HEADER = "coverage,model_id,point_id,x,y\n"
 
@@ -112,6 +116,50 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False) | st.none()
 ROWS = st.lists(st.tuples(TEXTS, TEXTS, NUMBERS), min_size=1, max_size=8)
 
 
+FORMULA_STARTS = tuple("=+-@\t\r")
+
+
+def harmless(text):
+    """What a spreadsheet would compute has an apostrophe before it."""
+    is_formula = text.lstrip("'").startswith(FORMULA_STARTS)
+    return f"'{text}" if is_formula and not is_plain_number(text) else text
+
+
+def is_plain_number(text):
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return text == text.strip()
+
+
+def frame_of(rows):
+    return pd.DataFrame({"point_id": [row[0] for row in rows]})
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"),
+    [
+        ("=cmd|'/c calc'!A0", "'=cmd|'/c calc'!A0"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("+x", "'+x"),
+        ("-1+cmd", "'-1+cmd"),
+        ("'=x", "''=x"),
+        ("＝x", "'＝x"),
+        ("-12", "-12"),
+        ("+4.5e3", "+4.5e3"),
+        ("'s Gravenhage", "'s Gravenhage"),
+    ],
+)
+def test_a_formula_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path, name, cell):
+    table = pd.DataFrame({"model_id": ["1/2"], "point_id": [name], "x": 1.0, "y": 2.0})
+    path = tmp_path / "points.csv"
+    write_csv(table, path)
+    with path.open(newline="", encoding="utf-8") as file:
+        assert list(csv.reader(file))[1][1] == cell
+    assert read_csv(path, MODEL_POINTS)["point_id"].tolist() == [name]
+
+
 @settings(max_examples=200, deadline=None)
 @given(rows=ROWS)
 def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):
@@ -122,7 +170,11 @@ def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):
     with path.open(newline="", encoding="utf-8") as file:
         header, *back = csv.reader(file)
     assert header == ["point_id", "remark", "x"]
-    assert [row[:2] for row in back] == [list(row[:2]) for row in rows]
+    assert [row[:2] for row in back] == [[harmless(v) for v in row[:2]] for row in rows]
+    for value in (value for row in back for value in row[:2]):
+        assert not value.startswith(FORMULA_STARTS) or is_plain_number(value)
+    ours = _without_apostrophes(frame_of(back), MODEL_POINTS)["point_id"].tolist()
+    assert ours == [row[0] for row in rows]
     numbers = [float(row[2]) if row[2] else None for row in back]
     assert numbers == [row[2] for row in rows]
 

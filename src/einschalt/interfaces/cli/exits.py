@@ -57,6 +57,9 @@ def tell(text=""):
         sys.stdout.flush()
     except BrokenPipeError:
         _forget(sys.stdout)
+    except OSError as error:
+        _forget(sys.stdout)
+        raise OSError(error.errno, error.strerror, "standard output") from None
 
 
 def complain(text):
@@ -73,8 +76,25 @@ def complain(text):
         # a name from a file must not steer the terminal
         lines = [printable(line) for line in str(text).split("\n")]
         typer.echo("\n".join(lines), err=True)
-    except BrokenPipeError:
+    except OSError:  # nobody listens, or the disk of the log is full: nowhere to say it
         _forget(sys.stderr)
+
+
+def open_closed_streams():
+    """Give streams that the caller has closed a place where nothing is kept.
+
+    Otherwise the next file that is opened takes the place of standard output, and what
+    is printed goes into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the system gives the smallest free number
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(1, "w", closefd=False)
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(2, "w", closefd=False)
 
 
 def _forget(stream):

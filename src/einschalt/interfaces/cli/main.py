@@ -12,6 +12,7 @@ from einschalt.interfaces.cli.batch import batch
 from einschalt.interfaces.cli.check import check
 from einschalt.interfaces.cli.densify import densify
 from einschalt.interfaces.cli.examples import examples
+from einschalt.interfaces.cli.exits import WRONG, complain, open_closed_streams
 from einschalt.interfaces.cli.orient import orient
 from einschalt.interfaces.cli.plan import plan
 from einschalt.interfaces.cli.simulate import simulate
@@ -114,7 +115,12 @@ for _command, _examples in COMMANDS.items():
 
 def run():
     """Run the command line: the entry point of the package."""
+    open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         # √ and names in any script must not stop a run where a console lacks them
         stream.reconfigure(errors="replace")
-    app()
+    try:
+        app()
+    except OSError as error:  # help on a full disk
+        complain(f"einschalt: {error.strerror or error}")
+        sys.exit(WRONG)

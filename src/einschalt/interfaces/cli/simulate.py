@@ -93,6 +93,9 @@ def simulate(
             help="Repetitions: Dask scheduler, tcp://host:port.",
         ),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace a block that stands there.")
+    ] = False,
 ):
     """Simulate a block whose true coordinates are known.
 
@@ -136,7 +139,7 @@ def simulate(
         _repeat((preset, geometry, noise), repeat, seed, engine, output)
         return
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
-    block.write(output)
+    block.write(output, overwrite=overwrite)
     tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
     tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
 

@@ -203,7 +203,7 @@ class _Reading:
             **{name: self._flight(name) for name in FLIGHTS},
             "approximate_m_0_m": approximate.m_0_m if approximate else None,
             "crs": self.crs,
-            "name": (block and block.name) or self.folder.resolve().name,
+            "name": (block and block.name) or _readable(self.folder.resolve().name),
             "settings": self.toml.settings,
             "sources": self.sources,
             "checksums": self.checksums,
@@ -281,6 +281,8 @@ class _Reading:
                 expected="the name of a table",
                 remedy=f"Name the table, or take {key} out",
                 file=self.toml.source,
+                section=section,
+                key=key,
             )
         sections = self.toml.sections.values()
         taken = {v for s in sections for v in vars(s).values() if isinstance(v, str)}
@@ -324,7 +326,8 @@ class _Reading:
             own = read_crs(crs)
         except EinschaltError as error:
             found = f"[{name}] {error.found}"
-            problem = error.with_facts(found=found, file=self.toml.source)
+            where = {"file": self.toml.source, "section": name, "key": "crs"}
+            problem = error.with_facts(found=found, **where)
             self.toml.say(problem, name, "crs")
             return False
         if self.crs is None and ("block", "crs") not in self.toml.said:
@@ -333,6 +336,8 @@ class _Reading:
                 expected=f"a system into which {self.sources[name]} is brought",
                 remedy=f"Add crs = … to [block], or take it out of [{name}]",
                 file=self.toml.source,
+                section="block",
+                key="crs",
             )
             self.toml.say(problem, "block", "crs")
         try:
@@ -359,7 +364,12 @@ class _Reading:
         return frame.assign(easting=easting, northing=northing)
 
 
-def write_block(block, folder, *, suffix=".csv"):
+def _readable(name):
+    """Name of a folder as text, where the system lets it be any bytes."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def write_block(block, folder, *, suffix=".csv", overwrite=False):
     """Write a block so that :func:`read_block` gives it back.
 
     Parameters
@@ -370,13 +380,17 @@ def write_block(block, folder, *, suffix=".csv"):
         Made where it does not exist; block.toml comes last.
     suffix : str, optional
         ``.csv`` or ``.parquet``.
+    overwrite : bool, optional
+        Replace files that have the names of the block's.
 
     Raises
     ------
     FileError
-        The folder cannot be written.
+        A file is there already, or the folder cannot be written.
     """
     folder = make_folder(folder)
+    if not overwrite:
+        _refuse_files(folder, _file_names(block, suffix))
     sections = {"block": {"name": block.name, "crs": block.crs}}
     for name in POINT_TABLES:
         frame = getattr(block, name)
@@ -396,6 +410,38 @@ def write_block(block, folder, *, suffix=".csv"):
     write_block_toml(folder / BLOCK_FILE, sections)
 
 
+def _file_names(block, suffix):
+    """Names of all files of a block, block.toml first."""
+    stems = [name for name in POINT_TABLES if getattr(block, name) is not None]
+    if getattr(block, "truth", None) is not None:
+        stems.append("truth")
+    cameras = []
+    for name, flight in block.flights.items():
+        is_table = {
+            key: hasattr(getattr(flight, key), "columns") for key in FLIGHT_TABLES
+        }
+        stems += [_stem(name, key) for key, is_it in is_table.items() if is_it]
+        cameras += [f"{name}_camera.toml"] * (flight.camera is not None)
+    return [BLOCK_FILE, *cameras, *(f"{stem}{suffix}" for stem in stems)]
+
+
+def _refuse_files(folder, names):
+    """Refuse to write where a block, or a table of one of its names, stands."""
+    for name in names:
+        if (folder / name).exists():
+            raise FileError(
+                f"the folder holds {name} already",
+                expected="a new folder for the block",
+                remedy="Name another folder, or write with overwrite=True "
+                "(on the command line --overwrite)",
+                file=folder,
+            )
+
+
+def _stem(flight_name, key):
+    return flight_name if key == "model_points" else f"{flight_name}_{key}"
+
+
 def _write_flight(flight, folder, name, suffix):
     section = {key: getattr(flight, key) for key in FLIGHT_FACTS}
     if flight.camera is not None:
@@ -405,8 +451,7 @@ def _write_flight(flight, folder, name, suffix):
     for key in FLIGHT_TABLES:
         part = getattr(flight, key)
         if isinstance(part, pd.DataFrame):
-            stem = name if key == "model_points" else f"{name}_{key}"
-            part = _write_part(part, folder, f"{stem}{suffix}")
+            part = _write_part(part, folder, f"{_stem(name, key)}{suffix}")
         section[key] = part
     return section
 

@@ -15,16 +15,21 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import (
     BlockError,
     EinschaltError,
     SettingsError,
 )
+from einschalt.foundations.typesetting import shortened
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import Settings, setting_problem
 
 BLOCK_FILE = "block.toml"
+LONGEST_TOML = 2**20
+DEEPEST_TOML = 8
+MOST_SHOWN = 100
 WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 KEY = re.compile(r"""^\s*["']?([\w-]+)["']?\s*=""")
 SECTION = re.compile(r"""^\s*\[\s*["']?([\w.-]+)["']?\s*\]""")
@@ -191,21 +196,77 @@ def read_block_toml(path) -> BlockToml:
 
 def _parsed(text, source):
     try:
-        return tomllib.loads(text)
+        return parse_toml(text, source)
     except tomllib.TOMLDecodeError as error:
         said = str(error)
         place = WHERE.search(said)
-        row = int(place[1]) if place and place[1] else len(text.splitlines())
-        line = text.splitlines()[row - 1].strip()
+        # lines as TOML counts them; str.splitlines parts at more signs than these
+        lines = text.removesuffix("\n").split("\n")
+        row = int(place[1]) if place and place[1] else len(lines)
+        line = lines[row - 1].strip()
         what = WHERE.sub("", said)
         raise SettingsError(
-            f"{line!r} is no TOML: {what[:1].lower()}{what[1:]}"
+            f"{shortened(line, MOST_SHOWN)!r} is no TOML: {what[:1].lower()}{what[1:]}"
             + (f" at column {place[2]}" if place and place[2] else ""),
             expected="key = value",
             remedy=_toml_remedy(line, what),
             file=source,
             row=row,
         ) from error
+
+
+def parse_toml(text, source):
+    """Parse TOML that may be made to harm.
+
+    Parameters
+    ----------
+    text : str
+    source : str
+        What the file is called in messages.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    SettingsError
+        It is too long, nested too deeply, or holds a number that is too long.
+    tomllib.TOMLDecodeError
+        It is no TOML.
+    """
+    if len(text) > LONGEST_TOML:
+        raise SettingsError(
+            f"the file has {len(text)} characters",
+            expected=f"at most {LONGEST_TOML}",
+            remedy="Put tables into files of their own",
+            file=source,
+        )
+    try:
+        given = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except (RecursionError, ValueError) as error:  # Python's limits on what it parses
+        is_deep = isinstance(error, RecursionError)
+        raise SettingsError(
+            "brackets are nested too deeply" if is_deep else "a number is too long",
+            expected="key = value",
+            remedy="Take it out",
+            file=source,
+        ) from error
+    parts = [given]
+    for _ in range(DEEPEST_TOML):
+        parts = [
+            value for part in parts if isinstance(part, dict) for value in part.values()
+        ]
+    if parts:
+        raise SettingsError(
+            f"keys are nested more than {DEEPEST_TOML} deep",
+            expected="key = value below a section",
+            remedy="Take them out",
+            file=source,
+        )
+    return given
 
 
 def _toml_remedy(line, what):
@@ -254,10 +315,11 @@ def _unknown_section(toml, name):
     known = [*SECTIONS, "settings"]
     near = _near(name, known)
     problem = SettingsError(
-        f"[{name}] is an unknown section",
+        f"[{shortened(name)}] is an unknown section",
         expected=", ".join(f"[{section}]" for section in known),
         remedy=f"Write [{near[0]}]" if near else "Take it out",
         file=toml.source,
+        section=name,
     )
     toml.say(problem, near[0] if near else name)
 
@@ -265,19 +327,21 @@ def _unknown_section(toml, name):
 def _stray(name, value, source):
     if name in SECTIONS or name == "settings":
         return SettingsError(
-            f"{name} = {value!r}",
+            f"{shortened(name)} = {described(value)}",
             expected=f"a section [{name}]",
             remedy=f"Write [{name}], and its keys on the lines below",
             file=source,
+            key=name,
         )
     homes = [s for s, kind in SECTIONS.items() if name in kind.model_fields]
     homes += ["settings"] * (name in Settings.model_fields)
     sections = " or ".join(f"[{home}]" for home in homes)
     return SettingsError(
-        f"{name} = {value!r} stands outside of all sections",
+        f"{shortened(name)} = {described(value)} stands outside of all sections",
         expected="keys below a section such as [block]",
         remedy=f"Put it below {sections}" if homes else "Take it out",
         file=source,
+        key=name,
     )
 
 
@@ -287,7 +351,7 @@ def with_row(problem, text, source):
     Parameters
     ----------
     problem : EinschaltError
-        Its text begins with ``[section]`` or ``[section] key``.
+        With ``section`` or ``key``, or both.
     text : str
         The file.
     source : str
@@ -297,17 +361,17 @@ def with_row(problem, text, source):
     -------
     EinschaltError
     """
-    named = re.match(r"(?:\[([\w.-]+)\])? ?([\w-]*)", problem.found)
-    if problem.file != source or problem.row is not None:
+    is_placed = problem.section is not None or problem.key is not None
+    if not is_placed or problem.file != source or problem.row is not None:
         return problem
     section = None
     row_of_section = None
-    for row, line in enumerate(text.splitlines(), 1):
+    for row, line in enumerate(text.split("\n"), 1):
         if opened := SECTION.match(line):
             section = opened[1]
-            row_of_section = row if section == named[1] else row_of_section
+            row_of_section = row if section == problem.section else row_of_section
         key = KEY.match(line)
-        if section == named[1] and key and key[1] == named[2]:
+        if section == problem.section and key and key[1] == problem.key:
             return problem.with_facts(row=row)
     return problem.with_facts(row=row_of_section)
 

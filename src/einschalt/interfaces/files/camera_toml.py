@@ -9,8 +9,9 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.files.block_toml import write_keys
+from einschalt.interfaces.files.block_toml import parse_toml, write_keys
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import checked
 from einschalt.theory.interior_orientation import Camera
@@ -152,13 +153,15 @@ def camera_of(keys, section="camera", file=None) -> Camera:
         Keys are unknown or missing, or have a value that no camera has.
     """
     convention = keys.get("convention")
-    if convention not in CONVENTIONS:
-        said = "missing" if convention is None else f"unknown: {convention!r}"
+    if not is_choice(convention, CONVENTIONS):
+        said = "missing" if convention is None else f"unknown: {described(convention)}"
         raise SettingsError(
             f"[{section}] convention is {said}",
             expected=" or ".join(CONVENTIONS),
             remedy=f"Add convention = 'opencv' to [{section}], or another of these",
             file=file,
+            section=section,
+            key="convention",
         )
     kind = CONVENTIONS[convention]
 
@@ -170,7 +173,7 @@ def camera_of(keys, section="camera", file=None) -> Camera:
         return constants.camera()
     except SettingsError as error:
         found = f"[{section}] {error.found}"
-        raise error.with_facts(found=found, file=file) from None
+        raise error.with_facts(found=found, file=file, section=section) from None
 
 
 def read_camera(path, source=None) -> Camera:
@@ -193,7 +196,7 @@ def read_camera(path, source=None) -> Camera:
     """
     source = source or str(path)
     try:
-        keys = tomllib.loads(read_text_bytes(path, source).decode("utf-8"))
+        keys = parse_toml(read_text_bytes(path, source).decode("utf-8"), source)
     except tomllib.TOMLDecodeError as error:
         raise SettingsError(
             f"the file is no TOML: {error}", expected="key = value", file=source

@@ -6,9 +6,9 @@ pyarrow in one sweep. Only where that fails, the file is read again row by row, 
 the message can quote what stands there, and where.
 
 Written: UTF-8, commas, Unix line ends; a missing number is an empty field. Equal
-tables give equal bytes. Texts are written as they are, also those that a spreadsheet
-would take for a formula (``=``, ``+``, ``-``, ``@`` in front): names must come back as
-they went.
+tables give equal bytes. A text that a spreadsheet would take for a formula (``=``,
+``+``, ``-``, ``@`` in front, numbers excepted) gets an apostrophe before it, which
+reading takes away again: names come back as they went.
 """
 
 import csv
@@ -24,6 +24,7 @@ from pyarrow import csv as arrow_csv
 
 from einschalt.foundations.errors import FileError, TableError, raise_problems
 from einschalt.foundations.tables import LINE, check_table, listed
+from einschalt.foundations.typesetting import shortened
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_text_bytes
@@ -32,6 +33,11 @@ SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
 QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""')
 SPECIAL = '",\r\n'
+# what a spreadsheet computes, also in the wide letters of East Asia
+FORMULA = "[=+\\-@\t\r＝＋－＠]"
+NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
+MOST_COLUMNS = 1000
+LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
 BLOCK_BYTES = 2**22
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print
 
@@ -67,12 +73,25 @@ def read_csv(path, schema, *, source=None):
     source = source or Path(path).name
     data = read_text_bytes(path, source)
     header = _read_header(data, source)
+    frame = None
     if _is_plain(data, header):
         for numbers in (schema.number_names, []):  # then all as text, to be quoted
-            frame = _read_fast(data, header, schema, numbers)
-            if frame is not None:
-                return frame
-    return _read_rows(data, header, schema, source)
+            frame = (
+                _read_fast(data, header, schema, numbers) if frame is None else frame
+            )
+    if frame is None:
+        frame = _read_rows(data, header, schema, source)
+    return _without_apostrophes(frame, schema)
+
+
+def _without_apostrophes(frame, schema):
+    """Take away what keeps spreadsheets from computing a name."""
+    names = [name for name in schema.id_names if list(frame.columns).count(name) == 1]
+    marked = [name for name in names if frame[name].str.startswith("'").any()]
+    pattern = f"^'('*{FORMULA})"
+    return frame.assign(
+        **{n: frame[n].str.replace(pattern, r"\1", regex=True) for n in marked}
+    )
 
 
 @dataclass(frozen=True)
@@ -97,10 +116,21 @@ def _read_header(data, source):
     row, line = next((n, text) for n, text in enumerate(lines, 1) if text.strip())
     counts = {separator: line.count(separator) for separator in SEPARATORS}
     separator = max(counts, key=counts.get)
-    names = [name.strip() for name in next(csv.reader([line], delimiter=separator))]
+    try:
+        names = [name.strip() for name in next(csv.reader([line], delimiter=separator))]
+    except csv.Error:
+        names = [""] * (MOST_COLUMNS + 1)
+    if len(names) > MOST_COLUMNS:
+        raise FileError(
+            f"the header has {line.count(separator) + 1} columns",
+            expected=f"at most {MOST_COLUMNS}, each with a short name",
+            remedy="Leave out the columns that are no part of the table",
+            file=source,
+            row=row,
+        )
     if len(names) == 1 and len(line.split()) > 1:
         raise FileError(
-            f"the header is {line.strip()!r}",
+            f"the header is {shortened(line.strip(), 80)!r}",
             expected="columns parted by commas, semicolons or tabs",
             remedy="Part the columns by commas",
             file=source,
@@ -224,6 +254,14 @@ class _Rows:
         return SEPARATORS[self.header.separator]
 
     def _quote_problem(self, line, last_line, error=None):
+        if "field larger" in str(error):
+            return TableError(
+                f"a value has more than {LONGEST_VALUE} characters",
+                expected=f"values parted by {self._name}",
+                remedy="Look for a quote that opens and is not closed, or shorten it",
+                file=self.source,
+                row=line,
+            )
         if last_line > line or "end of data" in str(error):
             return TableError(
                 "a quote opens here and is not closed on its line",
@@ -278,12 +316,25 @@ def write_csv(frame, path, *, decimals=None):
 
 def _as_arrow(series, decimals):
     values = column_as_arrow(series)
+    if _is_text(values):
+        return _harmless(values)
     if decimals is None or not pa.types.is_floating(values.type):
         return values
     largest = pc.max(pc.abs(values)).as_py()
     if largest is not None and not largest < LARGEST_FIXED:
         return values
     return values.cast(pa.decimal128(38, decimals))
+
+
+def _harmless(texts):
+    """Put an apostrophe before what a spreadsheet would compute."""
+    is_formula = pc.match_substring_regex(texts, f"^'*{FORMULA}")
+    if not pc.any(is_formula).as_py():
+        return texts
+    is_number = pc.match_substring_regex(texts, NUMBER)
+    apostrophe, nothing = (pa.scalar(sign, texts.type) for sign in ("'", ""))
+    marked = pc.binary_join_element_wise(apostrophe, texts, nothing)
+    return pc.if_else(pc.and_(is_formula, pc.invert(is_number)), marked, texts)
 
 
 def _is_text(values):

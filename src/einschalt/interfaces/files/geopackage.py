@@ -8,8 +8,11 @@ an engineering system where it has none. Equal results give equal files: the dat
 the file are fixed, the real one stands in provenance.json.
 """
 
+import shutil
 import sqlite3
+import tempfile
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -68,11 +71,16 @@ def write_geopackage(result, path, *, ellipse_scale=None):
     ]
     name = result.block.crs
     crs = LOCAL_SYSTEM if name is None else read_crs(name).to_wkt()
-    with replacing(path) as hidden, _said_as_file_error(path), _gdal_options(pyogrio):
+    with (
+        replacing(path) as hidden,
+        _said_as_file_error(path),
+        _gdal_options(pyogrio),
+        _readable(hidden) as file,
+    ):
         for layer in layers:
             pyogrio.write_arrow(
                 _as_arrow(layer),
-                hidden,
+                file,
                 layer=layer.name,
                 driver="GPKG",
                 geometry_name=GEOMETRY,
@@ -81,7 +89,7 @@ def write_geopackage(result, path, *, ellipse_scale=None):
                 append=layer is not layers[0],
                 layer_options={"DESCRIPTION": layer.description},
             )
-        add_styles(hidden, DATE)
+        add_styles(file, DATE)
 
 
 @contextmanager
@@ -95,6 +103,20 @@ def _said_as_file_error(path):
             remedy="See that the disk has space, or choose another folder",
             file=path,
         ) from error
+
+
+@contextmanager
+def _readable(path):
+    """Write under a name that GDAL can read, where that of a folder is no Unicode."""
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "block.gpkg"
+            yield file
+            shutil.copyfile(file, path)
+    else:
+        yield path
 
 
 @contextmanager

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError, name_some
+from einschalt.foundations.typesetting import shortened
 
 SIGNATURES = {
     b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),
@@ -39,6 +40,12 @@ def require_file(path, source, *, taken=()):
         It is missing, a folder, or may not be read.
     """
     path = Path(path)
+    if "\0" in str(path):
+        raise FileError(
+            f"{shortened(str(path))!r} holds a NUL, so it is no name of a file",
+            expected="the name of a file",
+            remedy="Correct the name",
+        )
     if path.is_dir():
         raise FileError(
             "is a folder",
@@ -48,6 +55,14 @@ def require_file(path, source, *, taken=()):
         )
     if not path.exists():
         raise _missing(path, source, set(taken))
+    if not path.is_file():
+        # a device or a pipe may never end, or never begin
+        raise FileError(
+            "is a device or a pipe",
+            expected="a file",
+            remedy="Save what it gives as a file",
+            file=source,
+        )
     try:
         with path.open("rb") as file:
             file.read(1)

@@ -15,11 +15,18 @@ import pyarrow.compute as pc
 from pyarrow import parquet
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.typesetting import shortened
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import require_file
 
 MAGIC = b"PAR1"
+MOST_COLUMNS = 1000
+NUMBER_BYTES = 8
+# names and measurements are packed ten times at most, repeated ones some hundred times
+MOST_PACKED = 1000
+HARMLESS_BYTES = 2**28
+LONGEST_SAID = 200
 
 
 def read_parquet(path, schema, *, source=None):
@@ -36,29 +43,75 @@ def read_parquet(path, schema, *, source=None):
     Returns
     -------
     DataFrame
-        All columns of the file, names as text, numbers as float. The index is the row,
-        counted from 1.
+        All columns of the file, names as text, numbers as float; without values those
+        that the schema does not know. The index is the row, counted from 1.
 
     Raises
     ------
     FileError
-        The file is missing, truncated or no Parquet file.
+        The file is missing, truncated or no Parquet file, or so small a file would
+        unpack to so large a table that it can be no table of points.
     """
     source = source or Path(path).name
     path = require_file(path, source)
     try:
-        table = parquet.ParquetFile(path).read()
+        columns, names = _read_columns(path, schema, source)
+        table = pa.table(columns, names=names)
     except MemoryError:  # Arrow's is an ArrowException as well; the file is sound
         raise
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, ValueError) as error:
         raise _unreadable(path, source) from error
-    columns = [
-        _understood(column, name in schema.number_names)
-        for name, column in zip(table.column_names, table.columns, strict=True)
-    ]
-    frame = pa.table(columns, names=table.column_names).to_pandas()
+    nulls = {pa.null(): pd.ArrowDtype(pa.null())}
+    frame = table.to_pandas(types_mapper=nulls.get)
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     return frame
+
+
+def _read_columns(path, schema, source):
+    """Columns of the schema as they are understood, the others without values."""
+    # opened here, since pyarrow takes names of files only where they are Unicode
+    with path.open("rb") as file:
+        metadata = parquet.read_metadata(file)
+        places = range(metadata.num_columns)
+        paths = {metadata.schema.column(place).path for place in places}
+        coded = [name for name in schema.id_names if name in paths]
+        stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
+        names = stored.schema_arrow.names
+        _refuse_size(metadata, names, path.stat().st_size, source)
+        known = [name for name in dict.fromkeys(names) if name in schema.names]
+        table = stored.read(columns=known)
+    found = {name: [] for name in known}
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        is_number = name in schema.number_names
+        found[name].append(_understood(column, name, is_number, source))
+    empty = pa.nulls(metadata.num_rows)
+    columns = [found[name].pop(0) if found.get(name) else empty for name in names]
+    return columns, names
+
+
+def _refuse_size(metadata, names, n_bytes, source):
+    """Refuse what a small file would unpack to."""
+    if len(names) > MOST_COLUMNS:
+        raise FileError(
+            f"the table has {len(names)} columns",
+            expected=f"at most {MOST_COLUMNS}",
+            remedy="Leave out the columns that are no part of the table",
+            file=source,
+        )
+    groups = [metadata.row_group(k) for k in range(min(metadata.num_row_groups, 10**5))]
+    packed = sum(group.total_byte_size for group in groups)
+    n_rows = max(metadata.num_rows, sum(group.num_rows for group in groups))
+    _refuse_unpacked(max(packed, n_rows * NUMBER_BYTES), n_bytes, source)
+
+
+def _refuse_unpacked(unpacked, n_bytes, source):
+    if unpacked > max(HARMLESS_BYTES, MOST_PACKED * n_bytes):
+        raise FileError(
+            f"{n_bytes} bytes would unpack to {unpacked} bytes",
+            expected=f"a table that is packed at most {MOST_PACKED} times",
+            remedy="Check where the file comes from, or give the table as CSV",
+            file=source,
+        )
 
 
 def _unreadable(path, source):
@@ -74,22 +127,54 @@ def _unreadable(path, source):
     return FileError(found, expected="a Parquet file", remedy=remedy, file=source)
 
 
-def _understood(column, is_number):
+def _understood(column, name, is_number, source):
+    """Numbers as float, anything else as text."""
     kind = column.type
     if pa.types.is_dictionary(kind):
-        column = pa.chunked_array(
-            [chunk.dictionary_decode() for chunk in column.chunks], kind.value_type
-        )
+        column = _decoded(column, source)
         kind = column.type
     is_measure = pa.types.is_integer(kind) or pa.types.is_floating(kind)
     if is_number and (is_measure or pa.types.is_decimal(kind)):
-        return column.cast(pa.float64())
+        return column.cast(pa.float64(), safe=False)
     if pa.types.is_floating(kind):
         return _whole_as_text(column)
-    if pa.types.is_null(kind) or pa.types.is_nested(kind) or pa.types.is_binary(kind):
-        said = [None if value is None else str(value) for value in column.to_pylist()]
-        return pa.chunked_array([said], pa.string())
-    return column.cast(pa.string())
+    is_bytes = pa.types.is_binary(kind) or pa.types.is_large_binary(kind)
+    is_odd = pa.types.is_null(kind) or pa.types.is_nested(kind)
+    if is_odd or (is_number and is_bytes):
+        return _said(column)
+    try:
+        text = column.cast(pa.string())
+        text.validate(full=True)  # reading does not look at the bytes of a text
+    except pa.ArrowNotImplementedError:
+        return _said(column)
+    except pa.ArrowInvalid as error:
+        raise FileError(
+            f"column '{name}' holds bytes that are no UTF-8 text",
+            expected="names as UTF-8 text",
+            remedy="Export the column as text",
+            file=source,
+        ) from error
+    return text
+
+
+def _decoded(column, source):
+    """Write out the codes of a dictionary, where that gives no monster."""
+    chunks = column.chunks
+    n_bytes = 0
+    for chunk in chunks:
+        if pa.types.is_string(chunk.type.value_type):
+            lengths = pc.binary_length(chunk.dictionary).take(chunk.indices)
+            n_bytes += pc.sum(lengths, min_count=0).as_py()
+    _refuse_unpacked(n_bytes, column.nbytes, source)
+    decoded = [chunk.dictionary_decode() for chunk in chunks]
+    return pa.chunked_array(decoded, column.type.value_type)
+
+
+def _said(column):
+    texts = (
+        None if v is None else shortened(v, LONGEST_SAID) for v in column.to_pylist()
+    )
+    return pa.chunked_array([list(texts)], pa.string())
 
 
 def _whole_as_text(column):
@@ -120,5 +205,6 @@ def write_parquet(frame, path):
         [column_as_arrow(frame.iloc[:, place]) for place in range(frame.shape[1])],
         names=[str(name) for name in frame.columns],
     )
-    with replacing(path) as hidden:
-        parquet.write_table(table, hidden, compression="zstd")
+    # pyarrow takes names of files only where they are Unicode
+    with replacing(path) as hidden, hidden.open("wb") as file:
+        parquet.write_table(table, file, compression="zstd")

@@ -18,6 +18,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_table,
 )
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
+from einschalt.theory.relative_orientation.coplanarity import ORIENTED
 from einschalt.theory.relative_orientation.coplanarity_condition import COS_45
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.deformation_error import deformation_variance
@@ -101,6 +102,11 @@ class ImageOrientation(ModelResult):
     pairs: OrientedPairs
 
     @property
+    def is_oriented(self):
+        """Whether each model was oriented, ndarray of bool in the order of models."""
+        return self.pairs.orientation.status == ORIENTED
+
+    @property
     def sigma_0(self):
         """Standard error of an image coordinate [mm], Series by model_id."""
         return self._by_model("sigma_0")
@@ -128,13 +134,14 @@ class ImageOrientation(ModelResult):
         columns of ``dangerous_surface.surface_table``. Models that could not be
         oriented are critical, with the reason of their failure.
         """
-        reason = self.models["reason"].to_numpy()
+        is_failed = ~self.is_oriented
         geometry = geometry_of_images(self.elements.cameras, *self._points_of_models())
         examination = examine_surfaces(
             geometry.xyz, geometry.base, geometry.model_start, grows_with_depth=True
         )
         surfaces = surface_table(examination, self.models["model_id"])
-        surfaces.loc[reason != "", "reason"] = reason[reason != ""]
+        reason = self.models["reason"].to_numpy()
+        surfaces.loc[is_failed, "reason"] = reason[is_failed]
         return surfaces
 
     @property
@@ -251,8 +258,7 @@ class ImageOrientation(ModelResult):
 
     def _points_of_models(self):
         """Places of the model points, and the first row of every model."""
-        is_good = self.models["reason"].to_numpy() == ""
-        count = np.where(is_good, self.models["n_points"], 0)
+        count = np.where(self.is_oriented, self.models["n_points"], 0)
         xyz = self.model_points[["x", "y", "z"]].to_numpy()
         return xyz, np.append(0, np.cumsum(count))
 
@@ -263,8 +269,7 @@ class ImageOrientation(ModelResult):
 
 def _summary(result):
     models = result.models
-    is_good = (models["reason"] == "").to_numpy()
-    good = models[is_good]
+    good = models[result.is_oriented]
     n_models = typesetting.count(len(models), "model")
     n_points = typesetting.count(int(good["n_points"].sum()), "point")
     way = f"{result.case}, {result.estimator}"

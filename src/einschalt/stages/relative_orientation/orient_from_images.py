@@ -6,9 +6,16 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import (
+    as_numbers,
+    described,
+    finite_number,
+    require_choice,
+)
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
+from einschalt.foundations.number_texts import LARGEST_NUMBER
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.relative_orientation.image_orientation import ImageOrientation
@@ -212,10 +219,7 @@ def _check_choices(case, estimator, outliers):
         ("estimator", estimator, MODES),
         ("outliers", outliers, OUTLIERS),
     ):
-        if value not in tuple(allowed):
-            raise SettingsError(
-                f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
-            )
+        require_choice(name, value, allowed)
     if outliers in NORMS and estimator != "rigorous":
         raise SettingsError(
             f"outliers = {outliers!r} with estimator = {estimator!r}",
@@ -225,12 +229,15 @@ def _check_choices(case, estimator, outliers):
 
 
 def _distances(principal_distance):
-    distance = np.atleast_1d(_as_numbers("principal_distance", principal_distance))
+    distance = as_numbers(
+        "principal_distance", principal_distance, expected="millimetres"
+    )
+    distance = np.atleast_1d(distance)
     is_good = (distance >= SMALLEST_DISTANCE_MM) & (distance <= LARGEST_DISTANCE_MM)
     if distance.shape not in ((1,), (2,)) or not is_good.all():
         is_small = distance.size and 0.0 < distance.min() < SMALLEST_DISTANCE_MM
         raise SettingsError(
-            f"principal_distance = {principal_distance!r}",
+            f"principal_distance = {described(principal_distance)}",
             expected=f"{SMALLEST_DISTANCE_MM:g} to {LARGEST_DISTANCE_MM:g} "
             "(millimetres), one number or one for each side",
             remedy="Did you give metres?" if is_small else "",
@@ -256,25 +263,19 @@ def _check_unit(frame, distance):
     raise TableError(found, expected=expected, remedy=remedy, file="image_pairs")
 
 
-def _as_numbers(name, value):
-    try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise SettingsError(f"{name} = {value!r}", expected="millimetres") from None
-
-
 def _base_lengths(base_length, models):
     if base_length is None:
         return np.ones(len(models))
     if isinstance(base_length, pd.Series):
         length = _lengths_by_model(base_length, models)
     else:
-        length = np.broadcast_to(_as_numbers("base_length", base_length), len(models))
-    is_bad = ~(np.isfinite(length) & (length > 0.0))
+        length = finite_number("base_length", base_length, expected="millimetres")
+        length = np.full(len(models), length)
+    is_bad = ~((length > 0.0) & (length <= LARGEST_NUMBER))
     if is_bad.any():
         first = int(np.argmax(is_bad))
         raise SettingsError(
-            f"base_length = {length[first]}",
+            f"base_length = {float(length[first])}",
             expected="a positive length for every model",
             model=models["model_id"].iloc[first],
         )
@@ -341,7 +342,7 @@ def _reasons(pairs, used):
 
 
 def _failures(models, status):
-    is_failed = (models["reason"] != "").to_numpy()
+    is_failed = status != ORIENTED
     return failures_table(
         (row.coverage, row.model_id, STAGE, row.reason, _remedy(row.reason, code))
         for row, code in zip(

@@ -1,7 +1,6 @@
 """Stage 2 from y-parallaxes: the elements of every model, by one of three methods."""
 
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cached_property
 from numbers import Real
 
@@ -9,9 +8,11 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
+from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
+from einschalt.foundations.number_texts import LARGEST_NUMBER
 from einschalt.stages.relative_orientation.dangerous_surface import ModelGeometry
 from einschalt.stages.relative_orientation.parallax_orientation import (
     ABOVE,
@@ -125,8 +126,8 @@ def orient_from_parallaxes(
     >>> oriented.parameters.loc["1/2"].round(9).abs().tolist()
     [0.0, 0.0, 0.001, 0.0, 0.0]
     """
-    _check_choice("case", case, CASES)
-    _check_choice("method", method, METHODS)
+    require_choice("case", case, CASES)
+    require_choice("method", method, METHODS)
     checked = tables.check_table(y_parallaxes, tables.Y_PARALLAXES)
     raise_problems(checked.problems)
     measured = _Measured.of(checked.frame)
@@ -193,17 +194,6 @@ class _Measured:
         return self.frame["y_parallax"].to_numpy()[self.order]
 
 
-def _check_choice(name, value, known):
-    if value in known:
-        return
-    near = get_close_matches(str(value), known, n=1)
-    raise SettingsError(
-        f"{name} = {value!r} is unknown",
-        expected=" or ".join(known),
-        remedy=f'Write {name}="{near[0]}"' if near else "",
-    )
-
-
 def _bases(base, measured, faults):
     """Find the base of each model; NaN, and a fault, where there is none."""
     if isinstance(base, pd.Series):
@@ -227,10 +217,10 @@ def _bases(base, measured, faults):
 
 def _number(base):
     is_number = isinstance(base, Real) and not isinstance(base, (bool, np.bool_))
-    if is_number and np.isfinite(base) and base > 0.0:
+    if is_number and 0.0 < base <= LARGEST_NUMBER:
         return float(base)
     raise SettingsError(
-        f"base = {base!r}",
+        f"base = {described(base)}",
         expected="a positive length, a Series by model_id or a table with the columns "
         "model_id and base",
     )

@@ -60,7 +60,7 @@ def parallaxes_of_images(oriented, principal_distance):
     cameras = oriented.elements.cameras
     # a point that was taken out has no place in the model
     residuals = oriented.residuals[oriented.residuals["weight"].notna()]
-    count = np.where(oriented.models["reason"] == "", oriented.models["n_points"], 0)
+    count = np.where(oriented.is_oriented, oriented.models["n_points"], 0)
     model = np.repeat(np.arange(len(count)), count)
     xyz = oriented.model_points[["x", "y", "z"]].to_numpy()
     place, axes = turned_to_base(cameras, xyz, model)

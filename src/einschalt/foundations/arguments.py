@@ -1,0 +1,241 @@
+"""Arguments of the public interface: what a value is, and whether it can be used.
+
+A call with a value of a wrong kind ends with an :class:`EinschaltError` that names
+the argument, as a wrong cell of a table does, and not with a TypeError from inside.
+"""
+
+import os
+from difflib import get_close_matches
+from numbers import Number, Real
+from pathlib import Path, PurePath
+
+import numpy as np
+
+from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.typesetting import shortened
+
+MOST_SHOWN = 60
+MOST_PARTS = 3
+MOST_BITS = 128  # Python refuses to write numbers of more than 4300 digits
+PLAIN = (str, bytes, Number, PurePath, type(None))
+
+
+def described(value):
+    """Say what a value is, on one line and short, whatever it holds.
+
+    Parameters
+    ----------
+    value : object
+
+    Returns
+    -------
+    str
+        Numbers, texts and paths as Python writes them; of others the kind and the size.
+
+    Examples
+    --------
+    >>> described("wide"), described(None), described({"a": 1})
+    ("'wide'", 'None', 'a dict of length 1')
+    >>> described(np.zeros((3, 4))), described(int)
+    ('an ndarray of shape (3, 4)', 'the class int')
+    """
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if isinstance(value, int) and value.bit_length() > MOST_BITS:
+        return f"a whole number of {value.bit_length()} bits"
+    is_short = isinstance(value, (list, tuple)) and len(value) <= MOST_PARTS
+    if isinstance(value, PLAIN) or (is_short and all(map(_is_plain, value))):
+        return shortened(repr(value), MOST_SHOWN)
+    name = type(value).__name__
+    is_vowel = name[:1].lower() in "aeiou" or name == "ndarray"
+    kind = f"{'an' if is_vowel else 'a'} {name}"
+    shape = getattr(value, "shape", None)
+    if isinstance(shape, tuple):
+        return f"{kind} of shape {shape}"
+    if isinstance(value, (list, tuple, dict, set, frozenset)):
+        return f"{kind} of length {len(value)}"
+    return kind
+
+
+def _is_plain(value):
+    return isinstance(value, PLAIN) and not (
+        isinstance(value, int) and value.bit_length() > MOST_BITS
+    )
+
+
+def is_choice(value, allowed):
+    """Whether a value is one of the words that are allowed; None may be one of them.
+
+    Parameters
+    ----------
+    value : object
+        Of any kind: lists and arrays, which cannot be looked up, are no words.
+    allowed : collection of str
+
+    Returns
+    -------
+    bool
+    """
+    return isinstance(value, str | None) and value in allowed
+
+
+def require_choice(name, value, allowed):
+    """See that an argument is one of the words that are allowed.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : object
+    allowed : collection of str
+
+    Raises
+    ------
+    SettingsError
+        It is another, or no word.
+    """
+    if is_choice(value, allowed):
+        return
+    known = [word for word in allowed if word is not None]
+    near = get_close_matches(described(value).casefold(), known, n=1)
+    raise SettingsError(
+        f"{name} = {described(value)} is unknown",
+        expected=" or ".join(known),
+        remedy=f'Write {name}="{near[0]}"' if near else "",
+    )
+
+
+def require_kind(name, value, kinds, *, expected, remedy=""):
+    """See that an argument is of the kind that is needed.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : object
+    kinds : type or tuple of type
+    expected : str
+    remedy : str, optional
+
+    Raises
+    ------
+    SettingsError
+    """
+    if not isinstance(value, kinds):
+        found = f"{name} = {described(value)}"
+        raise SettingsError(found, expected=expected, remedy=remedy)
+
+
+def require_text(name, value, *, expected):
+    """See that an argument is a text that can be written into a file.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : object
+    expected : str
+
+    Raises
+    ------
+    SettingsError
+        It is no text, or holds half of a surrogate pair.
+    """
+    require_kind(name, value, str, expected=expected)
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError:
+        found = f"{name} = {described(value)} is no Unicode text"
+        raise SettingsError(found, expected=expected) from None
+
+
+def finite_number(name, value, *, expected="a number"):
+    """Take an argument as a finite number.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : object
+        Truth values and texts are no numbers.
+    expected : str, optional
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    SettingsError
+    """
+    values = as_numbers(name, value, expected=expected)
+    if values.ndim == 0 and abs(values) <= LARGEST_NUMBER:
+        return float(values)
+    raise SettingsError(f"{name} = {described(value)}", expected=expected)
+
+
+def as_numbers(name, value, *, expected="a number, or an array of numbers"):
+    """Take an argument as an array of numbers.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : object
+        A number, a sequence, an array, a Series; truth values, texts and complex
+        numbers are none.
+    expected : str, optional
+
+    Returns
+    -------
+    ndarray of float
+        NaN where a value is left out.
+
+    Raises
+    ------
+    SettingsError
+    """
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind == "O" and all(map(_is_measure, array.flat)):
+            array = array.astype(float)
+    except (TypeError, ValueError, OverflowError):  # ragged, or beyond 10³⁰⁸
+        array = np.asarray(None)
+    # lists of nothing have no kind
+    if array.dtype.kind in "iuf":
+        return array.astype(float)
+    raise SettingsError(f"{name} = {described(value)}", expected=expected)
+
+
+def _is_measure(value):
+    # bool is an int to Python, and yet no measure
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def as_path(name, value):
+    """Take an argument as the path of a file or folder.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument.
+    value : str or PathLike
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    FileError
+        It is empty, no path, or one that no system knows.
+    """
+    path = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if isinstance(path, str) and path and "\0" not in path:
+        return Path(path)
+    raise FileError(
+        f"{name} = {described(value)}",
+        expected="the path of a file or folder, as text or Path",
+        remedy='Write it in quotes: "out/block"',
+    )
