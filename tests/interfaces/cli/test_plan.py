@@ -98,3 +98,77 @@ def test_nonsense_is_refused_with_the_remedy(option, value, says, invoke):
     assert shown.exit_code == 2
     assert says in " ".join(shown.stderr.split())
     assert "Traceback" not in shown.stderr
+
+
+def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
+    shown = invoke(
+        *("plan", "--target", 0.06, "--scale", "7000,9000", "--spacing", 300),
+        *("--n-settings", "2,4", "--n-coverages", 2, "--output", tmp_path / "plan"),
+    )
+    assert shown.exit_code == 0, shown.stderr
+    assert "reach 6.0 cm" in shown.stdout
+    assert "Checked by propagation on a layout" in shown.stdout
+    files = {file.name for file in (tmp_path / "plan").iterdir()}
+    assert {"plans.csv", "plans.parquet", "plans.png", "plans.svg"} <= files
+    assert {"precision_map.png", "expected_points.csv", "summary.txt"} <= files
+    plans = pd.read_csv(tmp_path / "plan" / "plans.csv")
+    assert len(plans) == 2 * 5 * 2 * 2
+    assert (plans.loc[plans["is_feasible"], "reached"] <= 0.06).all()
+
+
+def test_a_wish_that_cannot_be_met_is_answered(invoke):
+    shown = invoke("plan", "--target", 0.002, "--scale", 8000, "--spacing", 300)
+    assert shown.exit_code == 0
+    said = " ".join(shown.stdout.split())
+    assert "No plan of 90 reaches 2.0 mm" in said
+    assert "It is limited by" in said
+
+
+def test_a_layout_is_expected(invoke, tmp_path):
+    shown = invoke(
+        *("plan", "--expect", "--scale", 8000, "--spacing", 300, "--m-g-um", 5),
+        *("--width", 4000, "--height", 4000, "--output", tmp_path / "plan"),
+    )
+    assert shown.exit_code == 0, shown.stderr
+    assert shown.stdout.startswith("Expected precision of")
+    assert "4 x 4 km" in shown.stdout
+    assert (tmp_path / "plan" / "precision_map.svg").exists()
+
+
+def test_terrain_is_judged_at_every_scale(invoke, tmp_path):
+    heights = tmp_path / "heights.csv"
+    heights.write_text(
+        "model_id,h1,h2,h3,h4,h5,h6\n7/8,600,600,900,900,900,900\n", encoding="utf-8"
+    )
+    shown = invoke(
+        *("plan", "--scale", "6000,20000", "--terrain", heights),
+        *("--output", tmp_path / "plan"),
+    )
+    assert shown.exit_code == 0, shown.stderr
+    assert "model 7/8 is critical" in shown.stdout
+    forecast = pd.read_csv(tmp_path / "plan" / "dangerous_surfaces.csv")
+    assert forecast["scale_number"].tolist() == [6000, 20000]
+    assert (tmp_path / "plan" / "diagram_4.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--target", "5"), ""),
+        (("--target", "50"), "5 cm are 0.05"),
+        (("--target", "-1"), "target = -1"),
+        (("--target", "0.05", "--control-per-model", "6"), "expected 5 or 9"),
+        (("--target", "0.05", "--n-coverages", "1.5"), "n_coverages = 1.5"),
+        (("--expect", "--scale", "6000,8000"), "--scale-number has 2 values"),
+        (("--expect", "--high-scale-number", "5000"), "a smaller image scale"),
+        (("--expect", "--control-standard-error", "30"), "Did you give millimetres?"),
+        (("--expect", "--width", "10"), "width = 10"),
+        (("--terrain", "nowhere.csv"), "nowhere.csv"),
+    ],
+)
+def test_other_nonsense_is_refused(options, says, invoke):
+    shown = invoke("plan", *options)
+    assert "Traceback" not in shown.stderr
+    if says:
+        assert shown.exit_code == 2
+        assert says in " ".join(shown.stderr.split())

@@ -38,6 +38,9 @@ COMMANDS = {
         "einschalt plan",
         "einschalt plan --scale-number 6000:12000:1000 --spacing 200,300 --m-0 0.10",
         "einschalt plan --camera ultracam_eagle --edge lattice --output plan.csv",
+        "einschalt plan --target 0.05 --spacing 300 --output out/plan",
+        "einschalt plan --expect --scale-number 8000 --spacing 300 --output out/plan",
+        "einschalt plan --scale-number 6000,8000 --terrain heights.csv",
     ),
     simulate: (
         "einschalt simulate --output out/simulated",

@@ -1,0 +1,36 @@
+"""What a plan leaves behind: tables, figures and its text."""
+
+from pathlib import Path
+
+from einschalt.interfaces.files.atomic import make_folder, write_bytes, write_text
+from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.parquet_tables import write_parquet
+
+
+def write_plan(folder, tables, figures, text):
+    """Write the parts of a plan into a folder, each file whole or not at all.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made where it does not exist.
+    tables : dict of str to DataFrame
+        Each written as .csv and .parquet.
+    figures : dict of str to dict of str to bytes
+        Each by suffix.
+    text : str
+        Written as summary.txt.
+
+    Raises
+    ------
+    FileError
+        A file cannot be written.
+    """
+    folder = make_folder(Path(folder))
+    for name, table in tables.items():
+        write_csv(table, folder / f"{name}.csv")
+        write_parquet(table, folder / f"{name}.parquet")
+    for name, files in figures.items():
+        for suffix, data in files.items():
+            write_bytes(folder / f"{name}.{suffix}", data)
+    write_text(folder / "summary.txt", f"{text}\n")

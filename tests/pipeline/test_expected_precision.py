@@ -1,0 +1,110 @@
+"""Designs of flights, and their expected precision."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.pipeline.expected_precision import expect_precision, zones_of
+from einschalt.pipeline.flight_design import FlightDesign
+
+DESIGN = FlightDesign(scale_number=8000, spacing=300, m_g_um=5, width=4500, height=4500)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return expect_precision(DESIGN)
+
+
+def test_figures_are_those_of_the_block_itself(expected):
+    block = es.simulate_block(seed=0, geometry=DESIGN.geometry(), noise=DESIGN.noise())
+    result = es.densify(block)
+    assert expected.figures.mean == pytest.approx(result.figures.mean_total, rel=1e-12)
+    paper = result.figures.mean_paper
+    assert expected.figures.paper_mean == pytest.approx(paper, rel=1e-12)
+    assert len(expected.values) == len(result.single_values)
+
+
+def test_one_model_alone_is_the_point_itself():
+    # where a point lies in one model only, its value is its coordinate
+    expected = expect_precision(replace(DESIGN, n_coverages=1))
+    values = expected.values.groupby("point_id").filter(lambda rows: len(rows) == 1)
+    points = expected.points.set_index("point_id")["standard_error_total"]
+    assert len(values) > 5
+    np.testing.assert_allclose(
+        values["standard_error_total"], points.loc[values["point_id"]], rtol=1e-9
+    )
+
+
+def test_parts_make_the_whole(expected):
+    total = np.sqrt(sum(part**2 for part in expected.parts.values()))
+    assert total == pytest.approx(expected.figures.mean)
+
+
+def test_zones_lie_where_they_should(expected):
+    zones = zones_of(expected.values)
+    assert not (zones["centre"] & zones["edge"]).any()
+    assert all(zone.any() for zone in zones.values())
+    figures = expected.figures
+    assert figures.single_centre < figures.single_edge
+    assert figures.paper_mean < figures.mean < figures.single
+
+
+def test_shifting_the_second_coverage_gains(expected):
+    unshifted = expect_precision(replace(DESIGN, coverage_shift=0.0))
+    assert unshifted.figures.mean > expected.figures.mean
+    one = expect_precision(replace(DESIGN, n_coverages=1))
+    assert one.figures.mean > unshifted.figures.mean
+
+
+def test_summary_says_both_and_where_it_comes_from(expected):
+    text = expected.summary()
+    assert text.startswith("Expected precision of")
+    for part in ("one model, edge", "rule of 1971", "It comes from control", "1:15000"):
+        assert part in text
+
+
+def test_an_oblong_image_covers_what_it_should():
+    design = replace(DESIGN, image_format=(0.1, 0.2))
+    geometry = design.geometry()
+    assert geometry.image_base == pytest.approx(0.04)
+    assert geometry.image_strip_distance == pytest.approx(0.14)
+    rim = 0.1 / 46
+    assert geometry.usable_model == pytest.approx((0.06 - 2 * rim, 0.2 - 2 * rim))
+    square = replace(DESIGN, image_format=(0.2, 0.2)).geometry()
+    assert (
+        square.usable_model == replace(DESIGN, image_format=0.2).geometry().usable_model
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"scale_number": 0}, "scale_number = 0"),
+        ({"spacing": -300}, "spacing = -300"),
+        ({"m_g_um": 5e-6}, "Did you give metres"),
+        ({"high_scale_number": 6000}, "smaller image scale"),
+        ({"high_m_g_um": 0}, "m_g_um = 0"),
+        ({"n_coverages": 7}, "n_coverages = 7"),
+        ({"control_per_model": 4}, "control_per_model = 4"),
+        ({"forward_overlap": 0.4}, "leave gaps"),
+        ({"coverage_shift": 2}, "coverage_shift = 2"),
+        ({"spacing": 2000}, "points lie on"),
+    ],
+)
+def test_impossible_designs_are_refused(change, says):
+    with pytest.raises(EinschaltError, match=says):
+        replace(DESIGN, **change)
+
+
+def test_a_layout_without_points_is_said():
+    design = replace(DESIGN, spacing=900.0, width=9000, height=9000)
+    with pytest.raises(SettingsError, match="no model of the low flight"):
+        expect_precision(replace(design, scale_number=3000))
+
+
+def test_something_else_is_refused():
+    with pytest.raises(SettingsError, match="a FlightDesign"):
+        expect_precision({"scale_number": 8000})
