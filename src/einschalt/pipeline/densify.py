@@ -27,6 +27,7 @@ from einschalt.pipeline.simultaneous import (
     require_adjustable,
 )
 from einschalt.pipeline.summary import summarize
+from einschalt.pipeline.systematic_patterns import find_patterns
 from einschalt.pipeline.variance_components import estimate_components
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.model_screening import screen_models, without_suspects
@@ -156,6 +157,11 @@ class DensificationResult(PrecisionTables):
         if self.errors is None:
             return None
         return estimate_components(self.block, self.high, self.low)
+
+    @cached_property
+    def patterns(self):
+        """Affinity of film and strain of control: SystematicPatterns."""
+        return find_patterns(self.block, self.high, self.low, self.components)
 
     def summary(self):
         """Return verdict, problems and suggestions, then numbers."""

@@ -1,9 +1,13 @@
 """The rigorous covariance of a block's final coordinates."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.stages.stage4_error_propagation import (
+    FlightOperator,
     GroundSources,
     flight_operator,
     mean_operator,
@@ -109,39 +113,130 @@ def propagate_values(block, high, low):
 
 
 def _propagate(block, high, low, point_ids, final_operator):
-    control, check = block.control_points, _check_ids(block)
-    is_control = (control["role"] != "check").to_numpy()
-    high_points = block.high_flight.points_to_fit
-    low_points = block.low_flight.points_to_fit
-    n_high, n_low, n_approximate = len(high_points), len(low_points), len(high.points)
-    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
-    n_axes = 1 if is_conformal else 2
-    of_high = flight_operator(
-        high.transformation,
-        high_points,
-        GroundSources(np.flatnonzero(is_control), len(control)),
-        is_conformal=is_conformal,
-    )
-    approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
-    is_ground = ~high.points["point_id"].isin(check).to_numpy()
-    of_low = flight_operator(
-        low,
-        low_points,
-        GroundSources(np.flatnonzero(is_ground), n_approximate),
-        is_conformal=is_conformal,
-    )
+    operators = BlockOperators.of(block, high, low)
+    n_axes, n_low = operators.n_axes, len(block.low_flight.points_to_fit)
     final = final_operator(n_low, n_axes)
-    through_ground = (final, of_low.ground, approximate)
     return propagate(
         point_ids.to_numpy(dtype=object),
-        {
-            "control": (*through_ground, of_high.ground),
-            "high_flight": (*through_ground, of_high.measured),
-            "low_flight": (final, of_low.measured),
-        },
+        {name: (final, *rest) for name, rest in operators.to_low_values().items()},
         given_errors(block),
         n_axes,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class BlockOperators:
+    """Error operators of a block's flights and of its approximate coordinates.
+
+    Attributes
+    ----------
+    high, low : FlightOperator
+    approximate : bsr_array
+        Means of the values of the high flight.
+    onto : dict of str to bsr_array
+        From the ground points of each flight to the points that were fitted.
+    fitted : dict of str to bsr_array
+        From all values of each flight to the points that were fitted.
+    """
+
+    high: FlightOperator
+    low: FlightOperator
+    approximate: sparse.bsr_array
+    onto: dict
+    fitted: dict
+
+    @property
+    def n_axes(self):
+        """1 where one complex coordinate stands for two."""
+        return self.low.n_axes
+
+    @classmethod
+    def of(cls, block, high, low):
+        """Operators of a computed block.
+
+        Parameters
+        ----------
+        block : Block
+        high : ApproximateCoordinates
+        low : ModelTransformation
+
+        Returns
+        -------
+        BlockOperators
+        """
+        control, check = block.control_points, _check_ids(block)
+        is_control = (control["role"] != "check").to_numpy()
+        is_ground = ~high.points["point_id"].isin(check).to_numpy()
+        is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
+        n_axes = 1 if is_conformal else 2
+        parts = {
+            "high_flight": (
+                high.transformation,
+                GroundSources(np.flatnonzero(is_control), len(control)),
+            ),
+            "low_flight": (
+                low,
+                GroundSources(np.flatnonzero(is_ground), len(high.points)),
+            ),
+        }
+        points = {name: block.flights[name].points_to_fit for name in parts}
+        found, onto, fitted = [], {}, {}
+        for name, (transformation, ground) in parts.items():
+            observed = transformation.observed
+            found.append(
+                flight_operator(
+                    transformation, points[name], ground, is_conformal=is_conformal
+                )
+            )
+            places = ground.places[observed.ground_rows]
+            onto[name] = selection(places, ground.count, n_axes)
+            n_rows = len(points[name])
+            fitted[name] = selection(observed.row_numbers, n_rows, n_axes)
+        n_high = len(points["high_flight"])
+        approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
+        return cls(*found, approximate, onto, fitted)
+
+    def to_low_values(self):
+        """Operators from every source to the values of the low flight, as products."""
+        through_ground = (self.low.ground, self.approximate)
+        return {
+            "control": (*through_ground, self.high.ground),
+            "high_flight": (*through_ground, self.high.measured),
+            "low_flight": (self.low.measured,),
+        }
+
+    def covariance_of_sums(self, flight, coefficients, standard_errors):
+        """Covariance of linear functions of what the fits of a flight were given.
+
+        Parameters
+        ----------
+        flight : {"high_flight", "low_flight"}
+        coefficients : ndarray, shape (n_fitted, n_sums, 2)
+            Of each fitted point's ground coordinate less its transformed measurement.
+        standard_errors : dict of str to ndarray
+            Of the observations of each source, per coordinate [m].
+
+        Returns
+        -------
+        ndarray, shape (n_sums, n_sums)
+        """
+        rows = np.swapaxes(coefficients, 0, 1)
+        if self.n_axes == 1:
+            rows = rows @ np.array([1.0, -1j])
+        rows = rows.reshape(len(rows), -1)
+        chains = {"control": (self.onto[flight],), flight: (-self.fitted[flight],)}
+        if flight == "low_flight":
+            through_ground = (self.onto[flight], self.approximate)
+            chains["high_flight"] = (*through_ground, self.high.measured)
+            chains["control"] = (*through_ground, self.high.ground)
+        total = 0.0
+        for source, chain in chains.items():
+            carried = rows
+            for matrix in chain:
+                carried = carried @ matrix
+            carried = carried * np.repeat(standard_errors[source], self.n_axes)
+            total = total + np.real(carried @ carried.conj().T)
+        return total
 
 
 def given_errors(block):

@@ -25,6 +25,7 @@ from einschalt.pipeline.orientation_suggestions import (
     orientations_with_large_sigma_0,
     orientations_without_convergence,
 )
+from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
     coverages_that_differ,
@@ -68,6 +69,8 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         high_flight_misfit(result),
         contradicted_figures(result),
         wrong_measuring_errors(result),
+        film_affinity(result),
+        network_strain(result),
         suspect_observations(result),
         coverages_that_differ(result),
         points_that_differ(result),

@@ -8,6 +8,7 @@ from einschalt.pipeline.sections import (
     flights,
     known_points,
     neighbours,
+    patterns,
     precision,
 )
 from einschalt.pipeline.sections.verdict import verdict
@@ -22,6 +23,7 @@ SECTIONS = (
     control_strain,
     distribution,
     flights,
+    patterns,
 )
 """Modules whose ``section(result)`` makes a part of summary.txt, in their order."""
 

@@ -1,0 +1,53 @@
+"""Suggestions on affinity of film and on strain of the control network."""
+
+from einschalt.foundations.typesetting import length
+from einschalt.pipeline.sections.patterns import ppm
+from einschalt.pipeline.suggestion import Suggestion
+
+# of the figure that is claimed: a smaller bias adds half a per cent to it
+WORTH_A_WORD = 0.1
+
+
+def film_affinity(result):
+    """Flights whose models have an affinity that their transformation leaves."""
+    found = [
+        part
+        for part in result.patterns.affinities
+        if part.is_significant
+        and not part.is_absorbed
+        and part.bias > WORTH_A_WORD * result.figures.mean_total
+    ]
+    if not found:
+        return None
+    said = "; ".join(
+        f"in the {part.flight.replace('_', ' ')} x is longer than y by "
+        f"{ppm(part.stretch, part.stretch_error)}, with a shear of "
+        f"{ppm(part.shear, part.shear_error)}, which makes {length(part.bias)} "
+        "(total, RMS)"
+        for part in found
+    )
+    flights = " and ".join(f"[{part.flight}]" for part in found)
+    return Suggestion(
+        f"Film or machine has an affinity: {said}",
+        f'Set transformation = "affine" in {flights}',
+    )
+
+
+def network_strain(result):
+    """Control points that contradict each other by more than their standard errors."""
+    strain = result.patterns.strain
+    if strain is None or not strain.is_significant:
+        return None
+    if strain.is_smooth:
+        return Suggestion(
+            f"The control network is strained: neighbours among the "
+            f"{strain.n_control} control points are displaced together, by "
+            f"{length(strain.size)} (total, RMS) over {length(strain.reach)}; "
+            "standard_error_total does not hold that",
+            "Check the network that they come from, and give more control",
+        )
+    return Suggestion(
+        f"The {strain.n_control} control points contradict each other by more than "
+        "their standard errors",
+        "Look for wrong ones, or raise standard_error_m",
+    )

@@ -1,0 +1,85 @@
+"""The adjustment of everything against dense least squares of the same equations."""
+
+import numpy as np
+import pytest
+
+from einschalt.theory.adjustment.control_information import (
+    ControlValues,
+    ModelValues,
+    control_information,
+)
+
+N_POINTS = 14
+CONTROL = np.array([0, 3, 7, 11, 13])
+
+
+def flight(seed, n_models, kind):
+    """Overlapping models of nine neighbouring points each, with errors of 0.05."""
+    rng = np.random.default_rng(seed)
+    first = np.linspace(0, N_POINTS - 10, n_models).astype(int)  # the last is in none
+    point = (first[:, None] + np.arange(9)).ravel()
+    model = np.repeat(np.arange(n_models), 9)
+    xy = rng.uniform(-1.0, 1.0, (len(point), 2))
+    one = np.ones(len(point))
+    design = {
+        "affine": np.column_stack([one, xy]),
+        "helmert": np.column_stack([one, xy @ np.array([1.0, 1j])]),
+    }[kind]
+    value = 1e3 * point + rng.normal(0.0, 0.05, (len(point), 2)) @ np.array([1.0, 1j])
+    weight = rng.uniform(0.5, 2.0, len(point)) * 400.0
+    return ModelValues(design, model, point, value, weight)
+
+
+def dense(flights, control):
+    """Scores and information from one large system, models first, then points."""
+    n_each = [f.design.shape[1] * (1 + f.model.max()) for f in flights]
+    n_parameters = sum(n_each)
+    rows, right, weight = [], [], []
+    before = 0
+    for f, n in zip(flights, n_each, strict=True):
+        k = f.design.shape[1]
+        for d, m, p, v, w in zip(
+            f.design, f.model, f.point, f.value, f.weight, strict=True
+        ):
+            row = np.zeros(n_parameters + N_POINTS, dtype=complex)
+            row[before + m * k : before + (m + 1) * k] = d
+            row[n_parameters + p] = -1.0
+            rows.append(row)
+            right.append(-v)
+            weight.append(w)
+        before += n
+    for p, v, w in zip(control.point, control.value, control.weight, strict=True):
+        row = np.zeros(n_parameters + N_POINTS, dtype=complex)
+        row[n_parameters + p] = 1.0
+        rows.append(row)
+        right.append(v)
+        weight.append(w)
+    root = np.sqrt(np.array(weight))[:, None]
+    a, b = root * np.array(rows), root[:, 0] * np.array(right)
+    normal = a.conj().T @ a
+    cofactors = np.linalg.pinv(normal, hermitian=True, rcond=1e-13)
+    adjusted = cofactors @ (a.conj().T @ b)
+    places = n_parameters + control.point
+    scores = control.weight * (control.value - adjusted[places])
+    q = cofactors[np.ix_(places, places)]
+    information = np.diag(control.weight) - control.weight[:, None] * q * control.weight
+    return scores, information.real
+
+
+@pytest.mark.parametrize(
+    "kinds", [("affine", "affine"), ("helmert", "affine"), ("helmert", "helmert")]
+)
+def test_scores_and_information_are_those_of_the_dense_system(kinds):
+    flights = [flight(1, 4, kinds[0]), flight(2, 7, kinds[1])]
+    rng = np.random.default_rng(3)
+    value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
+    control = ControlValues(CONTROL, value, rng.uniform(0.5, 2.0, 5) * 800.0)
+    scores, information = control_information(flights, control)
+    expected_scores, expected = dense(flights, control)
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(information, expected, atol=1e-5 * scale)
+    size = np.abs(expected_scores).max()
+    np.testing.assert_allclose(scores, expected_scores, atol=1e-4 * size)
+    # the last control point lies in no model: nothing checks it
+    assert scores[-1] == 0.0
+    np.testing.assert_allclose(information[-1], 0.0, atol=1e-9 * scale)

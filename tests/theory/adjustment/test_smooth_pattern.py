@@ -1,0 +1,74 @@
+"""The test for a smooth pattern: how often it cries, and what it finds."""
+
+import numpy as np
+import pytest
+
+from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
+
+N, EXTENT = 60, 1e4
+
+
+@pytest.fixture(scope="module")
+def network():
+    """Points, and an information that leaves shift, turn and scale open."""
+    rng = np.random.default_rng(0)
+    xy = rng.uniform(0.0, EXTENT, (N, 2))
+    trend = np.column_stack([np.ones(N), xy / EXTENT])
+    free = np.eye(N) - trend @ np.linalg.solve(trend.T @ trend, trend.T)
+    return xy, free / 0.04**2
+
+
+def scores(network, rng, displacement=0.0, factor=1.0):
+    _, information = network
+    values, vectors = np.linalg.eigh(information)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    noise = factor * root @ rng.standard_normal((N, 2))
+    return noise + information @ np.broadcast_to(displacement, (N, 2))
+
+
+def wave(network, size):
+    xy, _ = network
+    return size * np.sin(2.0 * np.pi * xy[:, ::-1] / 6000.0)
+
+
+def test_clean_networks_raise_no_more_alarms_than_they_should(network):
+    xy, information = network
+    rng = np.random.default_rng(1)
+    found = [smooth_pattern(scores(network, rng), information, xy) for _ in range(200)]
+    p_value = np.array([one.p_value for one in found])
+    for alpha in (0.05, 0.01):
+        assert np.mean(p_value < alpha) < alpha + 3 * np.sqrt(alpha / 200)
+    assert np.mean(p_value < 0.05) > 0.01
+
+
+def test_a_wave_is_found_with_its_size_and_reach(network):
+    xy, information = network
+    rng = np.random.default_rng(2)
+    true = wave(network, 0.05)
+    found = [
+        smooth_pattern(scores(network, rng, true), information, xy) for _ in range(20)
+    ]
+    assert all(one.p_value < 1e-3 for one in found)
+    assert all(one.p_value_if_scaled < 0.05 for one in found)
+    sizes = np.array([one.size for one in found])
+    # shrunk, and without what looks like a trend
+    assert 0.5 < np.median(sizes) / np.sqrt(np.mean(true**2)) < 1.1
+    assert all(0.5e3 < one.reach < 3e3 for one in found)
+
+
+def test_errors_of_single_points_are_no_smooth_pattern(network):
+    xy, information = network
+    rng = np.random.default_rng(3)
+    found = [
+        smooth_pattern(scores(network, rng, factor=2.0), information, xy)
+        for _ in range(20)
+    ]
+    assert all(one.p_value < 1e-3 for one in found)
+    assert np.mean([one.p_value_if_scaled < 0.05 for one in found]) <= 0.1
+
+
+def test_few_points_tell_nothing():
+    found = smooth_pattern(np.zeros((2, 2)), np.eye(2), np.eye(2))
+    assert np.isnan(found.p_value)
+    nothing = smooth_pattern(np.zeros((5, 2)), np.zeros((5, 5)), np.eye(5)[:, :2])
+    assert np.isnan(nothing.p_value)
