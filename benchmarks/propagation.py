@@ -10,7 +10,8 @@ from time import perf_counter
 
 import einschalt as es
 from benchmarks.racing import ROUNDS, Outcome, report
-from einschalt.pipeline.error_propagation import propagate_block
+from einschalt.pipeline.error_model import model_of_both_flights
+from einschalt.pipeline.error_propagation import propagate_model
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
 LARGEST_RATIO = 3.0  # of the time that the fits of both flights take
@@ -46,10 +47,10 @@ def _judge(block, mode):
     fits, propagated = [], []
     for _ in range(ROUNDS):
         fits.append(_seconds(lambda: _fits(block, mode)))
-        propagated.append(_seconds(lambda: propagate_block(block, high, low, means)))
+        propagated.append(_seconds(lambda: _propagated(block, high, low, means)))
     ratio = median(p / f for p, f in zip(propagated, fits, strict=True))
     tracemalloc.start()
-    propagate_block(block, high, low, means)
+    _propagated(block, high, low, means)
     gigabytes = tracemalloc.get_traced_memory()[1] / 1e9
     tracemalloc.stop()
     return [
@@ -68,6 +69,13 @@ def _judge(block, mode):
             gigabytes <= LARGEST_MEMORY,
         ),
     ]
+
+
+def _propagated(block, high, low, means):
+    points = {name: flight.model_points for name, flight in block.flights.items()}
+    return propagate_model(
+        model_of_both_flights(block, points, high, low, means), means
+    )
 
 
 def _fits(block, mode):

@@ -131,9 +131,9 @@ def test_nonsense_is_refused(change, says):
 
 
 def test_other_nonsense_is_refused():
-    with pytest.raises(SettingsError, match="5 cm are 0.05"):
+    with pytest.raises(SettingsError, match=r"5 cm are 0\.05"):
         find_plans(50, CHOICES)
-    with pytest.raises(SettingsError, match="where = 'egde'.*'edge'"):
+    with pytest.raises(SettingsError, match=r"where = 'egde'.*'edge'"):
         find_plans(0.05, CHOICES, where="egde")
     with pytest.raises(SettingsError, match="image = -1"):
         PlanCosts(image=-1)

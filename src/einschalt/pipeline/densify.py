@@ -14,8 +14,14 @@ from einschalt.pipeline.block_figures import (
     adjusted_figures,
     two_step_figures,
 )
+from einschalt.pipeline.claim_tests import examine_claim
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
-from einschalt.pipeline.error_propagation import can_propagate, propagate_block
+from einschalt.pipeline.error_model import (
+    ErrorModel,
+    assumed_model,
+    model_of_both_flights,
+)
+from einschalt.pipeline.error_propagation import can_propagate, propagate_model
 from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.precision_tables import PrecisionTables
 from einschalt.pipeline.residual_distribution import distributed, require_control
@@ -113,6 +119,12 @@ class DensificationResult(PrecisionTables):
         was not possible.
     seconds : float
         Time of the computation.
+    means : CoverageMean or None
+        Stage 5, the means behind the points of the two steps.
+    model_points : dict of str to DataFrame
+        Of each flight, as they were transformed.
+    propagation : ErrorModel or None
+        Operators behind ``errors``.
     simultaneous : BlockAdjustment or None
         With ``method = "simultaneous"``: where points, models and residuals are from.
     two_step : DensificationResult or None
@@ -135,6 +147,9 @@ class DensificationResult(PrecisionTables):
     high: ApproximateCoordinates | None
     low: ModelTransformation | None
     seconds: float
+    means: CoverageMean | None = None
+    model_points: dict | None = None
+    propagation: ErrorModel | None = None
     simultaneous: BlockAdjustment | None = None
     two_step: "DensificationResult | None" = None
 
@@ -144,6 +159,23 @@ class DensificationResult(PrecisionTables):
         if self.screening is None:
             return pd.DataFrame(columns=COLUMNS).astype({"is_suspect": bool})
         return self.screening.table
+
+    @cached_property
+    def error_model(self):
+        """The model of errors that the two-step figure rests on, ErrorModel or None.
+
+        That of the propagation; without one, a model in which nothing is shared that
+        it cannot know of: given approximate coordinates are independent, orientations
+        without errors. None where sizes of errors are not known.
+        """
+        if self.propagation is not None or self.low is None:
+            return self.propagation
+        return assumed_model(self)
+
+    @cached_property
+    def claim(self):
+        """Tests of the claimed figure of two steps against the measurements: Claim."""
+        return examine_claim(self)
 
     @cached_property
     def components(self):
@@ -161,7 +193,7 @@ class DensificationResult(PrecisionTables):
     @cached_property
     def patterns(self):
         """Affinity of film and strain of control: SystematicPatterns."""
-        return find_patterns(self.block, self.high, self.low, self.components)
+        return find_patterns(self)
 
     def summary(self):
         """Return verdict, problems and suggestions, then numbers."""
@@ -223,9 +255,13 @@ def _in_two_steps(block, settings, flights, said):
     said("double coverage", 0.9)
     means = _means(values, low, settings)
     said("error propagation", 0.95)
-    errors = propagate_block(block, high, low, means) if can_propagate(block) else None
+    model = errors = None
+    if can_propagate(block):
+        points = _points_of(block, flights)
+        model = model_of_both_flights(block, points, high, low, means)
+        errors = propagate_model(model, means)
     screening = screen_block(means, errors, settings)
-    stages = _Stages(flights, high, low, values, means, errors, screening)
+    stages = _Stages(flights, high, low, values, means, model, errors, screening)
     return _result(block, settings, stages)
 
 
@@ -269,6 +305,7 @@ class _Stages:
     low: ModelTransformation
     values: pd.DataFrame
     means: CoverageMean
+    model: ErrorModel | None
     errors: PropagatedErrors | None
     screening: CoverageScreening
 
@@ -297,6 +334,9 @@ def _result(block, settings, stages):
         high=high,
         low=low,
         seconds=np.nan,
+        means=stages.means,
+        model_points=_points_of(block, stages.flights),
+        propagation=stages.model,
     )
 
 
@@ -322,6 +362,14 @@ def _without_steps(block, settings, flights):
         low=None,
         seconds=np.nan,
     )
+
+
+def _points_of(block, flights):
+    """Model points of each flight, as they are transformed."""
+    return {
+        name: block.flights[name].to_fit(oriented.model_points)
+        for name, oriented in flights.items()
+    }
 
 
 def _silent(_title, _fraction):

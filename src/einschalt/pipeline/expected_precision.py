@@ -145,7 +145,8 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
         )
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
     result = densify(block, Settings(coverage_mean=coverage_mean))
-    of_values = _total(propagate_values(block, result.high, result.low).covariance)
+    point_ids = result.model_points["low_flight"]["point_id"]
+    of_values = _total(propagate_values(result.propagation, point_ids).covariance)
     values = _values(block, result, of_values)
     is_new = (result.points["role"] == "new").to_numpy()
     parts = {

@@ -16,6 +16,7 @@ from einschalt.foundations.typesetting import (
     shortened,
 )
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.claim_suggestions import claim_that_does_not_stand
 from einschalt.pipeline.orientation_suggestions import (
     ambiguous_orientations,
     corrections_that_spoil,
@@ -63,6 +64,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         orientations_with_large_sigma_0(result),
         corrections_that_spoil(result),
         models_upside_down(result),
+        claim_that_does_not_stand(result),
         check_differences(result),
         control_differences(result),
         shifted_block(result),
@@ -200,7 +202,8 @@ def has_credible_propagation(result):
     figures = result.figures
     measured = np.nanmax([figures.mean_paper, figures.mean_internal, 0.0])
     is_explained = bool(measured <= WORTH_A_WORD * figures.mean_total)
-    return is_explained and high_flight_misfit(result) is None
+    has_fit = high_flight_misfit(result) is None
+    return is_explained and has_fit and result.claim.stands
 
 
 def claim_column(result):

@@ -2,6 +2,7 @@
 
 from einschalt.foundations.typesetting import seconds, wrapped
 from einschalt.pipeline.sections import (
+    claim,
     control_strain,
     distribution,
     error_sources,
@@ -17,6 +18,7 @@ from einschalt.pipeline.suggestions import find_suggestions
 UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 SECTIONS = (
     precision,
+    claim,
     error_sources,
     neighbours,
     known_points,

@@ -13,11 +13,6 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
-from einschalt.pipeline.error_propagation import (
-    BlockOperators,
-    can_propagate,
-    given_errors,
-)
 from einschalt.theory.adjustment.control_information import (
     ControlValues,
     ModelValues,
@@ -118,42 +113,38 @@ class SystematicPatterns:
     strain: NetworkStrain | None
 
 
-def find_patterns(block, high, low, components):
+def find_patterns(result):
     """Look for affinity of film and for strain of the control points.
 
     Parameters
     ----------
-    block : Block
-    high : ApproximateCoordinates
-    low : ModelTransformation
-    components : BlockComponents or None
-        Their sizes of measuring errors are used instead of those that were given.
+    result : DensificationResult
+        The sizes of measuring errors that it estimates are used instead of those that
+        were given.
 
     Returns
     -------
     SystematicPatterns
         Without any where the errors of the block cannot be propagated.
     """
-    if high is None or not can_propagate(block):
+    block, model, components = result.block, result.propagation, result.components
+    if model is None:
         return SystematicPatterns((), None)
-    errors = given_errors(block)
+    errors = dict(model.standard_errors)
     for flight in block.flights if components is not None else ():
         component = getattr(components, flight)
         # nearly nothing says that the block is too small to tell
         if component.estimated > component.standard_error:
             errors[flight] = errors[flight] * component.estimated / component.given
-    operators = BlockOperators.of(block, high, low)
-    affinities = (
-        _affinity("high_flight", high.transformation, operators, errors),
-        _affinity("low_flight", low, operators, errors),
-    )
+    fits = {"high_flight": result.high.transformation, "low_flight": result.low}
+    affinities = (_affinity(flight, fits[flight], model, errors) for flight in fits)
     found = tuple(part for part in affinities if part is not None)
     # what film does to models must not pass for a strain of the network
     affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
-    return SystematicPatterns(found, _strain(block, (high, low), errors, affine))
+    return SystematicPatterns(found, _strain(block, fits, errors, affine))
 
 
-def _affinity(flight, transformation, operators, errors):
+def _affinity(flight, transformation, model, errors):
     """Weighted mean of the affinities of all models, with its standard error."""
     points, moments = transformation.observed.points, transformation.fit.moments
     matrix, _ = affine_matrices(moments)
@@ -173,7 +164,8 @@ def _affinity(flight, transformation, operators, errors):
     mean = weight[is_usable] @ each[is_usable]
     rows = np.where(is_usable[points.model], weight[points.model], 0.0)
     functional = rows[:, None, None] * np.nan_to_num(derivatives)
-    covariance = operators.covariance_of_sums(flight, functional, errors)
+    chains = model.chains_to_fits(flight, transformation.observed)
+    covariance = _covariance(functional, chains, errors, model.n_axes)
     test = mean @ np.linalg.solve(covariance, mean)
     # film that is longer makes the way from model to ground shorter
     stretch, shear = -2.0 * mean
@@ -185,6 +177,22 @@ def _affinity(flight, transformation, operators, errors):
         is_absorbed=transformation.kind == "affine",
         bias=_bias(mean, matrix[is_usable], transformation.fit, is_usable),
     )
+
+
+def _covariance(functional, chains, standard_errors, n_axes):
+    """Covariance of sums over all that a flight was fitted with, (n_sums, n_sums)."""
+    rows = np.swapaxes(functional, 0, 1)
+    if n_axes == 1:
+        rows = rows @ np.array([1.0, -1j])
+    rows = rows.reshape(len(rows), -1)
+    total = 0.0
+    for source, chain in chains.items():
+        carried = rows
+        for matrix in chain:
+            carried = carried @ matrix
+        carried = carried * np.repeat(standard_errors[source], n_axes)
+        total = total + np.real(carried @ carried.conj().T)
+    return total
 
 
 def _has_suspects(transformation):
@@ -209,11 +217,9 @@ def _bias(mean, matrix, fit, is_usable):
     return float(2.0 * np.hypot(*mean) * np.sqrt(np.mean(arm)))
 
 
-def _strain(block, stages, errors, affine):
-    high, low = stages
+def _strain(block, transformations, errors, affine):
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
-    transformations = {"high_flight": high.transformation, "low_flight": low}
     n_models = sum(len(fit.models) for fit in transformations.values())
     if n_models > MOST_MODELS or is_used.sum() > MOST_CONTROL:
         return None

@@ -13,7 +13,7 @@ import pandas as pd
 
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
-from einschalt.pipeline.error_propagation import given_errors
+from einschalt.pipeline.error_model import given_errors
 from einschalt.stages.stage4_error_propagation import (
     GroundSources,
     flight_operator,
@@ -82,7 +82,7 @@ def estimate_components(block, high, low):
     sums = [part for part in _sums(block, high, low, n_axes) if len(part.values)]
     sizes = {
         source: np.repeat(errors, n_axes)
-        for source, errors in given_errors(block).items()
+        for source, errors in given_errors(block, _points(block)).items()
     }
     if len(sums) < len(sizes):
         return None
@@ -101,6 +101,10 @@ def estimate_components(block, high, low):
             for source, size in given.items()
         }
     )
+
+
+def _points(block):
+    return {name: flight.points_to_fit for name, flight in block.flights.items()}
 
 
 def _sums(block, high, low, n_axes):

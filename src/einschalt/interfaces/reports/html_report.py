@@ -18,6 +18,7 @@ from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
 from einschalt.pipeline.sections import (
+    claim,
     error_sources,
     flights,
     known_points,
@@ -101,11 +102,14 @@ def render(result) -> str:
 def _further_sections(result):
     """Sections that the page shows one below the other, each with its figure if any."""
     # imported when a report is rendered: matplotlib takes half a second
+    from einschalt.interfaces.reports.correlogram_figure import (  # noqa: PLC0415
+        correlogram_figure,
+    )
     from einschalt.interfaces.reports.sources_figure import (  # noqa: PLC0415
         sources_figure,
     )
 
-    figure_of = {error_sources: sources_figure}
+    figure_of = {error_sources: sources_figure, claim: correlogram_figure}
     return [
         (
             module.section(result),

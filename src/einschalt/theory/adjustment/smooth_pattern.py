@@ -69,8 +69,8 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
 
     Notes
     -----
-    Half of the probability mass of a likelihood ratio for a variance lies at 0. The four
-    reaches are so alike that their largest ratio is distributed like that of two
+    Half of the probability mass of a likelihood ratio for a variance lies at 0. The
+    four reaches are so alike that their largest ratio is distributed like that of two
     independent ones: in 1500 draws of a network of 93 points the 95 and 99.9 % points
     were 3.8 and 11.3, where two have 3.8 and 10.8.
     """

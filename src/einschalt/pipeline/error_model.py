@@ -1,0 +1,356 @@
+"""The a-priori model of a block's errors: operators on everything that it measured.
+
+Where all sources of error have a size, it is the model of the propagation. Where
+approximate coordinates were given, they are taken for independent of each other, with
+their stated error or with that which the fits show: it is the assumption under which
+a budget could hold, and it is there to be tested.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.units import METRES_PER_UM, ground_from_image_um
+from einschalt.stages.stage4_error_propagation import (
+    FlightOperator,
+    GroundSources,
+    flight_operator,
+    mean_operator,
+)
+from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.drawn_errors import draw_errors, moved
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.transformation.sensitivity import CONFORMAL
+
+APPROXIMATE = "approximate_points"
+PLAN = ("easting", "northing")
+CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
+
+
+@dataclass(frozen=True, eq=False)
+class HighFlight:
+    """How errors enter the values of the high flight.
+
+    Attributes
+    ----------
+    operator : FlightOperator
+    mean : sparse array
+        Approximate coordinates from the values.
+    places : ndarray of int
+        Which control point stands in each row of the table that was fitted onto.
+    """
+
+    operator: FlightOperator
+    mean: sparse.sparray
+    places: np.ndarray
+
+    @property
+    def chains(self):
+        """From the sources to the values, dict of str to tuple of sparse arrays."""
+        return {CONTROL: (self.operator.ground,), HIGH: (self.operator.measured,)}
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorModel:
+    """How errors of the given sizes enter values, residuals and final points.
+
+    Attributes
+    ----------
+    final : sparse array
+        Final points from the values of the low flight.
+    low : FlightOperator
+        Values of the low flight from its own errors, and from those of the approximate
+        coordinates.
+    ground : dict of str to tuple of sparse arrays
+        Approximate coordinates from the sources behind them.
+    high : HighFlight or None
+    places : ndarray of int
+        Which approximate point stands in each row of the table that was fitted onto.
+    standard_errors : dict of str to ndarray
+        Of each source's observations, per coordinate [m]; with a column for each axis
+        where they differ.
+    is_assumed : bool
+        Whether the approximate coordinates are only assumed to be independent.
+    """
+
+    final: sparse.sparray
+    low: FlightOperator
+    ground: dict
+    high: HighFlight | None
+    places: np.ndarray
+    standard_errors: dict
+    is_assumed: bool
+
+    @property
+    def n_axes(self):
+        """Of the operators: 1 where one complex coordinate stands for two."""
+        return self.low.n_axes
+
+    @property
+    def chains(self):
+        """From the sources to the final points, dict of str to tuple."""
+        return {
+            **{
+                name: (self.final, self.low.ground, *c)
+                for name, c in self.ground.items()
+            },
+            LOW: (self.final, self.low.measured),
+        }
+
+    def chains_to_fits(self, flight, observed):
+        """From the sources to what a flight was fitted with, ground less measurement.
+
+        Parameters
+        ----------
+        flight : {"high_flight", "low_flight"}
+        observed : ObservedPoints
+            The points that the flight was fitted on.
+
+        Returns
+        -------
+        dict of str to tuple of sparse arrays
+        """
+        is_low = flight == LOW
+        operator = self.low if is_low else self.high.operator
+        places = self.places if is_low else self.high.places
+        onto = self._chosen(places[observed.ground_rows], operator.ground)
+        fitted = self._chosen(observed.row_numbers, operator.measured)
+        ground = self.ground if is_low else {CONTROL: ()}
+        return {
+            **{name: (onto, *chain) for name, chain in ground.items()},
+            flight: (-fitted,),
+        }
+
+    def _chosen(self, places, operator):
+        return selection(places, operator.shape[1] // self.n_axes, self.n_axes)
+
+    def draw(self, n_draws, seed):
+        """Draw the errors of all sources and carry them to all values.
+
+        Parameters
+        ----------
+        n_draws, seed : int
+
+        Returns
+        -------
+        DrawnBlock
+        """
+        errors = draw_errors(
+            self.standard_errors, self.n_axes, n_draws=n_draws, seed=seed
+        )
+        high = None
+        if self.high is not None:
+            high = moved(errors, self.high.chains)
+        ground = moved(errors, self.ground)
+        low = moved(
+            {**errors, APPROXIMATE: ground},
+            {APPROXIMATE: (self.low.ground,), LOW: (self.low.measured,)},
+        )
+        return DrawnBlock(errors, high, ground, low)
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnBlock:
+    """Errors of a block, drawn many times; a column for each draw.
+
+    Attributes
+    ----------
+    sources : dict of str to ndarray
+        Of all observations.
+    high : ndarray or None
+        Of the values of the high flight.
+    ground : ndarray
+        Of the approximate coordinates.
+    low : ndarray
+        Of the values of the low flight.
+    """
+
+    sources: dict
+    high: np.ndarray | None
+    ground: np.ndarray
+    low: np.ndarray
+
+
+def model_of_both_flights(block, points, high, low, means):
+    """Errors of control and of both flights, of the sizes that were given.
+
+    Parameters
+    ----------
+    block : Block
+        Its ``m_g_um`` and ``standard_error_m`` are the sizes of the errors.
+    points : dict of str to DataFrame
+        Model points of each flight, as they were transformed.
+    high : ApproximateCoordinates
+    low : ModelTransformation
+    means : CoverageMean
+        Of all values of the low flight, row for row as its model points.
+
+    Returns
+    -------
+    ErrorModel
+        With the sources ``control``, ``high_flight`` and ``low_flight``.
+    """
+    control = block.control_points
+    is_control = (control["role"] != "check").to_numpy()
+    high_points, low_points = points[HIGH], points[LOW]
+    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
+    n_axes = 1 if is_conformal else 2
+    control_places = np.flatnonzero(is_control)
+    of_high = flight_operator(
+        high.transformation,
+        high_points,
+        GroundSources(control_places, len(control)),
+        is_conformal=is_conformal,
+    )
+    n_high, n_low = len(high_points), len(low_points)
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
+    places = places_fitted_onto(block, high.points["point_id"])
+    of_low = flight_operator(
+        low,
+        low_points,
+        GroundSources(places, len(high.points)),
+        is_conformal=is_conformal,
+    )
+    of_both = HighFlight(of_high, approximate, control_places)
+    return ErrorModel(
+        final=mean_operator(means, np.arange(n_low), n_low, n_axes),
+        low=of_low,
+        ground={name: (approximate, *c) for name, c in of_both.chains.items()},
+        high=of_both,
+        places=places,
+        standard_errors=given_errors(block, points),
+        is_assumed=any(f.is_oriented_numerically for f in block.flights.values()),
+    )
+
+
+def given_errors(block, points):
+    """Sizes of the errors of all observations as they were given, by their source.
+
+    Parameters
+    ----------
+    block : Block
+    points : dict of str to DataFrame
+        Model points of each flight.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
+    """
+    return {
+        CONTROL: block.control_points["standard_error_m"].to_numpy() / SQRT2,
+        **{
+            name: _measuring_errors(block.flights[name], points[name])
+            for name in points
+        },
+    }
+
+
+def _measuring_errors(flight, model_points):
+    """Error of each measured coordinate on the ground [m]; m_g is total."""
+    m_g_um = flight.m_g_um_of(model_points)
+    return m_g_um * METRES_PER_UM * flight.scale_number / SQRT2
+
+
+def places_fitted_onto(block, point_ids):
+    """Rows of the approximate points that the low flight was fitted onto.
+
+    Parameters
+    ----------
+    block : Block
+    point_ids : Series
+        Of the approximate points.
+
+    Returns
+    -------
+    ndarray of int
+        All but check points.
+    """
+    control = block.control_points
+    if control is None:
+        return np.arange(len(point_ids))
+    check = control.loc[control["role"] == "check", "point_id"]
+    return np.flatnonzero(~point_ids.isin(check).to_numpy())
+
+
+def assumed_model(result):
+    """Model of errors of a block whose errors cannot be propagated.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    ErrorModel or None
+        None where control points have no standard errors, or heights of the high
+        flight enter.
+    """
+    block, points = result.block, result.model_points
+    if result.high is None:
+        return model_of_given_approximations(
+            block, result.low, result.means, points[LOW]
+        )
+    kinds = result.high.transformation.kind, result.low.kind
+    is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
+    if not is_plane or "standard_error_m" not in block.control_points:
+        return None
+    return model_of_both_flights(block, points, result.high, result.low, result.means)
+
+
+def model_of_given_approximations(block, low, means, low_points):
+    """Errors of the low flight and of approximate points that share nothing.
+
+    Parameters
+    ----------
+    block : Block
+        One with ``approximate_points``.
+    low : ModelTransformation
+    means : CoverageMean
+    low_points : DataFrame
+        Model points of the low flight, as they were transformed.
+
+    Returns
+    -------
+    ErrorModel
+        With the sources ``approximate_points`` and ``low_flight``. Where no error of
+        the former was stated, it is what m_0 leaves beside m_g.
+    """
+    is_conformal = low.kind in CONFORMAL
+    n_axes = 1 if is_conformal else len(KINDS[low.kind].target)
+    n_ground = len(block.approximate_points)
+    places = places_fitted_onto(block, block.approximate_points["point_id"])
+    of_low = flight_operator(
+        low, low_points, GroundSources(places, n_ground), is_conformal=is_conformal
+    )
+    measured = ground_from_image_um(
+        block.low_flight.m_g_um_of(low_points), block.low_flight.scale_number
+    )
+    stated = block.approximate_m_0_m
+    if stated is None:
+        stated = np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
+    n_low = len(low_points)
+    return ErrorModel(
+        final=mean_operator(means, np.arange(n_low), n_low, n_axes),
+        low=of_low,
+        ground={APPROXIMATE: (selection(np.arange(n_ground), n_ground, n_axes),)},
+        high=None,
+        places=places,
+        standard_errors={
+            APPROXIMATE: np.full(n_ground, stated / SQRT2),
+            LOW: _with_heights(measured / SQRT2, low, n_axes),
+        },
+        is_assumed=True,
+    )
+
+
+def _with_heights(plan_errors, low, n_axes):
+    """Errors of each axis: heights scatter by what their residuals say."""
+    if n_axes < len(KINDS["helmert_3d"].target):
+        return plan_errors
+    squares = np.nanmean(low.fit.residuals**2, axis=0)
+    plan = max(np.mean(squares[:2]), np.finfo(float).tiny)
+    ratio = max(float(np.sqrt(squares[2] / plan)), 1.0)
+    return plan_errors[:, None] * [1.0, 1.0, ratio]

@@ -1,0 +1,39 @@
+"""Wrong claims are called out, right ones are not: the short form.
+
+The long form is 100 blocks of each kind; its figures stand in docs/theory/claim.md.
+"""
+
+import pytest
+
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulated_approximations import onto_given_approximations
+from einschalt.pipeline.simulation import simulate_block
+
+N_BLOCKS = 4
+
+
+def refused(change):
+    blocks = [change(simulate_block("neukirchen", seed=s), s) for s in range(N_BLOCKS)]
+    return sum(not densify(block).claim.stands for block in blocks)
+
+
+@pytest.mark.parametrize("is_stated", [True, False])
+def test_one_orientation_error_for_each_photograph_is_called_out(is_stated):
+    found = refused(
+        lambda block, seed: onto_given_approximations(
+            block, photograph_error=0.1, seed=seed, is_stated=is_stated
+        )
+    )
+    assert found == N_BLOCKS
+
+
+def test_independent_approximations_are_not():
+    # at 0.01 a block two of four have the probability 0.0006
+    found = refused(
+        lambda block, seed: onto_given_approximations(block, own_error=0.1, seed=seed)
+    )
+    assert found <= 1
+
+
+def test_blocks_of_both_flights_are_not():
+    assert refused(lambda block, _: block) <= 1
