@@ -17,6 +17,7 @@ RACES = (
     "robust",
     "propagation",
     "batches",
+    "block_adjustment",
 )
 
 

@@ -35,6 +35,9 @@ class Settings(BaseModel):
         propagated precision of the difference, or, as in the double coverages of 1968,
         by three standard errors that come from all differences. A suspect keeps the
         values of its coverages beside their mean.
+    model_deformation : {"modelled", "tested", "ignored"}
+        With ``method = "simultaneous"``: whether deformations that all models of a
+        flight share are modelled where a test finds them, only tested, or neither.
     significance : float
         Probability with which a model without gross errors has a suspect residual, and
         with which a point without gross errors is suspected for its coverages.
@@ -65,6 +68,7 @@ class Settings(BaseModel):
     weighting: Literal["plain", "weighted"] = "plain"
     outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"
     screening: Literal["propagated", "practice_1968", "off"] = "propagated"
+    model_deformation: Literal["modelled", "tested", "ignored"] = "modelled"
     significance: float = Field(
         0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
     )

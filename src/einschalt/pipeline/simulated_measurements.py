@@ -19,7 +19,11 @@ from einschalt.pipeline.simulated_layout import (
     Terrain,
     turn,
 )
-from einschalt.pipeline.simulated_noise import FlightNoise, measure_in_image_plane
+from einschalt.pipeline.simulated_noise import (
+    FlightNoise,
+    deform_models,
+    measure_in_image_plane,
+)
 from einschalt.theory.relative_orientation.model_correction import disturb_model
 
 # the base carriage of a plotter keeps the model's base within a few degrees of x
@@ -60,7 +64,8 @@ class FlightToMeasure:
     layout : FlightLayout
     noise : FlightNoise
     streams : dict of str to numpy.random.Generator
-        setting (of machine or camera), measurement, gross, height, orientation.
+        setting (of machine or camera), measurement, gross, height, orientation,
+        deformation.
     """
 
     geometry: BlockGeometry
@@ -217,10 +222,9 @@ def _in_model(flight):
 
 
 def _measure(flight, true):
-    streams = flight.streams
-    return measure_in_image_plane(
-        true[:, :2], flight.noise, streams["measurement"], streams["gross"]
-    )
+    streams, noise = flight.streams, flight.noise
+    bent = true[:, :2] + deform_models(true[:, :2], noise, streams["deformation"])
+    return measure_in_image_plane(bent, noise, streams["measurement"], streams["gross"])
 
 
 def _measured_height(flight, true):

@@ -18,6 +18,8 @@ RANGES = {
     "high_m_g_um": Range(0, 1000, UM),
     "low_m_g_um": Range(0, 1000, UM),
     "film_affinity": Range(-0.01, 0.01),
+    "high_deformation_um": Range(0, 1000, UM),
+    "low_deformation_um": Range(0, 1000, UM),
     "high_gross_error_share": Range(
         0, 0.5, "of the measurements", likely_slip="Did you give per cent?"
     ),
@@ -50,6 +52,9 @@ class BlockNoise:
     film_affinity : float
         Differential scale along the strip against across it: x is stretched by half
         of it, y shortened by half.
+    high_deformation_um, low_deformation_um : float
+        Displacement at the edge of the models (RMS, total) by a deformation that all
+        models of a flight share and no affinity takes up, in the image plane [µm].
     high_gross_error_share, low_gross_error_share : float
         Share of the measured points that have a gross error.
     high_gross_error_um, low_gross_error_um : float
@@ -81,6 +86,8 @@ expected 0 to 0.5 of the measurements. Did you give per cent?
     high_m_g_um: float = 7.5
     low_m_g_um: float = 5.0
     film_affinity: float = 0.0
+    high_deformation_um: float = 0.0
+    low_deformation_um: float = 0.0
     high_gross_error_share: float = 0.0
     low_gross_error_share: float = 0.0
     high_gross_error_um: float = 50.0
@@ -109,6 +116,7 @@ expected 0 to 0.5 of the measurements. Did you give per cent?
         return FlightNoise(
             m_g=METRES_PER_UM * getattr(self, f"{height}_m_g_um"),
             film_affinity=self.film_affinity,
+            deformation=METRES_PER_UM * getattr(self, f"{height}_deformation_um"),
             gross_error_share=getattr(self, f"{height}_gross_error_share"),
             gross_error=METRES_PER_UM * getattr(self, f"{height}_gross_error_um"),
             orientation_error=self.orientation_error,
@@ -124,12 +132,14 @@ class FlightNoise:
     ----------
     m_g : float
         TOTAL.
-    film_affinity, gross_error_share, gross_error, orientation_error, y_parallax : float
+    film_affinity, deformation, gross_error_share, gross_error, orientation_error, \
+            y_parallax : float
         As in :class:`BlockNoise`.
     """
 
     m_g: float
     film_affinity: float
+    deformation: float
     gross_error_share: float
     gross_error: float
     orientation_error: float
@@ -174,6 +184,48 @@ def measure_in_image_plane(xy, noise, rng, gross_rng) -> Disturbed:
         [np.cos(direction), np.sin(direction)]
     )
     return Disturbed(measured + np.where(is_gross[:, None], blunder, 0.0), is_gross)
+
+
+DEGREES = {2: 1.0, 3: 0.5, 4: 0.25}
+"""Degrees of the polynomials of a deformation, and how large their terms are."""
+
+
+def deform_models(xy, noise, rng):
+    """Displace points by a smooth deformation that all models of a flight share.
+
+    Parameters
+    ----------
+    xy : ndarray, shape (n, 2)
+        Coordinates from the centre of the model, image plane [m].
+    noise : FlightNoise
+    rng : numpy.random.Generator
+        For the shape of the deformation.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Displacements [m]: polynomials of degree 2 to 4 without the part that an affine
+        transformation takes up.
+    """
+    powers = [(d - k, k, size) for d, size in DEGREES.items() for k in range(d + 1)]
+    sizes = np.array([size for *_, size in powers])
+    shape = sizes[:, None] * rng.standard_normal((len(powers), 2))
+    if noise.deformation == 0.0 or len(xy) == 0:
+        return np.zeros_like(xy)
+
+    def terms(position):
+        u, v = position.T
+        return np.column_stack([u**p * v**q for p, q, _ in powers])
+
+    axis = np.linspace(-1.0, 1.0, 21)
+    grid = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
+    bent = terms(grid) @ shape
+    affine = np.linalg.lstsq(np.column_stack([np.ones(len(grid)), grid]), bent)[0]
+    bent = bent - affine[0] - grid @ affine[1:]
+    at_edge = np.abs(grid).max(axis=1) == 1.0
+    size = noise.deformation / np.sqrt(np.mean((bent[at_edge] ** 2).sum(axis=1)))
+    position = xy / np.abs(xy).max(axis=0)
+    return size * (terms(position) @ shape - affine[0] - position @ affine[1:])
 
 
 def strain_network(position, noise, rng):

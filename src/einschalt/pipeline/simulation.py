@@ -44,8 +44,17 @@ NOISE_STREAMS = (
     "height_low",
     "orientation_high",
     "orientation_low",
+    "deformation_high",
+    "deformation_low",
 )
-FLIGHT_STREAMS = ("setting", "measurement", "gross", "height", "orientation")
+FLIGHT_STREAMS = (
+    "setting",
+    "measurement",
+    "gross",
+    "height",
+    "orientation",
+    "deformation",
+)
 GROUND_AXES = ("easting", "northing", "height")
 # what a block without noise declares: its tables allow no error of zero
 LEAST_M_G_UM = 0.1

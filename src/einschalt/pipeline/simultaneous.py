@@ -8,6 +8,7 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.stages.block_tables import MeasuredFlight, code_block
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous_adjustment import (
+    DEFORMATIONS,
     SIGNIFICANCE,
     AdjustmentOptions,
     simultaneous_adjustment,
@@ -60,8 +61,9 @@ def adjust_block(
         Transformation of every model; the last is helmert with one film affinity that
         all models of a flight share.
     flights : {"both", "high", "low"}
-    deformation : sequence of {"quadratic", "cubic"}
-        Deformations of the model that all models of a flight share.
+    deformation : sequence of {"quadratic", "cubic"}, or "modelled" or "tested"
+        Deformations of the model that all models of a flight share: these; or those
+        that a test finds; or none, but the test is made (``deformations``).
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors: they are only named, taken out, or given less
         weight.
@@ -82,7 +84,10 @@ def adjust_block(
     """
     _require(kind, KINDS, "kind")
     _require(flights, tuple(WHICH), "flights")
-    for family in deformation:
+    searched = deformation if isinstance(deformation, str) else "ignored"
+    _require(searched, DEFORMATIONS, "deformation")
+    given = () if isinstance(deformation, str) else tuple(deformation)
+    for family in given:
         _require(family, tuple(DEGREE), "deformation")
     measured = {
         name: flight for name, flight in block.flights.items() if name in WHICH[flights]
@@ -99,12 +104,13 @@ def adjust_block(
     }
     _require_control(block)
     kinds = dict.fromkeys(measured, "affine" if kind == "affine" else "helmert")
-    families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *deformation)
+    families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
     tables = block_tables(block, oriented, kinds)
     options = AdjustmentOptions(
         common=common_terms(measured, families),
         outliers=outliers,
         significance=significance,
+        deformation=searched,
     )
     return simultaneous_adjustment(tables, options)
 
@@ -160,7 +166,9 @@ def adjust_flights(block, settings, flights):
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     oriented = {name: flight.model_points for name, flight in flights.items()}
     options = AdjustmentOptions(
-        outliers=settings.outliers, significance=settings.significance
+        outliers=settings.outliers,
+        significance=settings.significance,
+        deformation=settings.model_deformation,
     )
     return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
 

@@ -13,6 +13,7 @@ from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.stages.simultaneous_tables import (
     common_table,
     control_table,
+    deformation_table,
     model_table,
     parameter_cofactors,
     point_table,
@@ -23,14 +24,17 @@ from einschalt.theory.block_adjustment.block_solution import BlockSolution, adju
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
+    ControlVerdict,
     downweight,
     examine_control,
     snoop_block,
 )
+from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 
 STAGE = "simultaneous_adjustment"
 SIGNIFICANCE = 0.001
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
+DEFORMATIONS = ("ignored", "tested", "modelled")
 WHOLE_BLOCK = "No model of the block could be determined"
 
 
@@ -45,15 +49,25 @@ class AdjustmentOptions:
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors.
     significance : float
-        Probability with which a model without gross errors has a suspect.
+        Probability with which a model without gross errors has a suspect, and with
+        which a flight without deformation seems to have one.
+    deformation : {"ignored", "tested", "modelled"}
+        What happens to further deformations that the models of a flight share:
+        modelled means those that the test finds.
     """
 
     common: tuple[CommonTerms, ...] = ()
     outliers: str = "keep"
     significance: float = SIGNIFICANCE
+    deformation: str = "ignored"
 
     def __post_init__(self):
-        """Check the word."""
+        """Check the words."""
+        if self.deformation not in DEFORMATIONS:
+            raise SettingsError(
+                f"deformation = {self.deformation!r} is unknown",
+                expected=" or ".join(DEFORMATIONS),
+            )
         if self.outliers not in OUTLIERS:
             raise SettingsError(
                 f"outliers = {self.outliers!r} is unknown",
@@ -89,6 +103,11 @@ class BlockAdjustment(ModelResult):
         flight, term, value, standard_error, of the deformations that the models of a
         flight share; a ratio for film_affinity and film_shear, otherwise model units
         at the edge of the model.
+    deformations : DataFrame
+        flight, n_terms, f_statistic, p_value, is_detected, is_modelled, size,
+        size_middle, size_edge (of the displacement, RMS, total) [m],
+        neighbour_correlation, is_alike (residuals of neighbouring points in a model,
+        after what was modelled); no rows where this was ignored.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     s_0 : float
@@ -105,6 +124,7 @@ class BlockAdjustment(ModelResult):
     residuals: pd.DataFrame
     control: pd.DataFrame
     common: pd.DataFrame
+    deformations: pd.DataFrame
     failures: pd.DataFrame
     s_0: float
     redundancy: int
@@ -202,10 +222,38 @@ def simultaneous_adjustment(tables, options=None):
         verdicts.verdict[part.models[loose]] = determinacy.LOOSE
         part = _part_of(tables, verdicts)
         solution = adjust(part.observations, _terms(part, options))
-    cleaned = _clean(solution, _terms(part, options), options)
     terms = _terms(part, options)
-    control = examine_control(cleaned.solution, terms, options.significance)
-    return _result(tables, part, cleaned, verdicts, options.significance, control)
+    tests, terms = _examined(solution, terms, options)
+    if any(test.terms in terms for test in tests):
+        solution = adjust(part.observations, terms, solution.ordering)
+    cleaned = _clean(solution, terms, options)
+    judged = _Judged(
+        deformations=deformation_table(tables, cleaned.solution, tests, terms, options),
+        control=examine_control(cleaned.solution, terms, options.significance),
+    )
+    return _result(tables, part, cleaned, verdicts, options.significance, judged)
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What was tested beside the observations."""
+
+    deformations: pd.DataFrame
+    control: ControlVerdict
+
+
+def _examined(solution, terms, options):
+    """Tests of all flights for deformations; terms with those to be modelled."""
+    if options.deformation == "ignored":
+        return (), terms
+    flights = np.unique(solution.observations.flight)
+    tests = [examine_deformation(solution, terms, int(flight)) for flight in flights]
+    if options.deformation == "modelled":
+        for test in tests:
+            if test.p_value < options.significance:
+                others = (t for t in terms if t.flight != test.terms.flight)
+                terms = (*others, test.terms)
+    return tests, terms
 
 
 def _determined_part(tables):
@@ -304,7 +352,7 @@ def _points(count, noun="point"):
     return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
-def _result(tables, part, cleaned, verdicts, significance, control):
+def _result(tables, part, cleaned, verdicts, significance, judged):
     solution = cleaned.solution
     rows = failed_models(tables, verdicts)
     failures = failures_table([row[1:] for row in rows])
@@ -315,8 +363,9 @@ def _result(tables, part, cleaned, verdicts, significance, control):
         points=point_table(tables, part, solution),
         models=model_table(tables, part, solution, reasons),
         residuals=residual_table(tables, part, cleaned, significance),
-        control=control_table(tables, part, solution, control),
+        control=control_table(tables, part, solution, judged.control),
         common=common_table(tables, solution),
+        deformations=judged.deformations,
         failures=failures,
         s_0=solution.s_0,
         redundancy=solution.redundancy,

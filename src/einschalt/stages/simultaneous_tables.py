@@ -11,8 +11,13 @@ from einschalt.theory.adjustment.reliability import (
     redundancy_numbers,
 )
 from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.model_deformation import neighbour_likeness
 
 LEAST_REDUNDANCY = 1e-6
+DEFORMATION_COLUMNS = [
+    *("flight", "n_terms", "f_statistic", "p_value", "is_detected", "is_modelled"),
+    *("size", "size_middle", "size_edge", "neighbour_correlation", "is_alike"),
+]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
@@ -266,3 +271,41 @@ def common_table(tables, solution):
             "standard_error": np.sqrt(np.diag(solution.common_cofactors)),
         }
     )
+
+
+def deformation_table(tables, solution, tests, terms, options):
+    """Deformations that the models of each flight share, and what is left of them.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    solution : BlockSolution
+        After what was modelled.
+    tests : sequence of DeformationTest
+    terms : sequence of CommonTerms
+        With which it was computed.
+    options : AdjustmentOptions
+
+    Returns
+    -------
+    DataFrame
+    """
+    rows = []
+    for test in tests:
+        likeness = neighbour_likeness(solution, test.terms.flight)
+        rows.append(
+            {
+                "flight": tables.flights[test.terms.flight],
+                "n_terms": len(test.terms.names),
+                "f_statistic": test.f_statistic,
+                "p_value": test.p_value,
+                "is_detected": bool(test.p_value < options.significance),
+                "is_modelled": test.terms in terms,
+                "size": test.size,
+                "size_middle": test.size_middle,
+                "size_edge": test.size_edge,
+                "neighbour_correlation": likeness.correlation,
+                "is_alike": likeness.is_large,
+            }
+        )
+    return pd.DataFrame(rows, columns=DEFORMATION_COLUMNS)

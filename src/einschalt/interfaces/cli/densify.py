@@ -12,6 +12,7 @@ from einschalt.interfaces.cli.progress import stage_progress
 Method = Literal["pipeline", "simultaneous"]
 CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
+ModelDeformation = Literal["modelled", "tested", "ignored"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
 Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
 Screening = Literal["propagated", "practice_1968", "off"]
@@ -51,6 +52,11 @@ def densify(
         Screening,
         "Limits of the differences of a point's coverages: from the propagated "
         "precision, three standard errors as in 1968, or none.",
+    ) = None,
+    model_deformation: _option(
+        ModelDeformation,
+        "With method simultaneous: deformations that all models of a flight share are "
+        "modelled where a test finds them, only tested, or neither.",
     ) = None,
     significance: _option(
         float,
@@ -100,6 +106,7 @@ def densify(
         "weighting": weighting,
         "outliers": outliers,
         "screening": screening,
+        "model_deformation": model_deformation,
         "significance": significance,
         "residual_distribution": residual_distribution,
         "confidence": confidence,

@@ -132,8 +132,10 @@ class Solver:
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
                 break
+            # the next step would be as much smaller than this one as this than the last
+            expected = size * size / last
             parameters, last = parameters - step, size
-            if size < CONVERGED:
+            if expected < CONVERGED:
                 break
         return self._project(parameters, shift, control)
 

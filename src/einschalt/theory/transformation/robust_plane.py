@@ -35,6 +35,8 @@ _compiled = partial(
     nogil=True,
     error_model="numpy",
     fastmath={"reassoc", "contract", "arcp", "nsz"},
+    # with free sums a callee must exist once: see coplanarity_condition
+    forceinline=True,
 )
 
 
