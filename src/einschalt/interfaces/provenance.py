@@ -53,10 +53,21 @@ def provenance(result) -> dict:
 def _figures(result):
     """Figures of the block; null where one is not known."""
     figures = {key: _plain(value) for key, value in asdict(result.figures).items()}
-    figures["n_suspects"] = int(result.residuals["is_suspect"].fillna(False).sum())
+    figures["n_suspects"] = _n_suspects(result)
     return {
         key: value if math.isfinite(value) else None for key, value in figures.items()
     }
+
+
+def _n_suspects(result):
+    """Count points that their residuals or their coverages make suspect."""
+    tables = (result.points, result.residuals)
+    suspects = [
+        table.loc[table["is_suspect"].fillna(value=False).astype(bool), "point_id"]
+        for table in tables
+        if "is_suspect" in table
+    ]
+    return len(set().union(*suspects))
 
 
 def versions() -> dict:

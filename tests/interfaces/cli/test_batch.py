@@ -1,10 +1,10 @@
 """``einschalt batch``."""
 
+import inspect
 import os
 import signal
 import subprocess
 import sys
-import typing
 
 import pandas as pd
 import pytest
@@ -77,15 +77,13 @@ def test_settings_are_options(first, invoke, blocks):
     assert "run   north: the settings changed" in said
 
 
-@pytest.mark.parametrize(
-    ("field", "choices"),
-    [("method", command.Method), ("outliers", command.Outliers)],
-)
-def test_options_are_those_of_densify(field, choices):
+def test_settings_that_densify_takes_are_options():
+    from einschalt.interfaces.cli.densify import densify
     from einschalt.pipeline.settings import Settings
 
-    allowed = typing.get_args(Settings.model_fields[field].annotation)
-    assert typing.get_args(choices) == allowed
+    settings = set(inspect.signature(densify).parameters) & set(Settings.model_fields)
+    assert settings
+    assert settings <= set(inspect.signature(command.batch).parameters)
 
 
 @pytest.mark.parametrize(

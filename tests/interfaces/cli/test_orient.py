@@ -464,6 +464,45 @@ def test_hopeless_pairs_are_rows_with_verdict_and_reason(invoke, image_pairs, tm
     assert "model exchanged, both mirrored: the base points against x" in said
 
 
+@pytest.mark.parametrize("method", ["least_squares", "krames", "gruber"])
+def test_hopeless_models_are_rows_with_verdict_and_reason(invoke, tmp_path, method):
+    flat = pd.DataFrame(six_points(0.0), columns=["x", "y", "z"])
+    flat = flat.assign(point_id=list("123456"), y_parallax=[1, 0, 2, -1, 0, 1])
+    flat["y_parallax"] *= 0.005
+    # on the circle through the left centre, and the same through the right one
+    on_cylinder = -DEPTH / 2.0 * (1.0 + np.sqrt(1.0 - (2.0 * 70.0 / DEPTH) ** 2))
+    hopeless = {
+        "on a line": flat.assign(y=0.0, z=-DEPTH),
+        "one place": flat.assign(x=3.0, y=4.0),
+        "on a cylinder": flat.assign(
+            y=0.7 * flat["y"], z=np.where(flat["y"] == 0.0, -DEPTH, on_cylinder)
+        ),
+        "behind": flat.assign(z=-flat["z"]),
+        "no base": flat,
+        "base in metres": flat,
+        "four points": flat.iloc[:4],
+    }
+    bases = {"no base": 1e-9, "base in metres": BASE / 1000.0}
+    tables = [t.assign(model_id=name) for name, t in hopeless.items()]
+    tables.append(flat.assign(model_id="good"))
+    file = write(pd.concat(tables), tmp_path / "all.csv")
+    base = [{"model_id": n, "base": bases.get(n, BASE)} for n in [*hopeless, "good"]]
+    base = write(pd.DataFrame(base), tmp_path / "bases.csv")
+    out = tmp_path / "out"
+    shown = invoke("orient", file, "--base", base, "--method", method, "-o", out)
+    assert shown.exit_code == 0
+    failures = read(out, "failures")
+    assert set(failures["model_id"]) == set(hopeless)
+    assert failures[["reason", "remedy"]].notna().all(axis=None)
+    surfaces = read(out, "dangerous_surface").set_index("model_id")
+    # a base of 0.1 mm is one to the theory, however it was meant
+    lost = [name for name in hopeless if name != "base in metres"]
+    assert (surfaces.loc[lost, "verdict"] == "critical").all()
+    assert surfaces.loc[lost, "reason"].notna().all()
+    assert surfaces.loc["good", "verdict"] == "safe"
+    assert read(out, "parameters")["model_id"].tolist() == [*hopeless, "good"]
+
+
 def test_as_a_process(spawn, terrain, tmp_path):
     options = ["--principal-distance", "152", "--altitude", "1600", "-o", tmp_path]
     done = spawn("orient", "--terrain", terrain, *options)

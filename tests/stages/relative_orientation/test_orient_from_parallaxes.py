@@ -137,6 +137,21 @@ def test_lengths_that_cannot_be_meant(change, base, reason, method, case):
     assert "model 1/2: " in oriented.summary()
 
 
+@pytest.mark.parametrize(
+    ("change", "mean"),
+    [(lambda x: -x, "-46"), (lambda x: x - 46.0, "0"), (lambda x: x + 46.0, "92")],
+    ids=["mirrored", "from the middle", "from another origin"],
+)
+def test_models_beside_their_base_are_said(change, mean):
+    table = six_points("1/2", seed=1)
+    wrong = table.assign(x=change(table["x"]), model_id="wrong")
+    oriented = orient_from_parallaxes(pd.concat([table, wrong]), BASE)
+    said = " ".join(oriented.summary().split())
+    assert f"model wrong: its points lie at x = {mean} on average, the base fr" in said
+    assert "Count x from the left projection centre along the base" in said
+    assert "model 1/2" not in said
+
+
 def six_points(model_id, seed):
     parallax = np.random.default_rng(seed).normal(scale=SIGMA, size=6)
     table = pd.DataFrame(flat_six_points(95.0, BASE, 152.0), columns=list("xyz"))

@@ -8,8 +8,11 @@ import typer
 
 from einschalt.interfaces.cli.densify import (
     CoverageMean,
+    Distribution,
     Method,
+    ModelDeformation,
     Outliers,
+    Screening,
     Weighting,
 )
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
@@ -25,8 +28,8 @@ def _setting(kind, text):
     ]
 
 
-def _flag(text, *names):
-    return Annotated[bool, typer.Option(*names, help=text)]
+def _flag(name, text):
+    return Annotated[bool, typer.Option(name, help=text)]
 
 
 @with_exit_status
@@ -54,16 +57,25 @@ def batch(
         ),
     ] = None,
     resume: _flag(
-        "Go on with an interrupted run; what it has seen fail is not tried again."
+        "--resume",
+        "Go on with an interrupted run; what it has seen fail is not tried again.",
     ) = False,
-    only_failed: _flag("Compute only blocks that failed.") = False,
-    everything: _flag("Compute unchanged blocks as well.", "--all") = False,
-    dry_run: _flag("Say what would be computed, and why.") = False,
+    only_failed: _flag("--only-failed", "Compute only blocks that failed.") = False,
+    everything: _flag("--all", "Compute unchanged blocks as well.") = False,
+    dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
     method: _setting(Method, "How blocks are computed.") = None,
     coverage_mean: _setting(CoverageMean, "Values that make a point's mean.") = None,
     weighting: _setting(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
     outliers: _setting(Outliers, "What happens to gross errors.") = None,
-    significance: _setting(float, "Of the test for gross errors.") = None,
+    screening: _setting(Screening, "Limits of differences of coverages.") = None,
+    model_deformation: _setting(
+        ModelDeformation, "With method simultaneous: deformations of a flight."
+    ) = None,
+    significance: _setting(float, "Of the tests for gross errors.") = None,
+    residual_distribution: _setting(
+        Distribution, "How residuals of control points are distributed."
+    ) = None,
+    confidence: _setting(float, "Of the confidence ellipses.") = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -90,7 +102,11 @@ def batch(
         "coverage_mean": coverage_mean,
         "weighting": weighting,
         "outliers": outliers,
+        "screening": screening,
+        "model_deformation": model_deformation,
         "significance": significance,
+        "residual_distribution": residual_distribution,
+        "confidence": confidence,
     }
     given = {name: value for name, value in chosen.items() if value is not None}
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables, typesetting
-from einschalt.foundations.batches import segments
+from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -45,6 +45,8 @@ ABOVE = "a point lies at or above the projection centres, z >= 0"
 APART = "rays of a point do not meet after the correction"
 CHECK_PARALLAXES = "Check its y-parallaxes for a blunder"
 SHIFTS = ("d_by", "d_bz")
+# mean of x in bases: the overlap of two photographs lies around 0.5
+MIDDLE_OF_MODEL = (0.1, 0.9)
 COUNT_Z_UP = "Count z upwards from the left projection centre: points have z < 0"
 MODEL_POINTS = replace(
     tables.MODEL_POINTS,
@@ -215,6 +217,7 @@ class ParallaxOrientation(ModelResult):
         ]
         is_usable = self.models["is_usable"].to_numpy()
         said += surface_problems(self.dangerous_surface, is_usable)
+        said += _beside_the_base(self, is_usable)
         neglected = self.linearisation_error.to_numpy()
         is_large = neglected > self.models["sigma_0"].to_numpy()
         said += [
@@ -229,6 +232,22 @@ class ParallaxOrientation(ModelResult):
         ]
         rest = len(said) - MOST_PRINTED
         return [*lines, f"  and {rest} more"] if rest > 0 else lines
+
+
+def _beside_the_base(orientation, is_usable):
+    """Say which models do not lie around the middle of their base."""
+    geometry, models = orientation.geometry, orientation.models
+    count = np.maximum(np.diff(geometry.model_start), 1)
+    mean = segment_sum(geometry.xyz[:, 0], geometry.model_start) / count
+    part = mean / np.where(is_usable, geometry.base, 1.0)
+    low, high = MIDDLE_OF_MODEL
+    return [
+        f"model {models['model_id'].iloc[place]}: its points lie at x = "
+        f"{typesetting.number(mean[place])} on average, the base from 0 to "
+        f"{typesetting.number(geometry.base[place])}. Count x from the left projection "
+        f"centre along the base."
+        for place in np.flatnonzero(is_usable & ~((low < part) & (part < high)))
+    ]
 
 
 @dataclass(frozen=True, eq=False)
