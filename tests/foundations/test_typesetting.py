@@ -129,17 +129,6 @@ def test_long_lists_of_names_say_how_many_more_there_are():
     assert ts.names([]) == ""
 
 
-def test_long_names_keep_both_ends():
-    short = ts.shortened("x" * 50 + "0001", 12)
-    assert len(short) == 12
-    assert short.endswith("0001")
-
-
-@pytest.mark.parametrize("char", ["\n", "\r", "\x1b", "\u202e", "\u2028", "\x00"])
-def test_names_cannot_break_lines_or_steer_a_terminal(char):
-    assert char not in ts.printable(f"a{char}b")
-
-
 def test_columns_of_a_table_are_aligned():
     text = ts.table([["high", "1:15000"], ["low", "1:8000"]], header=["", "scale"])
     lines = text.split("\n")

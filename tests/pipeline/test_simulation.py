@@ -289,7 +289,7 @@ def test_heights_are_worse_than_plane_coordinates_by_c_over_b(name):
         ({"seed": "today"}, r"seed = 'today'; expected a whole number from 0"),
         (
             {"noise": {"high_m_g_um": 5}},
-            r"noise = \{'high_m_g_um': 5\}; expected a BlockNoise\. Write noise=Block",
+            r"noise = a dict of length 1; expected a BlockNoise\. Write noise=Block",
         ),
         (
             {"geometry": BlockGeometry(n_check=2000)},

@@ -13,7 +13,7 @@ import numpy as np
 
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.number_texts import LARGEST_NUMBER
-from einschalt.foundations.typesetting import shortened
+from einschalt.foundations.shown_names import shortened
 
 MOST_SHOWN = 60
 MOST_PARTS = 3

@@ -2,7 +2,7 @@
 
 import re
 
-from einschalt.foundations.typesetting import shortened
+from einschalt.foundations.shown_names import shortened
 
 LARGEST_NUMBER = 1e30  # nothing measured is larger, and its square is a number
 MOST_BITS = 1000

@@ -6,22 +6,19 @@ table as far as it could be understood, every problem, and notes on what was ign
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from datetime import date
 from difflib import get_close_matches
-from numbers import Number
 
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.name_columns import row_codes
 from einschalt.foundations.names import Coded, encode
-from einschalt.foundations.number_texts import LARGEST_NUMBER, say_number
 
 MOST_LISTED = 100  # faults of one column said one by one; the others are counted
 MODEL_UNIT = "millimetres"  # unless a flight says another
-LARGEST_BITS = 1000  # of a whole number that a float can hold
 LINE = "line"  # name of an index that holds lines of a text file, header = line 1
 
 
@@ -334,11 +331,11 @@ def _missing_column(name, names, schema, source, header):
 def _check_values(frame, column, source):
     raw = frame[column.name]
     if column.kind == "number":
-        values, is_bad, say = _numbers(raw, column)
+        values, is_bad, say = cell_values.numbers(raw, column)
     elif column.kind == "choice":
-        values, is_bad, say = _choices(raw, column)
+        values, is_bad, say = cell_values.choices(raw, column)
     else:
-        values, is_bad, say = _identifiers(raw)
+        values, is_bad, say = cell_values.identifiers(raw)
 
     def problem(place):
         found, expected, remedy = say(raw.iloc[place])
@@ -401,96 +398,7 @@ def _cell(frame, name, place):
     if list(frame.columns).count(name) != 1:
         return None
     value = frame[name].iloc[place]
-    return None if pd.isna(value) else _whole_text(value).strip() or None
-
-
-def _numbers(raw, column):
-    values = _to_float(raw)
-    is_bad = ~(np.abs(values) <= LARGEST_NUMBER)
-    if column.may_be_missing and is_bad.any():
-        is_bad &= ~(raw.isna() | (raw.astype(str).str.strip() == "")).to_numpy()
-    if column.is_positive:
-        is_bad |= values <= 0.0
-
-    def say(value):
-        return say_number(value, column.unit, is_positive=column.is_positive)
-
-    return values, is_bad, say
-
-
-def _to_float(raw):
-    # pandas would count True as 1, dates as ns, and leave out what is imaginary
-    is_other = pd.api.types.is_bool_dtype(raw) or pd.api.types.is_complex_dtype(raw)
-    if is_other or not (pd.api.types.is_numeric_dtype(raw) or _is_textual(raw)):
-        return np.full(len(raw), np.nan)
-    if raw.dtype == object:
-        raw = raw.map(_plain)
-    return pd.to_numeric(raw, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-
-
-def _plain(value):
-    """Leave what pandas can make a number of, or refuse without raising."""
-    if isinstance(value, (bool, complex)) or not isinstance(value, (str, Number)):
-        return None
-    if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
-        return np.inf
-    return value
-
-
-def _is_textual(raw):
-    return raw.dtype == object or pd.api.types.is_string_dtype(raw)
-
-
-def _choices(raw, column):
-    text = raw.astype("object").where(raw.notna(), column.default)
-    text = text.astype(str).str.strip()
-    text = text.where(text != "", column.default)
-    is_bad = ~text.isin(column.choices).to_numpy()
-    expected = " or ".join(column.choices)
-
-    def say(value):
-        near = get_close_matches(str(value).strip().casefold(), column.choices, n=1)
-        mend = f"Write {near[0]}" if near else f"Write one of {expected}"
-        return f"{str(value)!r} is unknown", expected, mend
-
-    return text.to_numpy(dtype=object), is_bad, say
-
-
-def _identifiers(raw):
-    is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
-    text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
-    text = text.fillna("").astype(str).str.strip()
-    is_bad = (text == "").to_numpy(dtype=bool)
-
-    def say(value):
-        if is_text or _name(value) or not np.all(pd.notna(value)):
-            return "is missing", "a name", "Give the name or delete the row"
-        return f"{described(value)} is no name", "a text", "Write the name as text"
-
-    return text, is_bad, say
-
-
-def _name(value):
-    """Text of a name; empty where the value is none, or cannot be written as UTF-8."""
-    is_plain = isinstance(value, (str, Number, np.generic, date))
-    text = _whole_text(value) if is_plain else ""
-    return text if text.isprintable() or _is_unicode(text) else ""
-
-
-def _is_unicode(text):
-    try:
-        text.encode("utf-8")
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-def _whole_text(value):
-    is_measure = isinstance(value, Number) and not isinstance(value, (bool, complex))
-    if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
-        return described(value)
-    is_whole = is_measure and np.isfinite(float(value)) and value == int(value)
-    return str(int(value)) if is_whole else str(value)
+    return None if pd.isna(value) else cell_values.whole_text(value).strip() or None
 
 
 def _check_key(frame, coded, source):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.units import METRES_PER_UNIT
 
 MISSING = "–"
@@ -228,36 +229,6 @@ def number_word(amount):
     ('two', '35')
     """
     return NUMBER_WORDS[amount] if 0 <= amount < len(NUMBER_WORDS) else f"{amount:d}"
-
-
-def printable(text):
-    r"""Replace what would break a line or steer a terminal, so that it can be seen.
-
-    Examples
-    --------
-    >>> print(printable("two\nlines"))
-    two\nlines
-    """
-    return "".join(char if char.isprintable() else _code(char) for char in str(text))
-
-
-def _code(char):
-    return char.encode("unicode_escape").decode("ascii")
-
-
-def shortened(text, width=40):
-    """Shorten a long name in its middle, since names differ at their ends.
-
-    Examples
-    --------
-    >>> shortened("Hauptdreieckspunkt_0001", 12)
-    'Hauptd…_0001'
-    """
-    text = printable(text)
-    if len(text) <= width:
-        return text
-    tail = (width - 1) // 2
-    return f"{text[: width - 1 - tail]}…{text[len(text) - tail :]}"
 
 
 def names(ids: Iterable[str], most: int = 5) -> str:

@@ -12,7 +12,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
-from einschalt.interfaces.files.block_folder import write_block
+from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.pipeline import block as checked
 from einschalt.pipeline import densify as computed

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import BlockError, EinschaltError
-from einschalt.foundations.typesetting import count, length, printable
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"

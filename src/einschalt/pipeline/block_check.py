@@ -15,7 +15,6 @@ from einschalt.foundations.arguments import is_choice
 from einschalt.foundations.errors import (
     ConsistencyError,
     EinschaltError,
-    TableError,
 )
 from einschalt.foundations.name_columns import is_among, row_codes
 from einschalt.foundations.number_texts import LARGEST_NUMBER
@@ -26,14 +25,17 @@ from einschalt.pipeline.parallax_check import (
     models_without_parallaxes,
     parallax_problems,
 )
-from einschalt.pipeline.scale_check import coordinate_problems, scale_problems
+from einschalt.pipeline.scale_check import (
+    coordinate_problems,
+    scale_problems,
+    standard_error_problems,
+)
 from einschalt.stages.transformation_kinds import KINDS
 
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
 MODEL_KEY = ["coverage", "model_id"]
 USUAL_MODEL_MM = (20.0, 2000.0)
-LARGEST_STANDARD_ERROR_M = 10.0
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
 UNIT_WORDS = {
     "mm": "millimetres",
@@ -157,20 +159,8 @@ class _Check:
         control = self.checked.get("control_points")
         if not self._sound("control_points") or "standard_error_m" not in control:
             return
-        values = control["standard_error_m"].to_numpy()
-
-        def problem(place):
-            return TableError(
-                f"standard_error_m {values[place]:g}",
-                expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
-                remedy="Did you give millimetres?",
-                file=self._file("control_points"),
-                **tables.whereabouts(control, place),
-            )
-
-        places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
         file = self._file("control_points")
-        self.problems += tables.listed(places, problem, "standard_error_m", file)
+        self.problems += standard_error_problems(control, file)
 
     def _flight_tables(self, name, flight):
         parts = {

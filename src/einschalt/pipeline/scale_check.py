@@ -6,10 +6,12 @@ divided by the scale number, must have the size of an image.
 
 import numpy as np
 
-from einschalt.foundations.errors import ConsistencyError
+from einschalt.foundations import tables
+from einschalt.foundations.errors import ConsistencyError, TableError
 
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
+LARGEST_STANDARD_ERROR_M = 10.0
 
 
 def coordinate_problems(frame, file):
@@ -86,3 +88,32 @@ def scale_problems(name, scale_number, table, ground, file):
 def _row(frame, place):
     label = frame.index[place]
     return int(label) if isinstance(label, (int, np.integer)) else None
+
+
+def standard_error_problems(control, file):
+    """Standard errors of control points that no survey has.
+
+    Parameters
+    ----------
+    control : DataFrame
+        With ``standard_error_m``, as checked.
+    file : str
+        Said in messages.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    values = control["standard_error_m"].to_numpy()
+
+    def problem(place):
+        return TableError(
+            f"standard_error_m {values[place]:g}",
+            expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
+            remedy="Did you give millimetres?",
+            file=file,
+            **tables.whereabouts(control, place),
+        )
+
+    places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
+    return tables.listed(places, problem, "standard_error_m", file)

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.number_texts import is_number, say_number
-from einschalt.foundations.typesetting import shortened
+from einschalt.foundations.shown_names import shortened
 
 
 class Settings(BaseModel):

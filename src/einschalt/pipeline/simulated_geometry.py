@@ -47,6 +47,7 @@ RANGES = {
     "relief": Range(0, 200, "metres"),
     "camera_tilt": Range(0, 0.05, "radians"),
 }
+OPTIONAL = ("image_format_across", "coverage_shift")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +154,11 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
 
     def __post_init__(self):
         """Check every value, then what they give together."""
-        given = {n: r for n, r in RANGES.items() if getattr(self, n) is not None}
+        given = {
+            name: allowed
+            for name, allowed in RANGES.items()
+            if not (name in OPTIONAL and getattr(self, name) is None)
+        }
         problems = problems_in(self, given)
         problems += self._problems_of_choice()
         raise_problems(problems)

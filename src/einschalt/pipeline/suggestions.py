@@ -7,14 +7,8 @@ is judged here that was not measured: a problem states the figures that show it.
 import numpy as np
 from scipy.special import chdtri, stdtrit
 
-from einschalt.foundations.typesetting import (
-    count,
-    factor,
-    length,
-    names,
-    printable,
-    shortened,
-)
+from einschalt.foundations.shown_names import printable, shortened
+from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.claim_suggestions import claim_that_does_not_stand
 from einschalt.pipeline.orientation_suggestions import (

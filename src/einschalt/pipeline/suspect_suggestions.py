@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.typesetting import (
     count,
     length,
     names,
     number,
     round_by_error,
-    shortened,
 )
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 

@@ -15,12 +15,9 @@ from einschalt.foundations.errors import (
     ProjectionError,
 )
 from einschalt.foundations.tables import APPROXIMATE_POINTS
-from einschalt.interfaces.files.block_folder import (
-    POINT_TABLES,
-    find_problems,
-    read_block,
-    write_block,
-)
+from einschalt.interfaces.files.block_folder import find_problems, read_block
+from einschalt.interfaces.files.block_parts import POINT_TABLES
+from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.csv_tables import read_csv
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.pipeline.block import Block

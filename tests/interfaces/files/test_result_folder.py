@@ -10,7 +10,8 @@ import pytest
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import result_folder
-from einschalt.interfaces.files.block_folder import read_block, write_block
+from einschalt.interfaces.files.block_folder import read_block
+from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import TABLES, write_result
 from einschalt.pipeline.densify import densify

@@ -278,7 +278,7 @@ def test_a_missing_base_is_told_from_points_in_one_place(image_pairs):
         assert len(reasons) == 2
 
 
-@pytest.mark.parametrize("size", [1e5, 1e9, 1e200])
+@pytest.mark.parametrize("size", [1e5, 1e9, 1e29])
 @pytest.mark.parametrize("outliers", ["keep", "snoop", "huber", "tukey"])
 def test_a_point_far_outside_stops_nothing(image_pairs, size, outliers):
     image_pairs.loc[3, "x_right"] = size

@@ -117,8 +117,8 @@ def test_failing_models_are_rows_and_the_others_stay(flight):
         ({}, 1e-9, "its base is less than a thousandth of its depth"),
         ({}, 92e-3, "its base is less than a thousandth of its depth"),
         ({}, 92e3, "its base is more than a hundred times its depth"),
-        ({"x": 1e200}, BASE, "a coordinate or y-parallax is larger than 1e12"),
-        ({"y_parallax": -1e300}, BASE, "a coordinate or y-parallax is larger than"),
+        ({"x": 1e20}, BASE, "a coordinate or y-parallax is larger than 1e12"),
+        ({"y_parallax": -1e29}, BASE, "a coordinate or y-parallax is larger than"),
         ({"z": -1e-300}, BASE, "a point lies at or above the projection centres"),
     ],
 )

@@ -7,6 +7,7 @@ import sys
 import typer
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.shown_names import printable
 
 WRONG = 2
 INTERRUPTED = 130
@@ -70,9 +71,6 @@ def complain(text):
     text : str
     """
     try:
-        # imported where something went wrong: it takes numpy along
-        from einschalt.foundations.typesetting import printable  # noqa: PLC0415
-
         # a name from a file must not steer the terminal
         lines = [printable(line) for line in str(text).split("\n")]
         typer.echo("\n".join(lines), err=True)

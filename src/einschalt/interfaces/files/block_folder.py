@@ -1,4 +1,4 @@
-"""A block as a folder: block.toml and the tables that it names.
+"""A block is read from a folder: block.toml and the tables that it names.
 
 Reading looks at everything before it complains: each file, each table, and how the
 tables that are right fit each other (:func:`find_problems`).
@@ -19,45 +19,27 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.projections import read_crs, reproject
-from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.block_parts import (
+    FLIGHT_FACTS,
+    FLIGHT_TABLES,
+    POINT_TABLES,
+)
 from einschalt.interfaces.files.block_toml import (
     BLOCK_FILE,
     BlockToml,
     read_block_toml,
     with_row,
-    write_block_toml,
 )
-from einschalt.interfaces.files.camera_toml import camera_of, read_camera, write_camera
+from einschalt.interfaces.files.camera_toml import camera_of, read_camera
 from einschalt.interfaces.files.input_files import (
     checksum,
     require_file,
     require_unchanged,
 )
-from einschalt.interfaces.files.tables_by_suffix import read_table, write_table
+from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.pipeline.axis_order import axis_problems
 from einschalt.pipeline.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block_check import check_block
-
-FLIGHT_TABLES = {
-    "model_points": tables.MODEL_POINTS,
-    "y_parallaxes": tables.Y_PARALLAXES,
-    "base": tables.MODEL_BASES,
-    "image_points": tables.IMAGE_POINTS,
-    "models": tables.IMAGE_MODELS,
-}
-FLIGHT_FACTS = (
-    "scale_number",
-    "m_g_um",
-    "transformation",
-    "model_unit",
-    "principal_distance_mm",
-    "orientation_case",
-    "orientation_method",
-)
-POINT_TABLES = {
-    "control_points": tables.CONTROL_POINTS,
-    "approximate_points": tables.APPROXIMATE_POINTS,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -367,95 +349,3 @@ class _Reading:
 def _readable(name):
     """Name of a folder as text, where the system lets it be any bytes."""
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
-
-
-def write_block(block, folder, *, suffix=".csv", overwrite=False):
-    """Write a block so that :func:`read_block` gives it back.
-
-    Parameters
-    ----------
-    block : Block
-        Where it has ``truth`` (a simulated block), that is written beside.
-    folder : str or Path
-        Made where it does not exist; block.toml comes last.
-    suffix : str, optional
-        ``.csv`` or ``.parquet``.
-    overwrite : bool, optional
-        Replace files that have the names of the block's.
-
-    Raises
-    ------
-    FileError
-        A file is there already, or the folder cannot be written.
-    """
-    folder = make_folder(folder)
-    if not overwrite:
-        _refuse_files(folder, _file_names(block, suffix))
-    sections = {"block": {"name": block.name, "crs": block.crs}}
-    for name in POINT_TABLES:
-        frame = getattr(block, name)
-        if frame is not None:
-            sections[name] = {
-                "file": _write_part(frame, folder, f"{name}{suffix}"),
-                "may_be_unmeasured": block.may_be_unmeasured or None,
-            }
-    if "approximate_points" in sections:
-        sections["approximate_points"]["m_0_m"] = block.approximate_m_0_m
-    for name, flight in block.flights.items():
-        sections[name] = _write_flight(flight, folder, name, suffix)
-    sections["settings"] = block.settings.model_dump(exclude_defaults=True)
-    truth = getattr(block, "truth", None)
-    if truth is not None:
-        _write_part(truth, folder, f"truth{suffix}")
-    write_block_toml(folder / BLOCK_FILE, sections)
-
-
-def _file_names(block, suffix):
-    """Names of all files of a block, block.toml first."""
-    stems = [name for name in POINT_TABLES if getattr(block, name) is not None]
-    if getattr(block, "truth", None) is not None:
-        stems.append("truth")
-    cameras = []
-    for name, flight in block.flights.items():
-        is_table = {
-            key: hasattr(getattr(flight, key), "columns") for key in FLIGHT_TABLES
-        }
-        stems += [_stem(name, key) for key, is_it in is_table.items() if is_it]
-        cameras += [f"{name}_camera.toml"] * (flight.camera is not None)
-    return [BLOCK_FILE, *cameras, *(f"{stem}{suffix}" for stem in stems)]
-
-
-def _refuse_files(folder, names):
-    """Refuse to write where a block, or a table of one of its names, stands."""
-    for name in names:
-        if (folder / name).exists():
-            raise FileError(
-                f"the folder holds {name} already",
-                expected="a new folder for the block",
-                remedy="Name another folder, or write with overwrite=True "
-                "(on the command line --overwrite)",
-                file=folder,
-            )
-
-
-def _stem(flight_name, key):
-    return flight_name if key == "model_points" else f"{flight_name}_{key}"
-
-
-def _write_flight(flight, folder, name, suffix):
-    section = {key: getattr(flight, key) for key in FLIGHT_FACTS}
-    if flight.camera is not None:
-        section["principal_distance_mm"] = None
-        section["camera"] = f"{name}_camera.toml"
-        write_camera(folder / section["camera"], flight.camera)
-    for key in FLIGHT_TABLES:
-        part = getattr(flight, key)
-        if isinstance(part, pd.DataFrame):
-            part = _write_part(part, folder, f"{_stem(name, key)}{suffix}")
-        section[key] = part
-    return section
-
-
-def _write_part(frame, folder, file_name):
-    write_table(frame, folder / file_name)
-    return file_name

@@ -21,7 +21,7 @@ from einschalt.foundations.errors import (
     EinschaltError,
     SettingsError,
 )
-from einschalt.foundations.typesetting import shortened
+from einschalt.foundations.shown_names import shortened
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import Settings, setting_problem

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError, name_some
-from einschalt.foundations.typesetting import shortened
+from einschalt.foundations.shown_names import shortened
 
 SIGNATURES = {
     b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),

@@ -6,12 +6,12 @@ import jinja2
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.shown_names import printable
 from einschalt.foundations.typesetting import (
     MISSING,
     count,
     length,
     length_column,
-    printable,
     seconds,
 )
 from einschalt.pipeline.batch import DONE, FAILED, SKIPPED

@@ -6,13 +6,13 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from einschalt.foundations.shown_names import printable
 from einschalt.foundations.typesetting import (
     MISSING,
     fixed,
     length,
     length_column,
     number,
-    printable,
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block

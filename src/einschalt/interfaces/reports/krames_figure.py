@@ -20,7 +20,8 @@ from matplotlib.ticker import MaxNLocator
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.typesetting import number, shortened
+from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE, svg_of
 from einschalt.stages.results import row_of_model

@@ -4,7 +4,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from einschalt.foundations.typesetting import MISSING, count, printable
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import MISSING, count
 
 COLUMNS = ("file", "row", "id", "found", "expected", "remedy")
 

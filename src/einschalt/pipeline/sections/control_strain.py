@@ -1,6 +1,7 @@
 """Control points that disagree with the simultaneously adjusted block."""
 
-from einschalt.foundations.typesetting import lengths, number, printable
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import lengths, number
 from einschalt.pipeline.sections.section import Section
 
 MOST_SHOWN = 20

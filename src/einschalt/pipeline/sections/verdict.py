@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import count, length, number_word, printable
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import count, length, number_word
 from einschalt.pipeline.suggestions import (
     coverages_of_low_flight,
     has_credible_propagation,

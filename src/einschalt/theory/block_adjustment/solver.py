@@ -132,10 +132,8 @@ class Solver:
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
                 break
-            # the next step would be as much smaller than this one as this than the last
-            expected = size * size / last
             parameters, last = parameters - step, size
-            if expected < CONVERGED:
+            if size < CONVERGED:
                 break
         return self._project(parameters, shift, control)
 

@@ -1,0 +1,34 @@
+"""Names as they are shown: on one line, without control characters, not too long.
+
+It imports nothing, since every error message passes here and help should come at once.
+"""
+
+
+def printable(text):
+    r"""Replace what would break a line or steer a terminal, so that it can be seen.
+
+    Examples
+    --------
+    >>> print(printable("two\nlines"))
+    two\nlines
+    """
+    return "".join(char if char.isprintable() else _code(char) for char in str(text))
+
+
+def _code(char):
+    return char.encode("unicode_escape").decode("ascii")
+
+
+def shortened(text, width=40):
+    """Shorten a long name in its middle, since names differ at their ends.
+
+    Examples
+    --------
+    >>> shortened("Hauptdreieckspunkt_0001", 12)
+    'Hauptd…_0001'
+    """
+    text = printable(text)
+    if len(text) <= width:
+        return text
+    tail = (width - 1) // 2
+    return f"{text[: width - 1 - tail]}…{text[len(text) - tail :]}"
