@@ -4,6 +4,7 @@ import pytest
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.simulated_noise import (
     BlockNoise,
+    deform_models,
     measure_in_image_plane,
     strain_network,
 )
@@ -18,6 +19,7 @@ from einschalt.pipeline.simulated_noise import (
             r"0 to 10 metres\. Did you give millimetres",
         ),
         ({"high_gross_error_share": 2}, r"high_gross_error_share = 2.*per cent\?"),
+        ({"low_deformation_um": -1}, r"low_deformation_um = -1; expected 0 to 1000"),
         ({"orientation_error": 0.1}, r"0 to 0\.02 radians\. Did you give gon\?"),
         ({"network_strain_wavelength": 6.0}, r"Did you give kilometres\?"),
         ({"y_parallax_um": np.nan}, r"y_parallax_um = nan; expected 0 to 1000"),
@@ -91,3 +93,29 @@ def test_strain_is_a_wave_of_each_coordinate_along_the_other_axis():
 def test_without_amplitude_there_is_no_strain():
     shift = strain_network(np.ones((4, 2)), BlockNoise(), np.random.default_rng(0))
     assert (shift == 0.0).all()
+
+
+def deformed(size_um, seed=0):
+    """A grid that fills a model of 138 x 200 mm, and its displacements."""
+    axes = np.linspace(-0.069, 0.069, 21), np.linspace(-0.1, 0.1, 21)
+    xy = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
+    noise = BlockNoise(low_deformation_um=size_um).of_flight("low_flight")
+    return xy, deform_models(xy, noise, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_deformation_has_its_size_at_the_edge_and_no_affine_part(seed):
+    xy, moved = deformed(18.75, seed)
+    at_edge = (np.abs(xy) >= [0.069, 0.1]).any(axis=1)
+    size = np.sqrt(np.mean((moved[at_edge] ** 2).sum(axis=1)))
+    assert size == pytest.approx(18.75e-6, rel=1e-9)
+    design = np.column_stack([np.ones(len(xy)), xy])
+    affine = np.linalg.lstsq(design, moved)[0]
+    np.testing.assert_allclose(design @ affine, 0.0, atol=1e-15)
+
+
+def test_larger_deformation_is_the_same_enlarged_and_none_is_none():
+    _, once = deformed(10.0)
+    _, twice = deformed(20.0)
+    np.testing.assert_allclose(twice, 2.0 * once, rtol=1e-12)
+    assert (deformed(0.0)[1] == 0.0).all()

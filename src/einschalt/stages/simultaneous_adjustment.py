@@ -243,17 +243,27 @@ class _Judged:
 
 
 def _examined(solution, terms, options):
-    """Tests of all flights for deformations; terms with those to be modelled."""
+    """Tests of all flights for deformations; terms with those to be modelled.
+
+    A deformation of one flight bends the points, and with them the others. So the
+    clearest is modelled before the other flights are tested.
+    """
     if options.deformation == "ignored":
         return (), terms
-    flights = np.unique(solution.observations.flight)
-    tests = [examine_deformation(solution, terms, int(flight)) for flight in flights]
-    if options.deformation == "modelled":
-        for test in tests:
-            if test.p_value < options.significance:
-                others = (t for t in terms if t.flight != test.terms.flight)
-                terms = (*others, test.terms)
-    return tests, terms
+    untested = set(np.unique(solution.observations.flight).tolist())
+    tests, found = {}, terms
+    while untested:
+        now = {k: examine_deformation(solution, found, k) for k in sorted(untested)}
+        tests.update(now)
+        clearest = min(now, key=lambda k: np.nan_to_num(now[k].p_value, nan=1.0))
+        if not now[clearest].p_value < options.significance:
+            break
+        found = (*(t for t in found if t.flight != clearest), now[clearest].terms)
+        untested.remove(clearest)
+        if untested:
+            solution = adjust(solution.observations, found, solution.ordering)
+    is_modelled = options.deformation == "modelled"
+    return [tests[k] for k in sorted(tests)], found if is_modelled else terms
 
 
 def _determined_part(tables):

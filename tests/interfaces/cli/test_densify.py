@@ -30,6 +30,7 @@ FILES = {
         ("coverage_mean", command.CoverageMean),
         ("weighting", command.Weighting),
         ("outliers", command.Outliers),
+        ("model_deformation", command.ModelDeformation),
         ("residual_distribution", command.Distribution),
     ],
 )
@@ -55,6 +56,27 @@ def test_summary_is_the_file_summary(invoke, block_folder, tmp_path):
     shown = invoke("densify", block_folder, "--output", tmp_path)
     written = (tmp_path / "summary.txt").read_text(encoding="utf-8")
     assert written.strip() in shown.stdout
+
+
+@pytest.mark.parametrize(
+    ("deformation", "is_said"), [("tested", True), ("ignored", False)]
+)
+def test_deformation_of_the_models_is_an_option(
+    invoke, block_folder, tmp_path, deformation, is_said
+):
+    options = ["--method", "simultaneous", "--model-deformation", deformation]
+    shown = invoke("densify", block_folder, "--output", tmp_path, *options)
+    assert shown.exit_code == 0
+    title = "Deformation that the models of a flight share"
+    assert (title in shown.stdout) == is_said
+    assert (title in (tmp_path / "report.html").read_text("utf-8")) == is_said
+
+
+def test_an_unknown_deformation_is_refused(invoke, block_folder, tmp_path):
+    options = ["--method", "simultaneous", "--model-deformation", "bent"]
+    shown = invoke("densify", block_folder, "--output", tmp_path, *options)
+    assert shown.exit_code == 2
+    assert "'bent' is not one of 'modelled', 'tested', 'ignored'" in shown.stderr
 
 
 def test_quiet_prints_nothing(invoke, block_folder, tmp_path):

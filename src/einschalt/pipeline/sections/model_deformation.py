@@ -47,16 +47,16 @@ def verdict(result) -> str:
             f"has {length(rms[0])}, two steps have {length(rms[1])}."
         )
     found = result.simultaneous.deformations
-    if found["is_alike"].any():
-        return (
-            "Believe the two steps, where they are possible: models are deformed each "
-            "in its own way, and the simultaneous adjustment accumulates that."
-        )
     left = found["is_detected"] & ~found["is_modelled"]
     if left.any():
         return (
             "Believe the two steps, or model the deformation: the simultaneous "
             "adjustment accumulates it."
+        )
+    if found["is_alike"].any():
+        return (
+            "Believe the two steps, where they are possible: models are deformed each "
+            "in its own way, and the simultaneous adjustment accumulates that."
         )
     if found["is_modelled"].any():
         return (

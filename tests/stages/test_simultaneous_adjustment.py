@@ -1,0 +1,88 @@
+"""The stage of the simultaneous adjustment: deformations of a whole flight."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.simulation import PRESETS
+from einschalt.stages.simultaneous_adjustment import AdjustmentOptions
+
+FLIGHTS = ["high_flight", "low_flight"]
+
+
+@pytest.fixture(scope="module")
+def deformed_block():
+    noise = replace(PRESETS["demo"].noise, low_deformation_um=18.75)
+    return es.simulate_block("demo", seed=4, noise=noise)
+
+
+@pytest.fixture(scope="module")
+def modelled(deformed_block):
+    return es.adjust_block(deformed_block, deformation="modelled")
+
+
+def test_what_is_found_is_modelled(deformed_block, modelled):
+    found = modelled.deformations.set_index("flight")
+    assert list(found.index) == FLIGHTS
+    assert list(found["is_detected"]) == [False, True]
+    assert list(found["is_modelled"]) == [False, True]
+    assert list(modelled.common["flight"].unique()) == ["low_flight"]
+    assert len(modelled.common) == found.loc["low_flight", "n_terms"] == 14
+    # the same as asking for these terms, which both flights then have
+    asked = es.adjust_block(deformed_block, deformation=("quadratic", "cubic"))
+    low = asked.common[asked.common["flight"] == "low_flight"].reset_index(drop=True)
+    difference = low["value"] - modelled.common["value"]
+    error = np.hypot(low["standard_error"], modelled.common["standard_error"])
+    assert (difference.abs() < 2.0 * error).all()
+    assert asked.deformations.empty
+
+
+def test_the_size_that_is_said_is_the_size_that_is_taken_out(deformed_block, modelled):
+    """Against the coordinates that were deformed, and those that were not."""
+    plain = es.simulate_block("demo", seed=4)
+    moved = (
+        deformed_block.low_flight.model_points[["x", "y"]]
+        - plain.low_flight.model_points[["x", "y"]]
+    ).to_numpy() * 8.0  # mm at 1:8000
+    length = np.sqrt(np.mean((moved**2).sum(axis=1)))
+    low = modelled.deformations.set_index("flight").loc["low_flight"]
+    assert low["size_middle"] < low["size"] < low["size_edge"]
+    # terms of degree 4 and the affine part of these points are not in it
+    assert low["size"] == pytest.approx(length, rel=0.25)
+    assert modelled.s_0 < 1.1
+    assert es.adjust_block(deformed_block).s_0 > 1.4
+
+
+def test_a_test_changes_nothing(deformed_block):
+    tested = es.adjust_block(deformed_block, deformation="tested")
+    plain = es.adjust_block(deformed_block)
+    assert tested.points.equals(plain.points)
+    assert tested.common.empty
+    assert list(tested.deformations["is_detected"]) == [False, True]
+    assert not tested.deformations["is_modelled"].any()
+    assert plain.deformations.empty
+
+
+def test_film_affinity_is_found_by_helmert_models():
+    noise = replace(PRESETS["demo"].noise, film_affinity=2e-4)
+    block = es.simulate_block("demo", seed=4, noise=noise)
+    found = es.adjust_block(block, kind="helmert", deformation="modelled")
+    assert found.deformations["is_detected"].all()
+    film = found.common[found.common["term"] == "film_affinity"]
+    z = (film["value"] + 2e-4) / film["standard_error"]
+    assert (z.abs() < 4.0).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"deformation": "found"}, "deformation = 'found' is unknown; expected ign"),
+        ({"outliers": "none"}, "outliers = 'none' is unknown; expected keep or snoop"),
+    ],
+)
+def test_unknown_words_are_said(options, message):
+    with pytest.raises(SettingsError, match=message):
+        AdjustmentOptions(**options)
