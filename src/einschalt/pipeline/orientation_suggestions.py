@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.special import chdtrc
 
-from einschalt.foundations.shown_names import shortened
-from einschalt.foundations.typesetting import count, fixed, length, names
+from einschalt.foundations.typesetting import count, fixed, length, names, shortened
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.stages.stage3_model_transformation import transform_models
@@ -95,12 +94,11 @@ def orientations_with_large_sigma_0(result):
 
 def corrections_that_spoil(result):
     """Flights whose models fit better without the correction by y-parallaxes."""
-    fits = {"low_flight": result.low}
-    if result.high is not None:
-        fits["high_flight"] = result.high.transformation
-    for name, fit in fits.items():
-        flight = result.block.flights[name]
-        if fit is None or flight.y_parallaxes is None:
+    if result.low is None:  # the two-step way was not possible
+        return None
+    for name, flight in result.block.flights.items():
+        fit = result.low if name == "low_flight" else result.high.transformation
+        if flight.y_parallaxes is None:
             continue
         ground = _ground(result, name)
         without = transform_models(flight.points_to_fit, ground, flight.transformation)

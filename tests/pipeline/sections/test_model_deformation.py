@@ -82,7 +82,7 @@ def test_check_points_decide_where_there_are_enough():
 def test_the_table_says_sizes_and_what_was_done():
     shown = section(a_result(detected=True, modelled=True))
     assert [row[0] for row in shown.rows] == ["high flight", "low flight"]
-    assert shown.rows[1][2:] == ("4.0 cm", "15.0 cm", "yes", "-0.10")
+    assert shown.rows[1][2:] == ("4.00 cm", "15.00 cm", "yes", "-0.10")
     assert shown.rows[0][4] == "no"
 
 

@@ -197,15 +197,17 @@ def adjust_densely(observations, terms=()):
         # columns of unlike size, scaled so that rounding is even
         size = np.sqrt((design[:, :used] ** 2).sum(axis=0))
         q, r = qr(design[:, :used] / size, mode="economic")
-        x = np.zeros(n_all)
-        for _ in range(2):  # once more for what rounding has left
-            rest = whiten(right_side - unweighted @ x)
+        # refined with the digits of extended precision: little control far away lets
+        # rounding swing
+        x, exact = np.zeros(n_all, np.longdouble), unweighted.astype(np.longdouble)
+        for _ in range(4):
+            rest = whiten(np.asarray(right_side - exact @ x, float))
             x[:used] += solve_triangular(r, q.T @ rest) / size
         linear = _linear_parts(observations, x, starts)
-        common = common + x[n_model + 2 * len(free) :]
+        common = common + x.astype(float)[n_model + 2 * len(free) :]
     inverse = solve_triangular(r, np.eye(used)) / size[:, None]
     cofactors = inverse @ inverse.T
-    residuals = unweighted @ x - right_side
+    residuals = np.asarray(exact @ x - right_side, float)
     points = control.copy()
     points[free] = x[n_model : n_model + 2 * len(free)].reshape(-1, 2)
     point_cofactors = np.zeros((n_points, 2, 2))

@@ -54,7 +54,7 @@ def tables():
             f"Deformations that models share, {N_BLOCKS} blocks of neukirchen",
             "RMS of the total errors of all points [m], simultaneous with the "
             "deformation modelled where the test finds it, simultaneous without, and "
-            "in two steps. It must be found in every block that has it and in at most 5 % "
+            "in two steps. It must be found in every block that has it, in at most 5 % "
             "of those that have none; modelled, every block must be better than in two "
             "steps. s_0 is that of the adjustment that ignores it.",
             ("deformed", "found", *WAYS, "better than two steps", "s_0 ignored"),

@@ -132,8 +132,11 @@ class Solver:
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
                 break
+            # the next step would be as much smaller than this one as this than the
+            # last; the first says nothing of it
+            expected = size * size / last if np.isfinite(last) else size
             parameters, last = parameters - step, size
-            if size < CONVERGED:
+            if expected < CONVERGED:
                 break
         return self._project(parameters, shift, control)
 
