@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import einschalt as es
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.simulation import PRESETS
 from einschalt.stages.simultaneous_adjustment import AdjustmentOptions
 
@@ -86,3 +87,37 @@ def test_film_affinity_is_found_by_helmert_models():
 def test_unknown_words_are_said(options, message):
     with pytest.raises(SettingsError, match=message):
         AdjustmentOptions(**options)
+
+
+def test_points_that_do_not_determine_a_deformation_are_said():
+    """Four corners of the same square in every model."""
+    corners = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    i, j = np.divmod(np.arange(9), 3)
+    at = np.stack([i, j], -1)[:, None] + corners
+    names = [f"{a}/{b}" for a, b in at.reshape(-1, 2)]
+    flight = pd.DataFrame(
+        {
+            "coverage": "1",
+            "model_id": np.repeat([str(k) for k in range(9)], 4),
+            "point_id": names,
+            "x": np.tile(corners[:, 0] * 100.0, 9),
+            "y": np.tile(corners[:, 1] * 100.0, 9),
+        }
+    )
+    places = np.argwhere(np.ones((4, 4))) * 800.0
+    control = pd.DataFrame(
+        {
+            "point_id": [f"{a}/{b}" for a, b in np.argwhere(np.ones((4, 4)))],
+            "easting": places[:, 0],
+            "northing": places[:, 1],
+            "standard_error_m": 0.03,
+        }
+    )
+    low = es.Flight(flight, scale_number=8000, m_g_um=5)
+    high = replace(low, scale_number=15000)
+    block = es.Block(control_points=control, high_flight=high, low_flight=low)
+    with pytest.raises(GeometryError, match="do not determine the deformation"):
+        es.adjust_block(block, deformation=("cubic",))
+    searched = es.adjust_block(block, deformation="modelled").deformations
+    assert searched["p_value"].isna().all()
+    assert not searched["is_detected"].any()

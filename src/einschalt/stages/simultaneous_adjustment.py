@@ -217,7 +217,15 @@ def simultaneous_adjustment(tables, options=None):
     """
     options = options or AdjustmentOptions()
     part, verdicts = _determined_part(tables)
-    solution = adjust(part.observations, _terms(part, options))
+    try:
+        solution = adjust(part.observations, _terms(part, options))
+    except np.linalg.LinAlgError as error:
+        raise GeometryError(
+            "The points of the models do not determine the deformation that they share",
+            expected="points in many places of the models",
+            remedy="Leave deformation out, or models of the kind affine",
+            stage=STAGE,
+        ) from error
     while (loose := determinacy.loose_models(solution)).any():
         verdicts.verdict[part.models[loose]] = determinacy.LOOSE
         part = _part_of(tables, verdicts)

@@ -26,6 +26,8 @@ from einschalt.theory.block_adjustment.solver import (
 # common parameters are bilinear with the models; they move by 1e-4 in the first pass
 MOST_PASSES = 6
 SETTLED = 1e-13
+# share of a term that models and other terms must leave of it
+LEAST_LEFT = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,6 +234,11 @@ def adjust(observations, terms=(), ordering=None) -> BlockSolution:
     Returns
     -------
     BlockSolution
+
+    Raises
+    ------
+    LinAlgError
+        The points of the models do not determine the common terms.
     """
     task = _Task(observations, terms, ordering)
     common = np.zeros(len(task.deformation.names))
@@ -344,8 +351,9 @@ class _Task:
         residuals = channels.join(answer.residuals)
         weighted = on_ground * self._weights[:, None, None]
         normals = np.einsum("ncj,nck->jk", weighted, residuals)
+        whole = np.einsum("ncj,ncj->j", weighted, on_ground)
         return Bordered(
-            np.linalg.inv((normals + normals.T) / 2.0),
+            _inverse_of_common((normals + normals.T) / 2.0, whole),
             channels.join(answer.points),
             residuals,
             channels.unknowns(answer.parameters),
@@ -390,6 +398,18 @@ class _Task:
             bordered=passed.bordered,
             reduced=_reordered(passed.reduced, order),
         )
+
+
+def _inverse_of_common(normals, whole):
+    """Cofactors of common terms, of which the models have left this much.
+
+    ``whole`` is the diagonal before the models took up what they can.
+    """
+    size = np.sqrt(np.where(whole > 0.0, whole, 1.0))
+    scaled = normals / np.outer(size, size)
+    if not np.linalg.eigvalsh(scaled)[0] > LEAST_LEFT:
+        raise np.linalg.LinAlgError("the points do not determine the common terms")
+    return np.linalg.inv(scaled) / np.outer(size, size)
 
 
 def _reordered(reduced, order):

@@ -80,8 +80,6 @@ def examine_deformation(solution, terms, flight) -> DeformationTest:
         larger = adjust(observations, (*others, own), solution.ordering)
     except np.linalg.LinAlgError:  # the points of the models cannot tell terms apart
         return nothing
-    if not (np.diag(larger.common_cofactors) > 0.0).all():
-        return nothing
     fall = (solution.sum_of_squares - larger.sum_of_squares) / degrees
     f = max(fall, 0.0) / (larger.sum_of_squares / rest)
     sizes = _sizes(larger, flight, rows)
