@@ -34,6 +34,7 @@ from einschalt.pipeline.simultaneous import (
 )
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.systematic_patterns import find_patterns
+from einschalt.pipeline.tolerance import with_tolerance
 from einschalt.pipeline.variance_components import estimate_components
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.model_screening import screen_models, without_suspects
@@ -80,7 +81,8 @@ class DensificationResult(PrecisionTables):
         more than they may), difference_easting,
         difference_northing [, difference_height] (densified less given, control and
         check points only) [, distributed_easting, distributed_northing (part of the
-        coordinates that comes from the distribution of residuals)] [m].
+        coordinates that comes from the distribution of residuals)] [,
+        standard_error_checked, is_within_tolerance (where a tolerance is set)] [m].
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy, m_0, s_0,
         is_usable, reason, then the parameters.
@@ -238,6 +240,7 @@ def densify(block, settings=None, *, progress=None):
     ways = {"pipeline": _in_two_steps, "simultaneous": _in_one_adjustment}
     result = ways[settings.method](block, settings, flights, said)
     said("done", 1.0)
+    result = replace(result, points=with_tolerance(result))
     return replace(result, seconds=perf_counter() - started)
 
 

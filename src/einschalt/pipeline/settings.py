@@ -1,14 +1,21 @@
 """One frozen Settings: how a block is computed, checked on construction."""
 
 from difflib import get_close_matches
+from numbers import Real
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic_core import PydanticCustomError
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.number_texts import is_number, say_number
 from einschalt.foundations.shown_names import shortened
+
+NO_TOLERANCE = "none"
+TOLERANCES = (NO_TOLERANCE, "vermv_1994", "vermv_2010", "vermv_2016")
+LARGEST_TOLERANCE = 10.0  # metres
 
 
 class Settings(BaseModel):
@@ -46,6 +53,9 @@ class Settings(BaseModel):
         How the residuals of control points are distributed to the points between, for
         a cadastre that must fit: control then keeps its given coordinates.
 
+    tolerance : {"none", "vermv_1994", "vermv_2010", "vermv_2016"} or float
+        Standard error, TOTAL [m], that a point may have: of an Austrian surveying
+        ordinance, or any other. Every point then passes or fails.
     confidence : float
         Probability with which the ellipses of the points hold the true point; 0.393
         gives the mean error ellipse.
@@ -75,12 +85,33 @@ class Settings(BaseModel):
     residual_distribution: Literal[
         "none", "natural_neighbour", "inverse_distance", "multiquadric"
     ] = "none"
+    tolerance: str | float = Field(
+        NO_TOLERANCE,
+        description=f"{', '.join(TOLERANCES)}, or a number of metres above 0, at most "
+        f"{LARGEST_TOLERANCE:g}",
+    )
     confidence: float = Field(
         0.95, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
     )
 
     def __init__(self, **fields):
         checked(super().__init__, fields, section="settings", names=type(self))
+
+    @field_validator("tolerance", mode="before")
+    @classmethod
+    def _preset_or_metres(cls, value):
+        if isinstance(value, str) and value in TOLERANCES:
+            return value
+        if isinstance(value, str) and not is_number(value):
+            said = {"expected": ", ".join(TOLERANCES)}
+            raise PydanticCustomError("literal_error", "an unknown tolerance", said)
+        metres = float(value) if isinstance(value, str) else value
+        is_number_of = isinstance(metres, Real) and not isinstance(metres, bool)
+        if not is_number_of or not 0.0 < metres < np.inf:
+            raise PydanticCustomError("value_error", "no tolerance")
+        if metres > LARGEST_TOLERANCE:
+            raise PydanticCustomError("less_than_equal", "too large")
+        return float(metres)
 
 
 def checked(build, fields, *, section, names, file=None):
@@ -178,13 +209,18 @@ def _remedy(fault, expected):
     if fault["type"] == "literal_error":
         allowed = fault["ctx"]["expected"].replace("'", "").replace(" or ", ", ")
         near = get_close_matches(described(value).casefold(), allowed.split(", "), n=1)
-        return f"Write {near[0]!r}" if near else ""
+        return f"Write {near[0]!r}" if near else _decimal_point(value)
     if fault["type"] == "less_than_equal" and "metres" in expected.split():
         return "Did you give millimetres?"
     if fault["type"] == "float_type" and isinstance(value, str):
-        comma = say_number(value, "")[2]
-        return "Take the quotes away" if is_number(value) else comma
+        return "Take the quotes away" if is_number(value) else _decimal_point(value)
     return ""
+
+
+def _decimal_point(value):
+    """Say how a number with a comma is written."""
+    is_comma = isinstance(value, str) and "," in value
+    return say_number(value, "")[2] if is_comma else ""
 
 
 __all__ = ["Field", "Settings", "checked", "setting_problem"]

@@ -155,6 +155,13 @@ def check_differences(result):
     )
 
 
+def check_points_exceed(result):
+    """Whether the differences at check points are larger than the claimed figure."""
+    rows = result.points[result.points["role"] == "check"]
+    ratio = _rms_of_differences(rows) / _claimed(result, rows)
+    return bool(ratio > _ratio_limits(len(rows))[1])
+
+
 def control_differences(result):
     """Control points that the densified coordinates miss by more than is claimed."""
     rows = result.points[result.points["role"] == "control"]

@@ -12,6 +12,7 @@ from einschalt.pipeline.sections import (
     neighbours,
     patterns,
     precision,
+    tolerance,
 )
 from einschalt.pipeline.sections.verdict import verdict
 from einschalt.pipeline.suggestions import find_suggestions
@@ -23,6 +24,7 @@ SECTIONS = (
     error_sources,
     neighbours,
     known_points,
+    tolerance,
     model_deformation,
     control_strain,
     distribution,

@@ -9,6 +9,7 @@ import typing
 from pathlib import Path
 
 import pandas as pd
+import pyogrio
 import pytest
 
 from einschalt.interfaces.cli import densify as command
@@ -185,3 +186,23 @@ def test_a_console_without_the_characters_does_not_stop_a_run(
     done = spawn(*call, env=environment, encoding="latin-1")
     assert done.returncode == 0
     assert "?(?_E² + ?_N²)" in done.stdout
+
+
+def test_a_tolerance_is_an_option_and_stands_in_the_tables(
+    invoke, block_folder, tmp_path
+):
+    call = ("densify", block_folder, "-o", tmp_path, "--tolerance")
+    said = invoke(*call, "vermv_1994").stdout
+    assert "Tolerance 7.0 cm (total; VermV 1994 § 7, densification points)" in said
+    for points in (
+        pd.read_csv(tmp_path / "points.csv"),
+        pd.read_parquet(tmp_path / "points.parquet"),
+        pyogrio.read_arrow(tmp_path / "block.gpkg", layer="points")[1].to_pandas(),
+    ):
+        is_suspect = points["is_suspect"].astype(bool)
+        passes = (points["standard_error_checked"] <= 0.07) & ~is_suspect
+        assert points["is_within_tolerance"].astype(bool).tolist() == passes.tolist()
+    assert "Tolerance 7.0 cm" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    shown = invoke(*call, "-1")
+    assert shown.exit_code == 2
+    assert "[settings] tolerance = '-1'; expected none, vermv_1994" in shown.stderr

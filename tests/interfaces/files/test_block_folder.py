@@ -314,3 +314,10 @@ def test_a_wrong_number_is_said_in_the_unit_of_the_flight(unit, small_block):
         EinschaltError, match=f"'n/a' is not a number; expected {words[unit]}"
     ):
         read_block(small_block.path)
+
+
+@pytest.mark.parametrize("tolerance", ["vermv_2010", 0.035, 1.0])
+def test_the_tolerance_comes_back(demo_block, tmp_path, tolerance):
+    settings = Settings(tolerance=tolerance)
+    write_block(replace(demo_block, settings=settings), tmp_path / "block")
+    assert read_block(tmp_path / "block").settings == settings

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.densify import (
+    TOLERANCE,
     CoverageMean,
     Distribution,
     Method,
@@ -75,6 +76,7 @@ def batch(
     residual_distribution: _setting(
         Distribution, "How residuals of control points are distributed."
     ) = None,
+    tolerance: _setting(str, TOLERANCE) = None,
     confidence: _setting(float, "Of the confidence ellipses.") = None,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
@@ -106,6 +108,7 @@ def batch(
         "model_deformation": model_deformation,
         "significance": significance,
         "residual_distribution": residual_distribution,
+        "tolerance": tolerance,
         "confidence": confidence,
     }
     given = {name: value for name, value in chosen.items() if value is not None}

@@ -16,6 +16,10 @@ ModelDeformation = Literal["modelled", "tested", "ignored"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
 Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
 Screening = Literal["propagated", "practice_1968", "off"]
+TOLERANCE = (
+    "Total standard error that a point may have: metres, or vermv_1994, vermv_2010, "
+    "vermv_2016."
+)
 
 
 def _option(kind, text):
@@ -67,6 +71,7 @@ def densify(
         "Distribute the residuals of control points to the points between them, for a "
         "cadastre that must fit.",
     ) = None,
+    tolerance: _option(str, TOLERANCE) = None,
     confidence: _option(
         float, "Probability with which the confidence ellipses hold the true point."
     ) = None,
@@ -109,6 +114,7 @@ def densify(
         "model_deformation": model_deformation,
         "significance": significance,
         "residual_distribution": residual_distribution,
+        "tolerance": tolerance,
         "confidence": confidence,
     }
     given = {name: value for name, value in chosen.items() if value is not None}

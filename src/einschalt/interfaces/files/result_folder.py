@@ -44,6 +44,8 @@ FIRST_COLUMNS = {
         "standard_error_total",
         "standard_error_paper",
         "standard_error_internal",
+        "standard_error_checked",
+        "is_within_tolerance",
         "n_models",
         "n_coverages",
         "spread_total",
