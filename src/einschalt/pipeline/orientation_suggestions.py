@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.special import chdtrc
 
-from einschalt.foundations.typesetting import count, fixed, length, names, shortened
+from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.typesetting import count, fixed, length, names
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.stages.stage3_model_transformation import transform_models
