@@ -2,14 +2,8 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import (
-    count,
-    factor,
-    length,
-    lengths,
-    names,
-    printable,
-)
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import count, factor, length, lengths, names
 from einschalt.pipeline.sections.section import Section
 from einschalt.pipeline.tolerance import TOTAL, checked_figure, tolerance_of
 
