@@ -89,7 +89,7 @@ def test_an_oblong_image_covers_what_it_should():
         ({"high_m_g_um": 0}, "m_g_um = 0"),
         ({"n_coverages": 7}, "n_coverages = 7"),
         ({"control_per_model": 4}, "control_per_model = 4"),
-        ({"forward_overlap": 0.4}, "leave gaps"),
+        ({"forward_overlap": 0.4}, "forward_overlap = 0.4; expected 0.5 to"),
         ({"coverage_shift": 2}, "coverage_shift = 2"),
         ({"spacing": 2000}, "points lie on"),
     ],
@@ -101,7 +101,9 @@ def test_impossible_designs_are_refused(change, says):
 
 def test_a_layout_without_points_is_said():
     design = replace(DESIGN, spacing=900.0, width=9000, height=9000)
-    with pytest.raises(SettingsError, match="no model of the low flight"):
+    with pytest.raises(
+        SettingsError, match="no model of the high flight holds 5 points"
+    ):
         expect_precision(replace(design, scale_number=3000))
 
 

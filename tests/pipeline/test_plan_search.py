@@ -22,7 +22,13 @@ def found():
 
 
 def test_every_combination_is_a_plan_and_the_feasible_are_first(found):
-    assert len(found.plans) == 4 * 2 * 5 * 3 * 3 * 2
+    # those with too few points for control, or mostly control, are left out
+    assert len(found.plans) <= 4 * 2 * 5 * 3 * 3 * 2
+    names = ["scale_number", "spacing", "high_scale_number"]
+    names += ["n_settings", "n_coverages", "control_per_model"]
+    assert not found.plans[names].duplicated().any()
+    per_point = found.plans["control_points"] * found.plans["spacing"] ** 2 / 1e6
+    assert per_point.max() <= 0.5
     is_feasible = found.plans["is_feasible"].to_numpy()
     assert is_feasible[: is_feasible.sum()].all()
     assert (found.feasible["reached"] <= 0.05).all()
@@ -63,7 +69,7 @@ def test_work_is_counted_by_hand():
     assert plan["images"] == pytest.approx(low + low / 4)
     models_at_a_point = 0.6 / 0.4 / 0.7 * 2 * 2
     assert plan["settings"] == pytest.approx(16 * models_at_a_point * 3)
-    assert plan["control_points"] == pytest.approx(4 * low / 4 / 2)
+    assert plan["control_points"] == pytest.approx(4 * low / 4)
     cost = 30 * plan["images"] + 0.5 * plan["settings"] + 100 * plan["control_points"]
     assert plan["cost"] == pytest.approx(cost)
 
@@ -100,7 +106,7 @@ def test_infeasible_wishes_get_the_nearest_and_its_limit():
     assert found.feasible.empty
     assert found.nearest["reached"] == found.plans["reached"].min()
     text = " ".join(found.summary().split())
-    assert "No plan of 720 reaches 2.0 mm" in text
+    assert "No plan of 669 reaches 2.0 mm" in text
     assert "It is limited by the errors of control" in text
     poor = replace(CHOICES, n_settings=(1,), m_g_um=(40,))
     frame = PlanFrame(high_over_low_m_g=0.1, control_standard_error=1e-3)
@@ -148,15 +154,39 @@ def checked(found):
 
 def test_the_plan_that_is_proposed_keeps_the_target(checked):
     assert checked.is_kept
-    again = expect_precision(design_of(checked.plan, PlanFrame()))
-    assert again.figures.mean == pytest.approx(checked.reached)
+    figures = expect_precision(design_of(checked.plan, PlanFrame())).figures
+    places = figures.single_centre, figures.single_edge
+    is_mean = checked.plan["n_coverages"] > 1
+    assert (figures.mean if is_mean else max(places)) == checked.reached
     assert checked.reached <= 0.05
     assert "Checked by propagation on a layout" in checked.summary()
 
 
-def test_plans_that_do_not_keep_it_are_named(found):
-    impossible = replace(found, target=0.03)
-    checked = check_plans(impossible, PlanFrame(), most=2)
+def test_plans_that_do_not_keep_it_are_named():
+    # the closed estimate promises 4.7 cm, the layout has 5.02
+    choices = PlanChoices(
+        scale_number=(9600,),
+        spacing=(300,),
+        m_g_um=(10,),
+        high_over_low=(1.25, 1.5),
+        n_settings=(2,),
+        n_coverages=(2,),
+        control_per_model=(5,),
+    )
+    found = find_plans(0.05, choices)
+    checked = check_plans(found, PlanFrame(), most=1)
     assert not checked.is_kept
-    assert len(checked.dropped) <= 1
-    assert "That is more than 3.00 cm" in " ".join(checked.summary().split())
+    assert "That is more than 5.00 cm" in " ".join(checked.summary().split())
+    checked = check_plans(found, PlanFrame())
+    assert checked.is_kept
+    (dropped,) = checked.dropped
+    assert dropped.startswith("1:9600 after 1:14400")
+    assert "Not kept: 1:9600 after 1:14400" in checked.summary()
+
+
+def test_of_infeasible_plans_the_nearest_that_can_be_laid_out_is_checked():
+    found = find_plans(0.002, replace(CHOICES, spacing=(300,)))
+    checked = check_plans(found, PlanFrame(control_standard_error=0.03))
+    assert not checked.is_kept
+    nearest = found.plans.sort_values("reached").head(6)
+    assert checked.plan["reached"] in nearest["reached"].to_numpy()

@@ -5,7 +5,11 @@ import pytest
 
 from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.pipeline.planning_arguments import planned_model
-from einschalt.pipeline.terrain_forecast import describe_forecast, forecast_by_scale
+from einschalt.pipeline.terrain_forecast import (
+    describe_forecast,
+    forecast_by_camera,
+    forecast_by_scale,
+)
 from einschalt.stages.relative_orientation.dangerous_surface import (
     FlightPlan,
     forecast_dangerous_surfaces,
@@ -46,7 +50,7 @@ def test_an_oblong_image_has_its_own_base_and_wings():
 
 def test_a_dangerous_valley_is_said_with_the_remedy():
     forecast = forecast_by_scale(VALLEY, [6000, 20000], FILM, 0.152)
-    text = describe_forecast(forecast)
+    text = describe_forecast(forecast, forecast_by_camera(VALLEY, 912.0))
     assert "1 critical, 1 safe" in text
     assert "1:6000: model 7/8 is critical; fly" in text
     assert "above its valley" in text
@@ -55,4 +59,20 @@ def test_a_dangerous_valley_is_said_with_the_remedy():
 
 def test_many_scales_are_cut():
     forecast = forecast_by_scale(VALLEY, range(6000, 16000, 1000), FILM, 0.152)
-    assert "and 2 scales more" in describe_forecast(forecast)
+    assert "and 2 scales more" in describe_forecast(
+        forecast, forecast_by_camera(VALLEY, 912.0)
+    )
+
+
+def test_every_camera_flies_at_the_same_height():
+    forecast = forecast_by_camera(VALLEY, 900.0)
+    assert forecast["flying_height"].to_numpy() == pytest.approx(900.0)
+    wide = forecast[forecast["camera"] == "film_wide"]
+    own = forecast_by_scale(VALLEY, [900.0 / 0.152], FILM, 0.152)
+    for name in ("scale_number", "inflation", "over_correction_k", "valley_depth"):
+        assert wide[name].to_numpy() == pytest.approx(own[name].to_numpy(), rel=1e-12)
+    # the wider the angle, the deeper the dangerous valley, and the lower the flight
+    # that is safe above it: Waldhäusl 1971
+    safe = forecast[forecast["model_id"] == "7/8"].set_index("camera")
+    heights = safe["safe_flying_height"]
+    assert heights["film_super_wide"] < heights["film_wide"] < heights["film_normal"]

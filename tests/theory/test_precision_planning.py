@@ -11,6 +11,7 @@ from einschalt.theory.precision_planning import (
     mean_of_coverages,
     planned_precision,
     settings_that_balance,
+    spacing_that_balances,
 )
 
 KINDS = ("affine", "helmert", "rigid")
@@ -74,3 +75,16 @@ def test_settings_balance_where_the_parts_are_equal():
 def test_mean_of_coverages_divides_variances():
     assert mean_of_coverages(0.03, 0.04, 2) == pytest.approx(0.025)
     assert mean_of_coverages(0.03, 0.03, 4) == pytest.approx(0.015)
+
+
+def test_at_break_even_both_parts_are_equal():
+    planned = planned_precision(8000.0, 300.0, 0.1, 10e-6, PlannedModel())
+    ground, m_t = planned.m_g_ground, planned.m_t_edge
+    settings = settings_that_balance(ground, m_t)
+    again = planned_precision(
+        8000.0, 300.0, 0.1, 10e-6 / np.sqrt(settings), PlannedModel()
+    )
+    assert again.m_g_ground == pytest.approx(again.m_t_edge)
+    spacing = spacing_that_balances(300.0, ground, m_t)
+    again = planned_precision(8000.0, spacing, 0.1, 10e-6, PlannedModel())
+    assert again.m_t_edge == pytest.approx(again.m_g_ground)

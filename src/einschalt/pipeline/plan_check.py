@@ -51,9 +51,7 @@ class CheckedPlan(Result):
             f"{describe_plan(self.plan)}."
         )
         if not self.is_kept:
-            verdict += (
-                f" More than {_in_cm(self.target)}: no plan that was tried holds."
-            )
+            verdict += f" That is more than {_in_cm(self.target)}."
         dropped = [
             wrapped(f"Not kept: {text}", first="  ", indent="    ")
             for text in self.dropped
@@ -76,14 +74,14 @@ def check_plans(search, frame, *, most=MOST_TRIED) -> CheckedPlan:
     Returns
     -------
     CheckedPlan
-        Where none is kept, the last one that was tried.
+        Where none is kept, the best one that was tried.
 
     Raises
     ------
     EinschaltError
         Not one of the plans can be laid out.
     """
-    found, dropped, problem = None, [], None
+    tried, dropped, problem = [], [], None
     for _, plan in _candidates(search, most).iterrows():
         try:
             expected = expect_precision(design_of(plan, frame))
@@ -93,18 +91,22 @@ def check_plans(search, frame, *, most=MOST_TRIED) -> CheckedPlan:
             continue
         reached = _at_place(expected, search.where)
         found = CheckedPlan(plan, expected, reached, search.target, tuple(dropped))
-        if found.is_kept:
+        tried.append(found)
+        # the nearest plan need not be looked for any further
+        if found.is_kept or not len(search.feasible):
             return found
         dropped.append(f"{describe_plan(plan)}: {_in_cm(reached)}")
-    if found is None:
+    if not tried:
         raise problem
-    return replace(found, dropped=tuple(dropped[:-1]))
+    best = min(tried, key=lambda found: found.reached)
+    others = (text for text in dropped if describe_plan(best.plan) not in text)
+    return replace(best, dropped=tuple(others))
 
 
 def _candidates(search, most):
     """Give the cheapest plan, then in steps of precision the cheapest of each step."""
     if not len(search.feasible):
-        return search.nearest.to_frame().T
+        return search.plans.sort_values("reached", kind="stable").head(most)
     plans = search.feasible
     steps = search.target * (1.0 - 0.05 * np.arange(most))
     places = [

@@ -9,6 +9,7 @@ from einschalt.foundations import typesetting
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.plan_costs import PlanCosts
 from einschalt.pipeline.planning import frame_of
 from einschalt.pipeline.planning_arguments import (
     checked_axis,
@@ -17,7 +18,7 @@ from einschalt.pipeline.planning_arguments import (
     planned_model,
     require_reasonable_size,
 )
-from einschalt.pipeline.value_ranges import Range, problems_in
+from einschalt.pipeline.value_ranges import Range
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 from einschalt.theory.planned_expectation import (
@@ -40,8 +41,10 @@ PLACES = ("centre", "edge", "everywhere")
 FORMULAS = ("expected", "paper")
 M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
-"""Corners and sides are shared with neighbours; a shifted coverage takes the corners of
-the first for its middles."""
+"""Corners and sides are shared with neighbours of the same coverage; another coverage
+has its own, since flights do not repeat to the metre."""
+MOST_ON_THE_GROUND = 0.5
+"""Plans that survey more than this part of the points on the ground are none."""
 LIMITS = {
     "measuring": "measuring in the low flight",
     "noise": "noise of the approximate coordinates",
@@ -56,35 +59,6 @@ REMEDIES = {
     "control": "Survey the control better, or give nine points to each model",
 }
 SHOWN = 10
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlanCosts:
-    """What a plan is ranked by, in any one currency.
-
-    Attributes
-    ----------
-    image, model, setting, control_point : float
-        To fly and develop an image, to orient a model, to set a point once, to survey a
-        control point.
-
-    Raises
-    ------
-    SettingsError
-        A cost is negative, or no number.
-    """
-
-    image: float = 10.0
-    model: float = 20.0
-    setting: float = 0.5
-    control_point: float = 100.0
-
-    def __post_init__(self):
-        """Check the costs."""
-        allowed = Range(0, 1e9)
-        ranges = dict.fromkeys(self.__dataclass_fields__, allowed)
-        for problem in problems_in(self, ranges):
-            raise problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,9 +213,8 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
         frame.forward_overlap,
         frame.side_overlap,
     )
-    columns = _combine(choices)
-    columns = _precisions(columns, frame, model)
-    columns |= _work(columns, frame, model)
+    columns = _precisions(_combine(choices), frame, model)
+    columns = _without_control_alone(columns | _work(columns, frame, model))
     for formula in FORMULAS:
         columns[f"reached_{formula}"] = _reached(columns, where, formula)
     columns["reached"] = columns[f"reached_{by}"]
@@ -286,7 +259,11 @@ def _precisions(given, frame, model):
     """Precisions of all combinations whose models hold enough points."""
     distance = checked_number("principal_distance", frame.principal_distance)
     n_points = model.n_points(given["scale_number"], given["spacing"])
-    is_possible = n_points > LEAST_POINTS[model.kind]
+    # control is chosen among the points
+    in_high_model = given["high_over_low"] ** 2 * n_points
+    is_possible = (n_points > LEAST_POINTS[model.kind]) & (
+        in_high_model >= given["control_per_model"]
+    )
     if not is_possible.any():
         raise GeometryError(
             f"at most {n_points.max():.2g} points lie in a model",
@@ -361,7 +338,7 @@ def _work(columns, frame, model):
     per_model = np.where(
         columns["control_per_model"] == 9, *(CONTROL_PER_NEAT_MODEL[k] for k in (9, 5))
     )
-    control = np.maximum(per_model, coverages) * high / coverages
+    control = per_model * high
     costs = frame.costs
     return {
         "images": low + high,
@@ -372,6 +349,19 @@ def _work(columns, frame, model):
         + costs.setting * settings
         + costs.control_point * control,
     }
+
+
+def _without_control_alone(columns):
+    """Leave out plans that survey so many points that few are left to be densified."""
+    per_point = columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
+    is_plan = per_point <= MOST_ON_THE_GROUND
+    if not is_plan.any():
+        raise GeometryError(
+            f"control would be at least {100 * per_point.min():.0f} % of the points",
+            expected=f"at most {100 * MOST_ON_THE_GROUND:.0f} %",
+            remedy="Give a smaller spacing, a smaller image scale or fewer coverages",
+        )
+    return {name: values[is_plan] for name, values in columns.items()}
 
 
 def _reached(columns, where, by):

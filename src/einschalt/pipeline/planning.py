@@ -23,6 +23,8 @@ from einschalt.theory.precision_planning import (
     PlannedPrecision,
     best_scale,
     planned_precision,
+    settings_that_balance,
+    spacing_that_balances,
 )
 
 AXES = ("scale_number", "spacing", "m_0", "m_g_um")
@@ -311,6 +313,28 @@ def best_columns(axes, model, principal_distance):
     planned = planned_precision(scale_number, *given, model)
     columns |= {"scale_number": scale_number, "flying_height": scale_number * distance}
     return columns | {name: getattr(planned, name) for name in PRECISIONS}
+
+
+def break_even_columns(table):
+    """Say up to which effort measuring and transformation are worth improving.
+
+    Parameters
+    ----------
+    table : PrecisionTable
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_combinations,)
+        scale_number, spacing, m_0, m_g_um; ``settings``, of a point (or coverages) up
+        to which measuring decides at the edge; ``spacing_at_break_even`` [m], down to
+        which denser points gain there.
+    """
+    columns = table.columns()
+    ground, m_t = columns["m_g_ground"], columns["m_t_edge"]
+    return {name: columns[name] for name in AXES} | {
+        "settings": settings_that_balance(ground, m_t),
+        "spacing_at_break_even": spacing_that_balances(columns["spacing"], ground, m_t),
+    }
 
 
 def frame_of(columns, warnings=()):

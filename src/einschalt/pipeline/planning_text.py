@@ -5,10 +5,14 @@ import numpy as np
 from einschalt.foundations import typesetting
 from einschalt.foundations.typesetting import count, fixed, number, scale, wrapped
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.theory.precision_planning import settings_that_balance
 
 MOST_SCALES, MOST_SPACINGS, MOST_BLOCKS = 8, 10, 8
 SHOWN_POINTS = (5, 10, 15, 20, 30, 50, 100)
 ROUNDED = "numbers of points are means, and not rounded"
+BREAK_EVEN = """\
+Break-even at the edge: so many settings of a point pay, beyond them m_t decides. Below
+1 even one is wasted there, and denser points pay: down to the spacing times the root"""
 TOO_GOOD = (
     "M is Kovarik's formula. It takes both coverages, and the approximate coordinates "
     "of neighbours, for independent of each other; they are not, and the mean of two "
@@ -36,6 +40,7 @@ def describe_table(table, best):
         _points(table),
         _transformation(table),
         _totals(table),
+        _break_even(table),
         _best(best),
         wrapped(TOO_GOOD),
     ]
@@ -153,8 +158,35 @@ def _blocks(texts):
     return "\n\n".join([*texts[:MOST_BLOCKS], *more])
 
 
+def _break_even(table):
+    """Settings up to which a better measurement decides at the edge."""
+    m_g, m_t = table.array("m_g_ground"), table.array("m_t_edge")
+    settings = settings_that_balance(m_g, m_t)
+    scales = table.axes["scale_number"][:MOST_SCALES]
+    combinations = [
+        (j, m, k)
+        for k in range(len(table.axes["m_g_um"]))
+        for m in range(len(table.axes["m_0"]))
+        for j in range(len(table.axes["spacing"]))
+    ]
+    rows = [
+        [
+            f"{table.axes['spacing'][j]:g} m",
+            f"{_cm(table.axes['m_0'][m])} cm",
+            f"{table.axes['m_g_um'][k]:g} µm",
+            *(number(settings[i, j, m, k]) for i in range(len(scales))),
+        ]
+        for j, m, k in combinations[: 3 * MOST_BLOCKS]
+    ]
+    header = ["spacing", "m_0", "m_g", *(scale(value) for value in scales)]
+    text = typesetting.table(rows, header=header, align="r" * len(header))
+    rest = len(combinations) - len(rows)
+    more = f"\n  and {rest} more" if rest > 0 else ""
+    return f"{BREAK_EVEN}\n{text}{more}"
+
+
 def _best(best):
-    """Scales beyond which a lower flight loses, and the settings that are worth it."""
+    """Scales beyond which a lower flight loses accuracy at the edge."""
     rows = [
         [
             f"{best['spacing'][i]:g} m",

@@ -3,7 +3,8 @@
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.typesetting import fixed, number, scale, wrapped
+from einschalt.foundations.typesetting import fixed, number, scale, shortened, wrapped
+from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (
     EDGE,
     FlightPlan,
@@ -41,64 +42,121 @@ def forecast_by_scale(heights, scale_numbers, model, principal_distance):
     EinschaltError
         A height is missing or no number.
     """
-    along, across = model.image_format
-    # the forecast knows square images: of an oblong one the side across is given,
-    # which holds the wings, with the overlap that leaves the base as long as it is
-    overlap = 1.0 - (1.0 - model.forward_overlap) * along / across
-    wing = max(across / 2.0 - EDGE, across / 4.0)
     parts = {}
     for scale_number in scale_numbers:
-        plan = FlightPlan(
-            principal_distance=principal_distance,
-            scale_number=float(scale_number),
-            image_format=across,
-            forward_overlap=overlap,
-            wing=wing,
+        plan = _plan_of(
+            *(model.image_format, model.forward_overlap, principal_distance),
+            float(scale_number) * principal_distance,
         )
         parts[float(scale_number)] = forecast_dangerous_surfaces(heights, plan).models
     return pd.concat(parts, names=["scale_number"]).reset_index()
 
 
-def describe_forecast(forecast):
-    """Say at which scales the terrain is dangerous, and what helps.
+def forecast_by_camera(heights, flying_height, cameras=CAMERAS):
+    """Judge the terrain of every model for several cameras, flown equally high.
+
+    Parameters
+    ----------
+    heights : DataFrame
+        model_id, h1 … h6 [m].
+    flying_height : float
+        Above the terrain in the standard points 1 and 2 of each model [m].
+    cameras : dict of str to CameraPreset
+
+    Returns
+    -------
+    DataFrame
+        camera, scale_number, model_id, then as :func:`forecast_by_scale`.
+
+    Raises
+    ------
+    EinschaltError
+        A height is missing or no number.
+    """
+    parts = {}
+    for name, camera in cameras.items():
+        plan = _plan_of(
+            *(camera.image_format, camera.forward_overlap, camera.principal_distance),
+            flying_height,
+        )
+        models = forecast_dangerous_surfaces(heights, plan).models
+        models.insert(0, "scale_number", flying_height / camera.principal_distance)
+        parts[name] = models
+    return pd.concat(parts, names=["camera"]).reset_index()
+
+
+def _plan_of(image_format, forward_overlap, principal_distance, flying_height):
+    along, across = image_format
+    # the forecast knows square images: of an oblong one the side across is given,
+    # which holds the wings, with the overlap that leaves the base as long as it is
+    overlap = 1.0 - (1.0 - forward_overlap) * along / across
+    return FlightPlan(
+        principal_distance=principal_distance,
+        flying_height=flying_height,
+        image_format=across,
+        forward_overlap=overlap,
+        wing=max(across / 2.0 - EDGE, across / 4.0),
+    )
+
+
+def describe_forecast(forecast, by_camera):
+    """Say at which scales and for which cameras the terrain is dangerous.
 
     Parameters
     ----------
     forecast : DataFrame
         As :func:`forecast_by_scale` gives it.
+    by_camera : DataFrame
+        As :func:`forecast_by_camera` gives it.
 
     Returns
     -------
     str
     """
-    rows, said = [], []
-    groups = list(forecast.groupby("scale_number"))
-    for scale_number, models in groups[:MOST_SCALES]:
-        worst = models.loc[models["inflation"].fillna(float("inf")).idxmax()]
-        rows.append(
-            [
-                scale(scale_number),
-                count_verdicts(models).split(": ")[1],
-                fixed(worst["inflation"], 2),
-                str(worst["model_id"]),
-                fixed(worst["over_correction_k"], 2),
-                fixed(worst["flying_height"], 0),
-                fixed(worst["safe_flying_height"], 0),
-            ]
-        )
-        if worst["verdict"] != "safe":
-            said.append(_advice(scale_number, worst))
-    header = ["scale", "models", "inflation", "worst", "k", "height", "safe from"]
-    text = typesetting.table(rows, header=header, align="llrlrrr")
-    more = len(groups) - MOST_SCALES
+    groups = list(forecast.groupby("scale_number"))[:MOST_SCALES]
+    more = forecast["scale_number"].nunique() - MOST_SCALES
+    worst = [(scale_number, _worst(models)) for scale_number, models in groups]
+    height = worst[0][1]["flying_height"]
     return "\n".join(
         [
             HEAD,
-            text,
+            _table([_row([scale(key)], models) for key, models in groups], ["scale"]),
             *([f"  and {more} scales more"] if more > 0 else []),
-            *said,
+            *(_advice(*found) for found in worst if found[1]["verdict"] != "safe"),
+            "",
+            f"The same terrain with every camera, flown {number(height, 3)} m high",
+            _table(
+                [
+                    _row([name, scale(models["scale_number"].iloc[0])], models)
+                    for name, models in by_camera.groupby("camera", sort=False)
+                ],
+                ["camera", "scale"],
+            ),
         ]
     )
+
+
+def _worst(models):
+    return models.loc[models["inflation"].fillna(float("inf")).idxmax()]
+
+
+def _row(first, models):
+    worst = _worst(models)
+    return [
+        *first,
+        count_verdicts(models).split(": ")[1],
+        fixed(worst["inflation"], 2),
+        shortened(str(worst["model_id"]), 16),
+        fixed(worst["over_correction_k"], 2),
+        fixed(worst["flying_height"], 0),
+        fixed(worst["safe_flying_height"], 0),
+    ]
+
+
+def _table(rows, first):
+    header = [*first, "models", "inflation", "worst", "k", "height", "safe from"]
+    align = "l" * len(first) + "lrlrrr"
+    return typesetting.table(rows, header=header, align=align)
 
 
 def _advice(scale_number, worst):

@@ -79,6 +79,25 @@ class ExpectedParts:
     mean: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class BreakEven:
+    """Where more of an effort leaves the greater part of the variance as it is.
+
+    Attributes
+    ----------
+    settings : ndarray
+        Settings of a point in the low flight, as many times as planned.
+    n_coverages : ndarray
+        Of both flights.
+    spacing : ndarray
+        Mean distance of points [m]; denser ones gain little.
+    """
+
+    settings: np.ndarray
+    n_coverages: np.ndarray
+    spacing: np.ndarray
+
+
 def models_per_point(model):
     """How many models of one coverage hold a point, on average.
 
@@ -174,6 +193,39 @@ def expected_parts(flights, model) -> ExpectedParts:
         mean,
     )
     return ExpectedParts(*parts, *errors)
+
+
+def break_even(parts, flights) -> BreakEven:
+    """Find where more settings, coverages or points stop paying.
+
+    Each reduces some parts of the variance of the mean and leaves the others; it pays
+    until both are equal, and beyond that at most by √2.
+
+    Parameters
+    ----------
+    parts : ExpectedParts
+        Of these flights.
+    flights : FlightsToExpect
+
+    Returns
+    -------
+    BreakEven
+
+    Notes
+    -----
+    Settings of the low flight divide ``measuring``, coverages everything but
+    ``control``, the square of the spacing multiplies ``noise``.
+    """
+    whole = parts.measuring + parts.noise + parts.transformation + parts.control
+    with np.errstate(divide="ignore"):
+        settings = parts.measuring / (whole - parts.measuring)
+        coverages = (whole - parts.control) / parts.control
+        denser = np.sqrt((whole - parts.noise) / parts.noise)
+    return BreakEven(
+        settings,
+        np.multiply(flights.n_coverages, coverages),
+        np.multiply(flights.spacing, denser),
+    )
 
 
 def _leverages(flights, model):

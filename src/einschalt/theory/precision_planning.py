@@ -285,3 +285,27 @@ def settings_that_balance(m_g_ground, m_t):
     4.0
     """
     return np.square(np.divide(m_g_ground, m_t))
+
+
+def spacing_that_balances(spacing, m_g_ground, m_t):
+    """Mean distance of points at which measuring and transformation are equal.
+
+    m_t grows with the spacing. Down to this distance denser points gain; below it
+    measuring decides.
+
+    Parameters
+    ----------
+    spacing, m_g_ground, m_t : float or ndarray
+        m_t is that of the spacing [m].
+
+    Returns
+    -------
+    ndarray
+        [m]
+
+    Examples
+    --------
+    >>> float(spacing_that_balances(400.0, 0.03, 0.06))
+    200.0
+    """
+    return np.multiply(spacing, np.divide(m_g_ground, m_t))

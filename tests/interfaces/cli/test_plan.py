@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import einschalt as es
+from einschalt.foundations.errors import GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
 from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.theory.planned_leverage import KINDS
@@ -112,7 +113,7 @@ def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
     assert {"plans.csv", "plans.parquet", "plans.png", "plans.svg"} <= files
     assert {"precision_map.png", "expected_points.csv", "summary.txt"} <= files
     plans = pd.read_csv(tmp_path / "plan" / "plans.csv")
-    assert len(plans) == 2 * 5 * 2 * 2
+    assert 30 < len(plans) <= 2 * 5 * 2 * 2
     assert (plans.loc[plans["is_feasible"], "reached"] <= 0.06).all()
 
 
@@ -120,7 +121,7 @@ def test_a_wish_that_cannot_be_met_is_answered(invoke):
     shown = invoke("plan", "--target", 0.002, "--scale", 8000, "--spacing", 300)
     assert shown.exit_code == 0
     said = " ".join(shown.stdout.split())
-    assert "No plan of 90 reaches 2.0 mm" in said
+    assert "No plan of 84 reaches 2.0 mm" in said
     assert "It is limited by" in said
 
 
@@ -148,12 +149,72 @@ def test_terrain_is_judged_at_every_scale(invoke, tmp_path):
     assert "model 7/8 is critical" in shown.stdout
     forecast = pd.read_csv(tmp_path / "plan" / "dangerous_surfaces.csv")
     assert forecast["scale_number"].tolist() == [6000, 20000]
-    assert (tmp_path / "plan" / "diagram_4.png").exists()
+    cameras = pd.read_csv(tmp_path / "plan" / "dangerous_surfaces_by_camera.csv")
+    assert set(cameras["camera"]) == set(CAMERAS)
+    assert (tmp_path / "plan" / "diagrams.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("question", "says"),
+    [
+        ((), "4d"),
+        (("--target", 0.06, "--n-settings", 2), "reach it"),
+        (("--expect", "--width", 4000, "--height", 4000), "coverages not shifted"),
+    ],
+)
+def test_a_figure_is_written(question, says, invoke, tmp_path):
+    file = tmp_path / "plan.svg"
+    shown = invoke("plan", *question, "--spacing", 300, "--figure", file)
+    assert shown.exit_code == 0, shown.stderr
+    assert f"Figure in {file}" in shown.stdout.replace("\n", "")
+    assert says in file.read_text(encoding="utf-8")
+
+
+def test_what_does_not_count_is_said(invoke):
+    shown = invoke("plan", "--spacing", 300, "--n-coverages", 3, "--where", "edge")
+    assert shown.exit_code == 0
+    assert "Not used for the tables: --n-coverages, --where." in shown.stdout
+    shown = invoke(
+        *("plan", "--target", 0.06, "--scale", 8000, "--spacing", 300),
+        *("--m-0", 0.1, "--expect"),
+    )
+    assert "Not used for --target: --m-0, --expect." in shown.stdout
+
+
+def test_costs_rank_the_plans(invoke, tmp_path):
+    def cheapest(*costs):
+        options = ("--target", 0.08, "--spacing", 300, "--output", tmp_path / "p.csv")
+        shown = invoke("plan", *options, *costs)
+        assert shown.exit_code == 0, shown.stderr
+        return pd.read_csv(tmp_path / "p.csv").iloc[0]
+
+    dear = cheapest("--costs", "control_point=100000, image=1")
+    assert dear["control_points"] < cheapest()["control_points"]
+
+
+def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_path):
+    def fail(*_):
+        raise GeometryError("too few points", remedy="Take more")
+
+    monkeypatch.setattr("einschalt.pipeline.plan_check.check_plans", fail)
+    shown = invoke(
+        *("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000),
+        *("--output", tmp_path / "plan"),
+    )
+    assert shown.exit_code == 0, shown.stderr
+    assert "cannot be laid out: too few points. Take more." in shown.stdout
+    assert (tmp_path / "plan" / "plans.png").exists()
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
+        (("--target", "0.05", "--costs", "picture=3"), "--costs = 'picture'"),
+        (("--target", "0.05", "--costs", "image"), "costs as image=10,model=20"),
+        (("--target", "0.05", "--costs", "image=x"), "--costs 'x'"),
+        (("--target", "0.05", "--costs", "image=-1"), "image = -1"),
+        (("--figure", "plan.doc"), "'.doc' is none of a figure"),
+        (("--figure", "no/such/folder/plan.png"), "plan.png"),
         (("--target", "5"), ""),
         (("--target", "50"), "5 cm are 0.05"),
         (("--target", "-1"), "target = -1"),

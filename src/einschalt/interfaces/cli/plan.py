@@ -44,6 +44,7 @@ def _expect(text):
 
 @with_exit_status
 def plan(
+    context: typer.Context,
     scale_number: _values(
         "Denominators of the image scale: ", "--scale-number", "--scale"
     ) = None,
@@ -91,6 +92,14 @@ def plan(
         Literal["expected", "paper"],
         typer.Option(help="Target: by what is to be expected, or the paper's formula."),
     ] = "expected",
+    costs: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME=COST,…",
+            help="Target: what plans are ranked by, in any currency; the cost of the "
+            "other things stays as it is.",
+        ),
+    ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
         "Target: scale number of the high flight over the low one's: "
     ) = None,
@@ -131,6 +140,13 @@ def plan(
             "figures and summary.",
         ),
     ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(
+            help="plan.png or plan.svg: the diagrams; with --target plans by cost; "
+            "with --expect the map of precision."
+        ),
+    ] = None,
 ):
     """Say what precision a flight will give, before it is flown.
 
@@ -142,42 +158,28 @@ def plan(
     precision of one block with all that its points share; with --terrain dangerous
     surfaces as well.
     """
+    options = dict(locals())
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli import plan_answers  # noqa: PLC0415
-    from einschalt.interfaces.cli.plan_values import flight_of  # noqa: PLC0415
+    from einschalt.interfaces.cli.plan_values import asked_of  # noqa: PLC0415
 
-    given = {
-        "image_format": image_format,
-        "principal_distance": principal_distance,
-        "forward_overlap": forward_overlap,
-        "side_overlap": side_overlap,
-    }
-    flight = flight_of(camera, kind, edge, given)
-    asked = plan_answers.Asked(
-        {
-            "scale_number": scale_number,
-            "spacing": spacing,
-            "m_0": m_0,
-            "m_g_um": m_g_um,
-            "high_over_low": high_over_low,
-            "n_settings": n_settings,
-            "n_coverages": n_coverages,
-            "control_per_model": control_per_model,
-        },
-        *(high_scale_number, high_m_g_um, width, height, control_standard_error),
-    )
-    if target is not None:
-        answer = plan_answers.search(flight, asked, target, where, by)
-    elif expect:
-        answer = plan_answers.layout(flight, asked)
-    else:
-        answer = plan_answers.tables(flight, asked)
+    asked = asked_of(options, _typed(context))
+    answer = plan_answers.answer(asked)
     if terrain is not None:
-        answer = plan_answers.with_terrain(answer, terrain, flight, asked)
+        answer = plan_answers.with_terrain(answer, terrain, asked)
     tell(answer.text)
+    if figure is not None:
+        _write_figure(answer, figure)
+        tell(f"\nFigure in {figure}")
     if output is not None:
         _write(answer, output)
         tell(f"\nPlan in {output}")
+
+
+def _typed(context):
+    """Names of the options that were written on the command line."""
+    source = context.get_parameter_source
+    return [name for name in context.params if source(name).name == "COMMANDLINE"]
 
 
 def _write(answer, output):
@@ -185,9 +187,19 @@ def _write(answer, output):
     # imported when something is written: the text needs no pandas
     from einschalt.interfaces.files import tables_by_suffix  # noqa: PLC0415
     from einschalt.interfaces.files.plan_folder import write_plan  # noqa: PLC0415
+    from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
     if output.suffix:
         table = next(iter(answer.tables().values()))
         tables_by_suffix.write_table(table, output)
-    else:
-        write_plan(output, answer.tables(), answer.figures(), answer.text)
+        return
+    figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
+    write_plan(output, answer.tables(), figures, answer.text)
+
+
+def _write_figure(answer, file):
+    """Write the first figure in the format that the suffix names."""
+    # imported when a figure is written: matplotlib takes its time
+    from einschalt.interfaces.reports.figure_files import write_figure  # noqa: PLC0415
+
+    write_figure(lambda: next(iter(answer.figures().values())), file)

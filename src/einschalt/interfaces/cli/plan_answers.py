@@ -4,17 +4,24 @@ Each answer has a text, and tables and figures that are made only when they are 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
-from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.cli.plan_values import PlannedFlight, numbers
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.typesetting import length, wrapped
+from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.pipeline.camera_presets import DEFAULT_M_0
-from einschalt.pipeline.planning import best_columns, frame_of, precision_table
+from einschalt.pipeline.planning import (
+    best_columns,
+    break_even_columns,
+    frame_of,
+    precision_table,
+)
 from einschalt.pipeline.planning_arguments import checked_axis
 from einschalt.pipeline.planning_text import describe_table
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
+QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +35,7 @@ class Answer:
         Gives a dict of name to DataFrame; the first is the one that a single file
         holds.
     figures : callable
-        Gives a dict of name to dict of suffix to bytes.
+        Gives a dict of name to Figure; the first is the one that a single file holds.
     """
 
     text: str
@@ -36,54 +43,44 @@ class Answer:
     figures: Callable
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What was written on the command line, beside camera and axes.
+def answer(asked: Asked) -> Answer:
+    """Answer what was asked, and say which options did not count.
 
-    Attributes
+    Parameters
     ----------
-    values : dict of str to list of str or None
-        Options that take several values, by name.
-    high_scale_number, high_m_g_um, width, height : float or None
-    control_standard_error : float
+    asked : Asked
+
+    Returns
+    -------
+    Answer
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible.
     """
-
-    values: dict = field(default_factory=dict)
-    high_scale_number: float | None = None
-    high_m_g_um: float | None = None
-    width: float | None = None
-    height: float | None = None
-    control_standard_error: float = 0.03
-
-    def numbers(self, name, usual):
-        """Values of an option as numbers, the usual ones where it was not given."""
-        return numbers(f"--{name.replace('_', '-')}", self.values.get(name), usual)
-
-    def only(self, name, usual):
-        """Give the one value of an option of which a layout can have one only."""
-        given = self.numbers(name, usual)
-        if len(given) != 1:
-            option = f"--{name.replace('_', '-')}"
-            raise SettingsError(
-                f"{option} has {len(given)} values",
-                expected="one value: a layout has one",
-                remedy=f"Write {option} {given[0]:g}",
-            )
-        return given[0]
+    given = {"tables": tables, "target": search, "expect": layout}[asked.question](
+        asked
+    )
+    if not asked.unused:
+        return given
+    options = ", ".join(f"--{name.replace('_', '-')}" for name in asked.unused)
+    said = f"Not used for {QUESTION[asked.question]}: {options}."
+    return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
 
 
-def tables(flight: PlannedFlight, asked: Asked) -> Answer:
+def tables(asked: Asked) -> Answer:
     """Answer with the tables of Kovarik's diagrams.
 
     Parameters
     ----------
-    flight : PlannedFlight
     asked : Asked
 
     Returns
     -------
     Answer
     """
+    flight = asked.flight
     preset = flight.preset
     axes = {
         "scale_number": asked.numbers("scale_number", preset.scale_numbers),
@@ -95,35 +92,27 @@ def tables(flight: PlannedFlight, asked: Asked) -> Answer:
     best = best_columns(axes, flight.model, flight.principal_distance)
 
     def figures():
-        # imported when figures are written: matplotlib takes its time
+        # imported when figures are drawn: matplotlib takes its time
         from einschalt.interfaces.reports import planning_figures  # noqa: PLC0415
 
+        return {"diagrams": planning_figures.diagrams_figure(table)}
+
+    def frames():
         return {
-            "diagrams_1_to_3": planning_figures.figure_bytes(
-                planning_figures.points_and_transformation_figure(table)
-            ),
-            "diagram_4": planning_figures.figure_bytes(
-                planning_figures.total_error_figure(table)
-            ),
+            "plan": frame_of(table.columns()),
+            "best_scales": frame_of(best),
+            "break_even": frame_of(break_even_columns(table)),
         }
 
-    return Answer(
-        describe_table(table, best),
-        lambda: {"plan": frame_of(table.columns()), "best_scales": frame_of(best)},
-        figures,
-    )
+    return Answer(describe_table(table, best), frames, figures)
 
 
-def search(flight: PlannedFlight, asked: Asked, target, where, by) -> Answer:
+def search(asked: Asked) -> Answer:
     """Answer with the plans that reach a precision, the best held against its layout.
 
     Parameters
     ----------
-    flight : PlannedFlight
     asked : Asked
-    target : float
-        [m]
-    where, by : str
 
     Returns
     -------
@@ -131,49 +120,79 @@ def search(flight: PlannedFlight, asked: Asked, target, where, by) -> Answer:
     """
     # imported when they are asked for: propagation takes numba along
     from einschalt.pipeline.plan_check import check_plans  # noqa: PLC0415
-    from einschalt.pipeline.plan_search import (  # noqa: PLC0415
-        PlanChoices,
-        PlanFrame,
-        find_plans,
-    )
+    from einschalt.pipeline.plan_search import find_plans  # noqa: PLC0415
 
-    frame = PlanFrame(
-        kind=flight.model.kind,
-        image_format=flight.model.image_format,
-        principal_distance=flight.principal_distance,
-        forward_overlap=flight.model.forward_overlap,
-        side_overlap=flight.model.side_overlap,
-        control_standard_error=asked.control_standard_error,
+    frame = _frame_of(asked)
+    found = find_plans(
+        *(asked["target"], _choices_of(asked), frame),
+        where=asked["where"],
+        by=asked["by"],
     )
-    usual = PlanChoices(
-        scale_number=_usual_scales(flight.preset),
-        spacing=flight.preset.spacings,
-        m_g_um=flight.preset.m_g_um[:1],
-    )
-    names = PlanChoices.__dataclass_fields__
-    choices = PlanChoices(
-        **{name: tuple(asked.numbers(name, getattr(usual, name))) for name in names}
-    )
-    found = find_plans(target, choices, frame, where=where, by=by)
-    checked = check_plans(found, frame)
+    try:
+        checked = check_plans(found, frame)
+    except EinschaltError as error:
+        # the plans are what was asked for; the check of the best comes on top
+        said = wrapped(f"The best plan cannot be laid out: {error}", indent="  ")
+        return _plans_alone(found, said)
 
     def figures():
-        # imported when figures are written: matplotlib takes its time
-        from einschalt.interfaces.reports import planning_figures  # noqa: PLC0415
+        # imported when figures are drawn: matplotlib takes its time
+        from einschalt.interfaces.reports.plans_figure import plans_figure  # noqa: PLC0415
 
         return {
-            "plans": planning_figures.figure_bytes(
-                planning_figures.plans_figure(found)
-            ),
-            "precision_map": planning_figures.figure_bytes(
-                planning_figures.precision_map_figure(checked.expected)
-            ),
+            "plans": plans_figure(found, checked),
+            "precision_map": _map_of(checked.expected),
         }
 
     return Answer(
         f"{found.summary()}\n\n{checked.summary()}",
         lambda: {"plans": found.plans, **_of_layout(checked.expected)},
         figures,
+    )
+
+
+def _plans_alone(found, said):
+    def figures():
+        # imported when figures are drawn: matplotlib takes its time
+        from einschalt.interfaces.reports.plans_figure import plans_figure  # noqa: PLC0415
+
+        return {"plans": plans_figure(found)}
+
+    text = f"{found.summary()}\n\n{said}"
+    return Answer(text, lambda: {"plans": found.plans}, figures)
+
+
+def _frame_of(asked):
+    # imported where it is needed: the tables alone come faster
+    from einschalt.pipeline.plan_search import PlanFrame  # noqa: PLC0415
+
+    model = asked.flight.model
+    return PlanFrame(
+        kind=model.kind,
+        image_format=model.image_format,
+        principal_distance=asked.flight.principal_distance,
+        forward_overlap=model.forward_overlap,
+        side_overlap=model.side_overlap,
+        control_standard_error=asked["control_standard_error"],
+        costs=costs_of(asked["costs"]),
+    )
+
+
+def _choices_of(asked):
+    # imported where it is needed: the tables alone come faster
+    from einschalt.pipeline.plan_search import PlanChoices  # noqa: PLC0415
+
+    preset = asked.flight.preset
+    usual = PlanChoices(
+        scale_number=_usual_scales(preset),
+        spacing=preset.spacings,
+        m_g_um=preset.m_g_um[:1],
+    )
+    return PlanChoices(
+        **{
+            name: tuple(asked.numbers(name, getattr(usual, name)))
+            for name in PlanChoices.__dataclass_fields__
+        }
     )
 
 
@@ -191,12 +210,11 @@ def _usual_scales(preset):
     return tuple(round(low * ratio**i, -2) for i in range(SEARCHED_SCALES))
 
 
-def layout(flight: PlannedFlight, asked: Asked) -> Answer:
+def layout(asked: Asked) -> Answer:
     """Answer with the expected precision of one block, over its area.
 
     Parameters
     ----------
-    flight : PlannedFlight
     asked : Asked
 
     Returns
@@ -205,53 +223,72 @@ def layout(flight: PlannedFlight, asked: Asked) -> Answer:
     """
     # imported when they are asked for: propagation takes numba along
     from einschalt.pipeline.expected_precision import expect_precision  # noqa: PLC0415
+    from einschalt.pipeline.plan_effort import describe_effort  # noqa: PLC0415
+
+    expected = expect_precision(_design_of(asked))
+    unshifted = _without_shift(expected)
+    text = f"{expected.summary()}\n\n{describe_effort(expected)}"
+    if unshifted is not None:
+        same = length(unshifted.figures.mean)
+        text += f"\n  With coverages that are not shifted: {same}."
+    return Answer(
+        text,
+        lambda: _of_layout(expected),
+        lambda: {"precision_map": _map_of(expected, unshifted)},
+    )
+
+
+def _design_of(asked):
+    # imported where it is needed: the tables alone come faster
     from einschalt.pipeline.flight_design import FlightDesign  # noqa: PLC0415
 
-    preset, model = flight.preset, flight.model
-    design = FlightDesign(
+    preset, model = asked.flight.preset, asked.flight.model
+    return FlightDesign(
         scale_number=asked.only("scale_number", preset.scale_numbers[1:2]),
         spacing=asked.only("spacing", preset.spacings[1:2]),
         m_g_um=asked.only("m_g_um", preset.m_g_um[:1]),
         kind=model.kind,
         image_format=model.image_format,
-        principal_distance=flight.principal_distance,
+        principal_distance=asked.flight.principal_distance,
         forward_overlap=model.forward_overlap,
         side_overlap=model.side_overlap,
         n_coverages=_whole(asked.only("n_coverages", (2,))),
-        high_scale_number=asked.high_scale_number,
-        high_m_g_um=asked.high_m_g_um,
-        control_standard_error=asked.control_standard_error,
+        high_scale_number=asked["high_scale_number"],
+        high_m_g_um=asked["high_m_g_um"],
+        control_standard_error=asked["control_standard_error"],
         control_per_model=_whole(asked.only("control_per_model", (5,))),
-        width=asked.width,
-        height=asked.height,
+        width=asked["width"],
+        height=asked["height"],
     )
-    expected = expect_precision(design)
-
-    def figures():
-        # imported when figures are written: matplotlib takes its time
-        from einschalt.interfaces.reports import planning_figures  # noqa: PLC0415
-
-        unshifted = None
-        if design.n_coverages > 1:
-            unshifted = expect_precision(replace(design, coverage_shift=0.0))
-        return {
-            "precision_map": planning_figures.figure_bytes(
-                planning_figures.precision_map_figure(expected, unshifted)
-            )
-        }
-
-    return Answer(expected.summary(), lambda: _of_layout(expected), figures)
 
 
-def with_terrain(answer, file, flight: PlannedFlight, asked: Asked) -> Answer:
+def _without_shift(expected):
+    """Give the same block with coverages that lie upon each other."""
+    # imported when they are asked for: propagation takes numba along
+    from einschalt.pipeline.expected_precision import expect_precision  # noqa: PLC0415
+
+    if expected.design.n_coverages == 1:
+        return None
+    return expect_precision(replace(expected.design, coverage_shift=0.0))
+
+
+def _map_of(expected, unshifted=None):
+    # imported when figures are drawn: matplotlib takes its time
+    from einschalt.interfaces.reports.precision_map_figure import precision_map_figure  # noqa: PLC0415
+
+    if unshifted is None:
+        unshifted = _without_shift(expected)
+    return precision_map_figure(expected, unshifted)
+
+
+def with_terrain(given, file, asked: Asked) -> Answer:
     """Add the dangerous surfaces of a terrain to an answer.
 
     Parameters
     ----------
-    answer : Answer
+    given : Answer
     file : Path
         model_id, h1 … h6 [m].
-    flight : PlannedFlight
     asked : Asked
 
     Returns
@@ -268,19 +305,25 @@ def with_terrain(answer, file, flight: PlannedFlight, asked: Asked) -> Answer:
     raw = read_table(file, TERRAIN_HEIGHTS)
     checked = check_table(raw, TERRAIN_HEIGHTS, source=file.name)
     raise_problems(checked.problems)
-    forecast = terrain_forecast.forecast_by_scale(
-        checked.frame,
-        checked_axis(
-            "scale_number",
-            asked.numbers("scale_number", flight.preset.scale_numbers),
-        ),
-        flight.model,
-        flight.principal_distance,
+    flight = asked.flight
+    scales = checked_axis(
+        "scale_number", asked.numbers("scale_number", flight.preset.scale_numbers)
     )
+    forecast = terrain_forecast.forecast_by_scale(
+        checked.frame, scales, flight.model, flight.principal_distance
+    )
+    by_camera = terrain_forecast.forecast_by_camera(
+        checked.frame, scales[0] * flight.principal_distance
+    )
+    said = terrain_forecast.describe_forecast(forecast, by_camera)
     return replace(
-        answer,
-        text=f"{answer.text}\n\n{terrain_forecast.describe_forecast(forecast)}",
-        tables=lambda: {**answer.tables(), "dangerous_surfaces": forecast},
+        given,
+        text=f"{given.text}\n\n{said}",
+        tables=lambda: {
+            **given.tables(),
+            "dangerous_surfaces": forecast,
+            "dangerous_surfaces_by_camera": by_camera,
+        },
     )
 
 

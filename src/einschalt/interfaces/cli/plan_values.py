@@ -1,5 +1,6 @@
 """What a planner writes on the command line, as numbers."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -7,10 +8,31 @@ import numpy as np
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.camera_presets import CAMERAS, CameraPreset
-from einschalt.pipeline.planning_arguments import checked_number, planned_model
+from einschalt.pipeline.plan_costs import PlanCosts
+from einschalt.pipeline.planning_arguments import (
+    checked_choice,
+    checked_number,
+    planned_model,
+)
 from einschalt.theory.precision_planning import PlannedModel
 
 MOST_STEPS = 1_000_000
+QUESTIONS = ("tables", "target", "expect")
+COUNTS_FOR = {
+    **dict.fromkeys(("m_0", "edge"), ("tables",)),
+    **dict.fromkeys(
+        ("where", "by", "costs", "high_over_low", "n_settings"), ("target",)
+    ),
+    **dict.fromkeys(
+        ("n_coverages", "control_per_model", "control_standard_error"),
+        ("target", "expect"),
+    ),
+    **dict.fromkeys(
+        ("expect", "high_scale_number", "high_m_g_um", "width", "height"), ("expect",)
+    ),
+}
+"""Options that do not count for every question."""
+COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
 SIDES = "millimetres as 230 or 68.0x105.8"
 NUMBERS = "numbers as 6000,8000 or first:last:step"
 
@@ -82,16 +104,14 @@ def _number(option, text, expected=NUMBERS):
         raise SettingsError(f"{option} {text!r}", expected=expected) from None
 
 
-def flight_of(camera, kind, edge, given) -> PlannedFlight:
+def flight_of(options) -> PlannedFlight:
     """Put a camera and what was given in its place together, and check them.
 
     Parameters
     ----------
-    camera : str
-    kind, edge : str
-    given : dict
-        ``image_format`` (text) and ``principal_distance`` [mm], ``forward_overlap``,
-        ``side_overlap``; None where the camera's holds.
+    options : dict
+        ``camera, kind, edge``; ``image_format`` (text) and ``principal_distance`` [mm],
+        ``forward_overlap``, ``side_overlap``, None where the camera's holds.
 
     Returns
     -------
@@ -102,22 +122,21 @@ def flight_of(camera, kind, edge, given) -> PlannedFlight:
     SettingsError
         A value is not sensible; in the unit in which it was given.
     """
-    preset = CAMERAS[camera]
-    sides = preset.image_format
-    if given["image_format"] is not None:
-        texts = given["image_format"].lower().replace("×", "x").split("x")
+    preset = CAMERAS[options["camera"]]
+    sides, distance = preset.image_format, preset.principal_distance
+    if options["image_format"] is not None:
+        texts = options["image_format"].lower().replace("×", "x").split("x")
         given_mm = [_number("--image-format", text, SIDES) for text in texts]
         sides = [_in_metres("image_format", side) for side in given_mm]
-    distance = preset.principal_distance
-    if given["principal_distance"] is not None:
-        distance = _in_metres("principal_distance", given["principal_distance"])
+    if options["principal_distance"] is not None:
+        distance = _in_metres("principal_distance", options["principal_distance"])
     overlaps = [
-        getattr(preset, name) if given[name] is None else given[name]
+        getattr(preset, name) if options[name] is None else options[name]
         for name in ("forward_overlap", "side_overlap")
     ]
     return PlannedFlight(
         preset,
-        planned_model(kind, edge, sides, *overlaps),
+        planned_model(options["kind"], options["edge"], sides, *overlaps),
         checked_number("principal_distance", distance),
     )
 
@@ -130,3 +149,101 @@ def _in_metres(name, length_mm):
         expected="2 to 1000 millimetres",
         remedy="Did you give metres?" if 0.0 < length_mm < 2.0 else "",
     )
+
+
+def costs_of(text) -> PlanCosts:
+    """Read costs that are given as ``image=10,model=20``.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    PlanCosts
+        What is not named costs what it usually does.
+
+    Raises
+    ------
+    SettingsError
+        A part is no cost of something known.
+
+    Examples
+    --------
+    >>> costs_of("model=35").model
+    35.0
+    """
+    given = {}
+    for part in text.split(","):
+        name, sign, cost = (piece.strip() for piece in part.partition("="))
+        if not sign:
+            raise SettingsError(f"--costs {part.strip()!r}", expected=COSTS)
+        checked_choice("--costs", name, PlanCosts.__dataclass_fields__)
+        given[name] = _number("--costs", cost, COSTS)
+    return PlanCosts(**given)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked on the command line.
+
+    Attributes
+    ----------
+    question : {"tables", "target", "expect"}
+    options : dict
+        Values of all options by name.
+    flight : PlannedFlight
+    unused : tuple of str
+        Options that were written and do not count for this question.
+    """
+
+    question: str
+    options: dict
+    flight: PlannedFlight
+    unused: tuple[str, ...] = ()
+
+    def __getitem__(self, name):
+        """Value of an option."""
+        return self.options[name]
+
+    def numbers(self, name, usual):
+        """Values of an option as numbers, the usual ones where it was not given."""
+        return numbers(f"--{name.replace('_', '-')}", self[name], usual)
+
+    def only(self, name, usual):
+        """Give the one value of an option of which a layout can have one only."""
+        given = self.numbers(name, usual)
+        if len(given) != 1:
+            option = f"--{name.replace('_', '-')}"
+            raise SettingsError(
+                f"{option} has {len(given)} values",
+                expected="one value: a layout has one",
+                remedy=f"Write {option} {given[0]:g}",
+            )
+        return given[0]
+
+
+def asked_of(options, typed) -> Asked:
+    """Find out which question is asked, and what does not count for it.
+
+    Parameters
+    ----------
+    options : dict
+        Values of all options by name.
+    typed : sequence of str
+        Names of those that were written.
+
+    Returns
+    -------
+    Asked
+
+    Raises
+    ------
+    SettingsError
+        The camera, or what was given in its place, is not sensible.
+    """
+    question = "expect" if options["expect"] else "tables"
+    if options["target"] is not None:
+        question = "target"
+    unused = [name for name in typed if question not in COUNTS_FOR.get(name, QUESTIONS)]
+    return Asked(question, options, flight_of(options), tuple(unused))

@@ -1,0 +1,131 @@
+"""The expected precision of a block as a map, and from the middle to the edge."""
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from einschalt.foundations.typesetting import length
+from einschalt.interfaces.reports.figure_files import (
+    EXPECTED,
+    PAPER,
+    SHEET_STYLE,
+    headline,
+    label_ends,
+    note,
+    panels,
+)
+from einschalt.interfaces.reports.map_sheet import INK
+
+MAP_IN = 3.5
+PROFILE_IN = 4.0
+HEIGHT_IN = 4.2
+DRAWN_IN = 2.9
+BINS = np.linspace(0.0, 0.5, 11)
+SHOWN = (0.0, 0.98)
+"""Errors that the colours span; the few worst points have the darkest."""
+
+
+def precision_map_figure(expected, unshifted=None):
+    """Draw the expected precision over the area, and from the middle to the edge.
+
+    Parameters
+    ----------
+    expected : ExpectedPrecision
+    unshifted : ExpectedPrecision, optional
+        The same with coverages that are not shifted: what shifting gains.
+
+    Returns
+    -------
+    Figure
+    """
+    figures = expected.figures
+    shown = [("expected", figures.mean, expected, "standard_error_total")]
+    if unshifted is not None:
+        mean = unshifted.figures.mean
+        shown.append(("coverages not shifted", mean, unshifted, "standard_error_total"))
+    by_formula = (figures.paper_mean, expected, "standard_error_paper")
+    shown.append(("formula of 1971", *by_formula))
+    errors = np.concatenate(
+        [100.0 * _new(of.points)[column].to_numpy() for _, _, of, column in shown]
+    )
+    norm = mpl.colors.Normalize(*np.quantile(errors, SHOWN))
+    with mpl.rc_context(SHEET_STYLE):
+        size = (MAP_IN * len(shown) + PROFILE_IN, HEIGHT_IN)
+        figure, axes = panels(1, len(shown) + 1, size)
+        headline(
+            figure,
+            "Expected precision of the new points, mean of all coverages",
+            "Errors of control and both flights carried through every stage on this "
+            "layout; triangles: control points. Figures: root mean squares.",
+        )
+        for panel, (title, mean, of, column) in zip(axes[:-1], shown, strict=True):
+            drawn = _draw_map(panel, of, column, norm)
+            panel.set_title(f"{title}: {length(mean)}")
+        axes[0].set_ylabel("north [km]")
+        bar = figure.colorbar(drawn, ax=axes[:-1].tolist(), shrink=0.8, pad=0.012)
+        bar.set_label("total error [cm]")
+        bar.outline.set_visible(False)
+        _draw_profile(axes[-1], expected)
+        return figure
+
+
+def _draw_map(panel, expected, column, norm):
+    """Draw the precision of all points as a surface between them."""
+    points = _new(expected.points)
+    drawn = panel.tripcolor(
+        points["easting"] / 1e3,
+        points["northing"] / 1e3,
+        100.0 * points[column],
+        shading="gouraud",
+        cmap="cividis_r",
+        norm=norm,
+        rasterized=True,
+    )
+    control = expected.points[expected.points["role"] == "control"]
+    panel.plot(
+        *(control[name] / 1e3 for name in ("easting", "northing")),
+        "^",
+        markersize=3.2,
+        markerfacecolor="white",
+        markeredgecolor=INK,
+        markeredgewidth=0.5,
+    )
+    panel.set_aspect("equal")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    panel.set_xlabel("east [km]")
+    panel.grid(visible=False)
+    return drawn
+
+
+def _draw_profile(panel, expected):
+    """Precision of one model's values by how far they lie from its middle."""
+    values, figures = expected.values, expected.figures
+    away = values[["position_u", "position_v"]].abs().max(axis=1).to_numpy()
+    place = np.clip(np.digitize(away, BINS) - 1, 0, len(BINS) - 2)
+    centres = BINS[:-1] + BINS[1:]  # from 0 in the middle to 1 at the edge
+    count = np.bincount(place, minlength=len(centres))
+    ends = []
+    for name, column, mean, colour in (
+        ("expected", "standard_error_total", figures.mean, EXPECTED),
+        ("1971", "standard_error_paper", figures.paper_mean, PAPER),
+    ):
+        squares = values[column].to_numpy() ** 2
+        total = np.bincount(place, squares, minlength=len(centres))
+        error = 100.0 * np.sqrt(np.divide(total, np.where(count, count, np.nan)))
+        panel.plot(centres, error, "o-", color=colour, markersize=3)
+        panel.axhline(100.0 * mean, color=colour, linestyle=(0, (4, 2)), linewidth=1.0)
+        ends += [
+            (error[np.isfinite(error)][-1], f"{name},\none model", colour),
+            (100.0 * mean, f"{name},\nmean", colour),
+        ]
+    panel.set(title="one model's values, and the mean", xlim=(0, 1), ylim=(0, None))
+    panel.set_box_aspect(1.0)
+    panel.set(xlabel="from the middle (0) to the edge (1)", ylabel="total error [cm]")
+    note(panel, "dashed: mean of all coverages", (0.03, 0.03), xycoords="axes fraction")
+    # labels have two lines
+    label_ends(panel, ends, DRAWN_IN / 2.3)
+
+
+def _new(points):
+    return points[points["role"] == "new"]
