@@ -19,6 +19,7 @@ from einschalt.pipeline.block_residuals import mean_residuals
 from einschalt.pipeline.error_model import CONTROL, ErrorModel
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
 from einschalt.theory.adjustment.drawn_errors import (
+    moved,
     plan_of,
     tail_of_mean,
     tail_of_squares,
@@ -109,8 +110,12 @@ class Claim:
     @property
     def enlargement(self):
         """By how much the measurements exceed the claim at least; 1 where it stands."""
+        # control that is worse than given shows more in its own differences than in
+        # the points: they give no bound
         ratios = [
-            test.observed / test.predicted for test in self.refused if test.is_length
+            test.observed / test.predicted
+            for test in self.refused
+            if test.is_length and test.name != LEFT_OUT
         ]
         return float(max([1.0, *ratios]))
 
@@ -150,6 +155,7 @@ COVERAGES = "coverage differences"
 COVERAGES_HIGH = "coverage differences, high flight"
 RESIDUALS = "residuals of the low flight"
 NEIGHBOURS = "correlation of neighbouring residuals"
+LEFT_OUT = "control points, each left out"
 KNOWN = {"check": "check points", "control": "control points"}
 
 
@@ -187,6 +193,7 @@ class _Examination:
             self._coverages(COVERAGES, self.result.means, self.drawn.low),
             self._high_coverages(),
             *of_residuals,
+            self._left_out_control(),
             *(self._known_points(role) for role in self._roles()),
         )
         return Claim(
@@ -232,10 +239,7 @@ class _Examination:
     def _without_suspects(self, point_ids):
         points = self.result.points
         suspects = points.loc[points["is_suspect"], "point_id"]
-        is_good = ~point_ids.isin(suspects).to_numpy()
-        if np.mean(is_good) < 1.0 - MOST_SUSPECTS:
-            return np.ones(len(is_good), dtype=bool)
-        return is_good
+        return _good(point_ids.isin(suspects).to_numpy())
 
     def _residuals(self):
         """Size of the residuals, and likeness of neighbours; with their field."""
@@ -264,6 +268,16 @@ class _Examination:
         field = ResidualField(means.positions, means.vectors, of_draws)
         return (size, likeness), field
 
+    def _left_out_control(self):
+        """Control points of the high flight predicted from all the others."""
+        left_out = self.result.left_out_control
+        if left_out is None:
+            return None
+        drawn = moved(self.drawn.sources, left_out.chains)
+        of_draws = plan_of(drawn, self.model.n_axes)
+        good = _good(self.result.control_left_out["is_suspect"].to_numpy())
+        return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])
+
     def _roles(self):
         """Roles of known points that took no part in the result."""
         return KNOWN if self.result.high is None else ("check",)
@@ -291,6 +305,13 @@ class _Examination:
         size = given["standard_error_m"].to_numpy(dtype=float)[place] / np.sqrt(2.0)
         shape = (len(place), 2, self.drawn.low.shape[1])
         return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
+
+
+def _good(is_suspect):
+    """All but the suspects; everything where there are too many of them."""
+    if np.mean(is_suspect) > MOST_SUSPECTS:
+        return np.ones(len(is_suspect), dtype=bool)
+    return ~is_suspect
 
 
 def _known(result):

@@ -1,4 +1,7 @@
-"""Tables of precision that a result gives on request: sources, neighbours, ellipses."""
+"""Tables of precision that a result gives on request.
+
+Sources of error, neighbours, control points left out, confidence ellipses.
+"""
 
 from abc import abstractmethod
 from functools import cached_property
@@ -10,6 +13,7 @@ from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.pipeline.error_propagation import obstacle_to_propagation
+from einschalt.pipeline.left_out_control import leave_out_control, left_out_table
 from einschalt.stages.results import Result
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
@@ -31,7 +35,8 @@ class PrecisionTables(Result):
     """What follows from the propagated errors of a result.
 
     It has ``block``, ``settings``, ``points`` and ``errors``; where the errors could
-    not be propagated (``errors`` is None), the tables have no rows.
+    not be propagated (``errors`` is None), the tables have no rows. Control points are
+    left out with its ``error_model``.
     """
 
     @cached_property
@@ -172,6 +177,19 @@ class PrecisionTables(Result):
         self._require_errors()
         places = _places(self.points["point_id"], pairs)
         return self.errors.covariance_at(places)[:, :2, :2]
+
+    @cached_property
+    def left_out_control(self):
+        """Every control point predicted without itself, LeftOutControl or None."""
+        return leave_out_control(self)
+
+    @cached_property
+    def control_left_out(self):
+        """Control points predicted from all the others, a DataFrame.
+
+        See :func:`einschalt.pipeline.left_out_control.left_out_table`.
+        """
+        return left_out_table(self.left_out_control, self.settings.significance)
 
     @cached_property
     def ellipses(self):

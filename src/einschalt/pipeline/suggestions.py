@@ -23,6 +23,7 @@ from einschalt.pipeline.orientation_suggestions import (
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
+    control_that_contradicts,
     coverages_that_differ,
     suspect_observations,
     wrong_measuring_errors,
@@ -61,6 +62,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         claim_that_does_not_stand(result),
         check_differences(result),
         control_differences(result),
+        control_that_contradicts(result),
         shifted_block(result),
         high_flight_misfit(result),
         contradicted_figures(result),

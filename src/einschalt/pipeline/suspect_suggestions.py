@@ -71,6 +71,21 @@ def coverages_that_differ(result):
     )
 
 
+def control_that_contradicts(result):
+    """Control points that the others miss by more than chance explains."""
+    table = result.control_left_out
+    suspects = table[table["is_suspect"].astype(bool)].sort_values("p_value")
+    if suspects.empty:
+        return None
+    miss = np.hypot(suspects["difference_easting"], suspects["difference_northing"])
+    return Suggestion(
+        f"{count(len(suspects), 'control point')} missed by up to {length(miss.max())} "
+        "where predicted without themselves, more than chance explains, worst first: "
+        f"{names(suspects['point_id'])}",
+        "Check the first one and its measurements: a wrong one spoils the others",
+    )
+
+
 def wrong_measuring_errors(result):
     """Flights whose m_g, as it was given, is not that of the measurements."""
     if result.components is None:

@@ -18,7 +18,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 SUFFIXES = (".csv", ".parquet")
-PROPAGATED = ("error_sources", "neighbours", "ellipses")
+PROPAGATED = ("error_sources", "neighbours", "ellipses", "control_left_out")
 FILES = {
     *(f"{name}{suffix}" for name in (*TABLES, "coverages") for suffix in SUFFIXES),
     # errors of this block are propagated, and nothing in it was oriented

@@ -30,6 +30,7 @@ IF_ANY = (
     "error_sources",
     "neighbours",
     "ellipses",
+    "control_left_out",
 )
 FIRST_COLUMNS = {
     "points": (
@@ -89,6 +90,7 @@ FIRST_COLUMNS = {
     "error_sources": ("point_id", "standard_error_total"),
     "neighbours": ("point_id", "neighbour_id", "distance"),
     "ellipses": ("point_id", "easting", "northing"),
+    "control_left_out": ("point_id", "difference_easting", "difference_northing"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all
