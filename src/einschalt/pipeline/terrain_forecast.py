@@ -3,7 +3,8 @@
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.typesetting import fixed, number, scale, shortened, wrapped
+from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.typesetting import fixed, number, scale, wrapped
 from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (
     EDGE,
