@@ -66,7 +66,7 @@ def test_block_of_a_script_has_no_inputs(good_result):
 
 def test_time_is_utc(good_result):
     created = provenance(good_result)["created"]
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\+00:00", created)
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}\+00:00", created)
 
 
 def test_numbers_of_numpy_become_json(good_result):

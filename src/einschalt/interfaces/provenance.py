@@ -39,7 +39,7 @@ def provenance(result) -> dict:
         "schema": SCHEMA,
         "program": "einschalt",
         "version": metadata.version("einschalt"),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "created": datetime.now(UTC).isoformat(timespec="microseconds"),
         "block": _block_facts(block),
         "flights": {name: _flight_facts(f) for name, f in block.flights.items()},
         "settings": result.settings.model_dump(mode="json"),

@@ -32,6 +32,7 @@ COLUMNS = (
     "n_moved",
     "largest_move",
 )
+CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
 NOT_ASKED = "only blocks that failed were asked for"
 WRITING = "writing"
@@ -68,7 +69,7 @@ def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
     """
     row = {column: figures.get(key) for column, key in FIGURES.items()}
     if changes is not None:
-        is_moved = changes["change"] == "moved"
+        is_moved = changes["change"] == MOVED
         row["n_moved"] = int(is_moved.sum())
         row["largest_move"] = changes.loc[is_moved, "moved_total"].max()
     return {
@@ -188,7 +189,7 @@ def compare_points(points, previous) -> pd.DataFrame:
     is_moved = (both["side"] == "both") & ((total > claimed) | _is_lifted(both))
     change = np.select(
         [is_moved, both["side"] == "left_only", both["side"] == "right_only"],
-        ["moved", "new", "gone"],
+        CHANGES_OF_POINTS,
         "",
     )
     table = pd.DataFrame(

@@ -309,7 +309,7 @@ class _Examination:
 
 def _good(is_suspect):
     """All but the suspects; everything where there are too many of them."""
-    if np.mean(is_suspect) > MOST_SUSPECTS:
+    if is_suspect.sum() > MOST_SUSPECTS * len(is_suspect):
         return np.ones(len(is_suspect), dtype=bool)
     return ~is_suspect
 

@@ -35,6 +35,7 @@ MM_PER_UM = 1e-3
 # what an inverted polynomial may miss [mm], and the steps that Newton's method may take
 CLOSED_MM = 1e-10
 MOST_STEPS = 30
+LARGEST_CONSTANT = 1e30  # beyond all sense, and far from what overflows
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
 
 
@@ -85,10 +86,11 @@ class Camera:
                 remedy="Check the unit of the focal length and pixel_size_um",
             )
         numbers = [*self.radial, *self.tangential, *self.matrix.flat, *self.origin]
-        if not np.isfinite(numbers).all() or np.linalg.det(self.matrix) == 0.0:
+        is_sane = np.abs(numbers).max() <= LARGEST_CONSTANT
+        if not is_sane or np.linalg.det(self.matrix) == 0.0:
             raise SettingsError(
                 "a constant of the camera is not a finite number, or a scale is zero",
-                expected="the constants of a calibration",
+                expected=f"the constants of a calibration, below {LARGEST_CONSTANT:g}",
             )
 
     def xy_from_measured(self, measured):
@@ -314,7 +316,8 @@ class Camera:
             pitch = MM_PER_UM * (grid["pixel_size_um"] or np.nan)
             matrix = np.diag([c / pitch, -c / pitch])
             middle = np.array([0.5 * grid["width"], 0.5 * grid["height"]])
-            origin = middle + np.array([x0, -y0]) / pitch
+            with np.errstate(over="ignore"):  # what is infinite then is refused
+                origin = middle + np.array([x0, -y0]) / pitch
         return cls(
             principal_distance_mm=c,
             radial=(k1 * c**2, k2 * c**4, k3 * c**6, 0.0),

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import time
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.batch import batch_run
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.files import atomic
+from einschalt.pipeline.densify import densify
 from einschalt.pipeline.engine import Answer, EngineError
 
 N_SOUND = 3
@@ -225,6 +227,28 @@ def test_a_spoilt_result_is_computed_again(folder, tmp_path, run, left, name, ho
     assert left(out / "block_00") == before
 
 
+@pytest.mark.parametrize("name", ["previous_points.parquet", "changes.csv"])
+@pytest.mark.parametrize("data", [b"", b"point_id\n\xff", b"PAR1PAR1"])
+def test_spoilt_comparison_with_the_run_before_is_none(
+    folder, tmp_path, run, name, data
+):
+    """It is no part of the result, and costs nobody his block."""
+    out = tmp_path / "out"
+    run(folder, out)
+    run(folder, out, which="all")
+    assert (out / "block_00" / name).exists()
+    (out / "block_00" / name).write_bytes(data)
+    table, _ = run(folder, out)
+    assert table.loc["block_00", "outcome"] == "skipped"
+    (out / "block_00" / "points.csv").unlink()
+    table, _ = run(folder, out)
+    assert table.loc["block_00", "outcome"] == "done"
+    # a result that is not whole is compared with what was kept before it
+    moved = 0 if name == "changes.csv" else None
+    assert table["n_moved"].isna()["block_00"] == (moved is None)
+    assert (out / "block_00" / "changes.csv").exists() == (moved is not None)
+
+
 def test_failure_that_was_mended_is_done(folder, tmp_path, run, left):
     out = tmp_path / "out"
     run(folder, out)
@@ -325,7 +349,15 @@ def test_interrupted_run_is_continued(folder, tmp_path, run, left, which, until,
     assert names == ran
 
 
-def test_interruption_of_a_run_of_all_is_resumed_where_it_was(folder, tmp_path, run):
+def test_interruption_of_a_run_of_all_is_resumed_where_it_was(
+    folder, tmp_path, run, monkeypatch
+):
+    """Also where both computations took the same time, within the same second."""
+
+    def always_as_fast(*args, **options):
+        return replace(densify(*args, **options), seconds=0.125)
+
+    monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", always_as_fast)
     out = tmp_path / "out"
     run(folder, out)
     with pytest.raises(KeyboardInterrupt):

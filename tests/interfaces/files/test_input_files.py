@@ -1,6 +1,7 @@
 """Files that are missing, unreadable, or in another encoding."""
 
 import hashlib
+import os
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ def test_byte_order_mark_is_taken_off(tmp_path):
     [
         (b"", r"a\.csv: the file is empty\. Fill it"),
         (b"\xef\xbb\xbf\r\n", r"a\.csv: the file is empty\. Fill it"),
+        ("\u2028\n\x85".encode(), r"a\.csv: the file is empty\. Fill it"),
         (b"PK\x03\x04", "is a workbook or a zip archive; .*Save the sheet as CSV"),
         (b"\xd0\xcf\x11\xe0", "is an old Excel workbook; .*Save the sheet as CSV"),
         (b"PAR1\x15", r"is a Parquet file; .*Give it the suffix \.parquet"),
@@ -67,6 +69,39 @@ def test_file_without_permission(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(FileError, match=r"cannot be read: permission denied\. See"):
+        require_file(tmp_path / "a.csv", "a.csv")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names as POSIX has them")
+def test_name_that_no_system_takes(tmp_path):
+    said = r"AAAA: cannot be read: file name too long\. Correct the name\.$"
+    with pytest.raises(FileError, match=said):
+        require_file(tmp_path / ("A" * 5000), "A" * 5000)
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    with pytest.raises(FileError, match=r"too many levels .*Correct the name"):
+        require_file(tmp_path / "loop.csv", "loop.csv")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_what_never_ends_is_no_file(tmp_path, kind):
+    path = Path("/dev/zero")
+    if kind == "pipe":
+        path = tmp_path / "a.csv"
+        os.mkfifo(path)
+    with pytest.raises(FileError, match=r"is a device or a pipe; expected a file"):
+        read_text_bytes(path, "a.csv")
+
+
+def test_folder_that_may_not_be_looked_into(tmp_path, monkeypatch):
+    def refuse(_path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(FileError, match=r"does not exist\. Its folder holds nothing"):
+        require_file(tmp_path / "a.csv", "a.csv")
+    monkeypatch.setattr(Path, "stat", lambda path, **_: refuse(path))
+    with pytest.raises(FileError, match=r"cannot be read: permission denied\. See to"):
         require_file(tmp_path / "a.csv", "a.csv")
 
 

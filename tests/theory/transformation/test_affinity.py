@@ -76,3 +76,10 @@ def test_models_that_show_no_shape():
     matrix, _ = affine_matrices(fitted(points).moments)
     assert np.isnan(matrix[0]).all()
     assert np.isfinite(matrix[2:]).all()
+    # ground on a line: the way to it has no inverse
+    target = points.target.copy()
+    target[points.model == 1, 1] = target[points.model == 1, 0]
+    flat = CommonPoints(points.source, target, points.weights, np.arange(5) * 9)
+    derivatives = affinity_derivatives(flat, fitted(flat).moments)
+    assert np.isnan(derivatives[flat.model == 1]).all()
+    assert np.isfinite(derivatives[flat.model != 1]).all()

@@ -18,7 +18,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.batch_tables import write_tables
 from einschalt.interfaces.batch.block_run import BlockTask, row_of_result, run_block
 from einschalt.interfaces.batch.block_search import name_blocks
-from einschalt.interfaces.batch.block_state import BlockState, look_at, read_json
+from einschalt.interfaces.batch.block_state import SAID, BlockState, look_at, read_json
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.files.atomic import (
@@ -105,7 +105,7 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
     named = name_blocks(blocks)
     for folder in (output, *(output / name for name in named)):
         refuse_block_folder(folder)
-    marks = (read_json(output / MARKS) or {}).get("blocks")
+    marks = _marks_of_an_interrupted_run(output)
     with ThreadPoolExecutor(n_cores()) as pool:
         states = pool.map(
             lambda item: look_at(*item, output / item[0], given or {}), named.items()
@@ -123,6 +123,11 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
         marks=sorting.new_marks,
         is_continued=marks is not None,
     )
+
+
+def _marks_of_an_interrupted_run(output):
+    marks = (read_json(output / MARKS) or {}).get("blocks")
+    return marks if isinstance(marks, dict) else None
 
 
 class _Sorting:
@@ -158,8 +163,8 @@ class _Sorting:
                 return row_of_result(state.name, SKIPPED, state.folder)
         if self.which == "failed" and not state.has_failed:
             return {"block": state.name, "outcome": SKIPPED, "reason": NOT_ASKED}
-        if is_unfinished and state.failure and state.failure["is_final"]:
-            said = {key: state.failure[key] for key in ("stage", "reason", "remedy")}
+        if is_unfinished and state.failure and state.failure.get("is_final") is True:
+            said = {key: state.failure[key] for key in SAID}
             return {"block": state.name, "outcome": FAILED, **said}
         return None
 

@@ -11,25 +11,20 @@ from importlib import metadata
 from pathlib import Path
 from time import perf_counter
 
-import pandas as pd
-
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.block_state import (
     read_json,
-    whole_result,
     with_settings,
+)
+from einschalt.interfaces.batch.changes_file import (
+    compare_with_previous,
+    read_changes,
 )
 from einschalt.interfaces.batch.failure_file import FAILURE, keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
-from einschalt.interfaces.files.atomic import (
-    make_folder,
-    said_as_file_error,
-    write_bytes,
-)
+from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
-from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.result_folder import (
-    DECIMALS,
     PROVENANCE,
     refuse_block_folder,
     write_result,
@@ -38,22 +33,11 @@ from einschalt.pipeline.batch import (
     DONE,
     STAGES,
     WRITING,
-    compare_points,
     row_of_failure,
     row_of_figures,
 )
 from einschalt.pipeline.densify import densify
 
-PREVIOUS = "previous_points.parquet"
-CHANGES = "changes.csv"
-DECIMALS_OF_CHANGES = {
-    "easting": DECIMALS["easting"],
-    "northing": DECIMALS["northing"],
-    "moved_easting": DECIMALS["difference"],
-    "moved_northing": DECIMALS["difference"],
-    "moved_total": DECIMALS["difference"],
-    "standard_error_total": DECIMALS["standard_error"],
-}
 # a worker of a cluster may have several threads; figures are drawn by one at a time
 ONE_AT_A_TIME = threading.Lock()
 
@@ -119,9 +103,7 @@ def row_of_result(name, outcome, folder) -> dict:
     dict
     """
     provenance = read_json(folder / PROVENANCE)
-    changes = None
-    if outcome == DONE and (folder / CHANGES).exists():
-        changes = pd.read_csv(folder / CHANGES, dtype={"point_id": str})
+    changes = read_changes(folder) if outcome == DONE else None
     return row_of_figures(
         name, outcome, provenance["figures"], provenance["seconds"], changes
     )
@@ -147,7 +129,7 @@ def _run(task, progress):
             block, with_settings(block.settings, task.given), progress=progress
         )
         progress(WRITING)
-        _compare(result.points, task.folder)
+        compare_with_previous(result.points, task.folder)
         write_result(result, task.folder)
         with said_as_file_error(task.folder / FAILURE):
             (task.folder / FAILURE).unlink(missing_ok=True)
@@ -161,20 +143,3 @@ def _require_version(version):
             expected=f"{version}, as the batch has",
             remedy="Install the same version everywhere",
         )
-
-
-def _compare(points, folder):
-    """Write what moved since the run before; keep the points it is compared with.
-
-    A run that is killed from here on finds them again, and writes the same.
-    """
-    if whole_result(folder) is not None:
-        write_bytes(folder / PREVIOUS, (folder / "points.parquet").read_bytes())
-    try:
-        previous = pd.read_parquet(folder / PREVIOUS)
-    except (OSError, ValueError):  # none, or one that another program has damaged
-        with said_as_file_error(folder / CHANGES):
-            (folder / CHANGES).unlink(missing_ok=True)
-        return
-    changes = compare_points(points, previous)
-    write_csv(changes, folder / CHANGES, decimals=DECIMALS_OF_CHANGES)

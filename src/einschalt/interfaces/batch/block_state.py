@@ -18,6 +18,9 @@ from einschalt.interfaces.files.result_folder import PROVENANCE
 
 FAILURE = "failure.json"
 NO_RESULT = "no result yet"
+INPUT = {"table", "file", "sha256"}
+SAID = ("stage", "reason", "remedy")
+LARGEST_FIGURE = 1e15
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ def look_at(name, block, folder, given=None) -> BlockState:
     }
     provenance = whole_result(folder)
     why = _why(provenance, signature, folder)
-    failure = read_json(folder / FAILURE)
+    failure = read_failure(folder)
     has_failed = bool(why) and failure is not None
     if failure is not None and failure.get("signature") != signature:
         failure = None
@@ -90,7 +93,7 @@ def look_at(name, block, folder, given=None) -> BlockState:
         folder=folder,
         signature=signature,
         why=why,
-        size=sum(path.stat().st_size for path in files.values() if path.is_file()),
+        size=sum(_size(path) for path in files.values()),
         provenance=provenance,
         failure=failure,
         has_failed=has_failed,
@@ -119,9 +122,17 @@ def _files_of(block):
 
 def _checksum(path):
     try:
-        return checksum(path)
-    except OSError:  # the computation will say it
+        # a device or a pipe may never end
+        return checksum(path) if path.is_file() else None
+    except (OSError, ValueError):  # the computation will say it
         return None
+
+
+def _size(path):
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):
+        return 0
 
 
 def _plain_settings(settings, given):
@@ -157,11 +168,55 @@ def whole_result(folder) -> dict | None:
     dict or None
     """
     provenance = read_json(folder / PROVENANCE)
-    if provenance is None or not {"outputs", "figures", "seconds"} <= set(provenance):
+    if provenance is None or not _is_provenance(provenance):
         return None
     outputs = provenance["outputs"]
     is_whole = all(_checksum(folder / name) == sign for name, sign in outputs.items())
     return provenance if is_whole else None
+
+
+def _is_provenance(content):
+    """Whether it has what a batch needs; another program may have written into it."""
+    inputs, outputs, figures = (
+        content.get(name) for name in ("inputs", "outputs", "figures")
+    )
+    return (
+        isinstance(inputs, list)
+        and all(isinstance(entry, dict) and set(entry) >= INPUT for entry in inputs)
+        and all(_are_texts(entry[key] for key in ("table", "file")) for entry in inputs)
+        and isinstance(outputs, dict)
+        # no path, which would lead elsewhere
+        and all(Path(name).name == name for name in outputs)
+        and isinstance(figures, dict)
+        and all(v is None or _is_number(v) for v in figures.values())
+        and _is_number(content.get("seconds"))
+    )
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and abs(value) < LARGEST_FIGURE
+
+
+def _are_texts(values):
+    return all(isinstance(value, str) for value in values)
+
+
+def read_failure(folder) -> dict | None:
+    """Read failure.json.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    dict or None
+        None where the last run of the block did not fail.
+    """
+    failure = read_json(folder / FAILURE)
+    if failure is None or not _are_texts(failure.get(key) for key in SAID):
+        return None
+    return failure
 
 
 def read_json(path) -> dict | None:
@@ -176,8 +231,9 @@ def read_json(path) -> dict | None:
     dict or None
     """
     try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        content = json.loads(path.read_bytes()) if path.is_file() else None
+    # brackets may be nested more deeply than Python can follow
+    except (OSError, ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
 

@@ -33,6 +33,7 @@ from einschalt.interfaces.files.block_toml import (
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
 from einschalt.interfaces.files.input_files import (
     checksum,
+    is_there,
     require_file,
     require_unchanged,
 )
@@ -141,7 +142,7 @@ def _block_file(path):
     try:
         return require_file(path, str(path))
     except FileError as error:
-        if path.exists():
+        if is_there(path):
             raise
         raise error.with_facts(found="there is no such folder or file") from None
 
@@ -271,7 +272,7 @@ class _Reading:
         try:
             return require_file(self.folder / source, source, taken=taken)
         except FileError as error:
-            if (self.folder / source).exists():
+            if is_there(self.folder / source):
                 raise
             raise error.with_facts(expected=f"the table of [{section}] {key}") from None
 

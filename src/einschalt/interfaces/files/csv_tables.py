@@ -27,7 +27,7 @@ from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
-from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.interfaces.files.input_files import HEAD_BYTES, read_text_bytes
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
@@ -112,7 +112,9 @@ def _is_plain(data, header):
 
 
 def _read_header(data, source):
-    lines = io.StringIO(data[: 2**20].decode("utf-8", errors="replace"), newline=None)
+    lines = io.StringIO(
+        data[:HEAD_BYTES].decode("utf-8", errors="replace"), newline=None
+    )
     row, line = next((n, text) for n, text in enumerate(lines, 1) if text.strip())
     counts = {separator: line.count(separator) for separator in SEPARATORS}
     separator = max(counts, key=counts.get)

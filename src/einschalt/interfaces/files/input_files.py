@@ -1,7 +1,9 @@
 """Files as they come in: whether they are there, and whether they are text."""
 
 import codecs
+import errno
 import hashlib
+import stat
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -17,6 +19,7 @@ SIGNATURES = {
     codecs.BOM_UTF16_LE: ("is UTF-16 text", "Save it as UTF-8"),
     codecs.BOM_UTF16_BE: ("is UTF-16 text", "Save it as UTF-8"),
 }
+HEAD_BYTES = 2**20  # in which a file must have said something
 
 
 def require_file(path, source, *, taken=()):
@@ -46,16 +49,17 @@ def require_file(path, source, *, taken=()):
             expected="the name of a file",
             remedy="Correct the name",
         )
-    if path.is_dir():
+    mode = _mode(path, source)
+    if mode is None:
+        raise _missing(path, source, set(taken))
+    if stat.S_ISDIR(mode):
         raise FileError(
             "is a folder",
             expected="a file",
             remedy="Name the file in it",
             file=source,
         )
-    if not path.exists():
-        raise _missing(path, source, set(taken))
-    if not path.is_file():
+    if not stat.S_ISREG(mode):
         # a device or a pipe may never end, or never begin
         raise FileError(
             "is a device or a pipe",
@@ -67,12 +71,44 @@ def require_file(path, source, *, taken=()):
         with path.open("rb") as file:
             file.read(1)
     except OSError as error:
-        raise FileError(
-            f"cannot be read: {(error.strerror or str(error)).lower()}",
-            remedy="See to the permissions of the file",
-            file=source,
-        ) from error
+        raise _refused(error, source) from error
     return path
+
+
+def _mode(path, source):
+    """What kind of file it is; None where there is none."""
+    try:
+        return path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise _refused(error, source) from error
+
+
+def _refused(error, source):
+    is_name = error.errno in {errno.ENAMETOOLONG, errno.ELOOP}
+    return FileError(
+        f"cannot be read: {(error.strerror or str(error)).lower()}",
+        remedy="Correct the name" if is_name else "See to the permissions of the file",
+        file=source,
+    )
+
+
+def is_there(path):
+    """Whether there is something of that name, be it readable or not.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    bool
+    """
+    try:
+        return path.exists()
+    except OSError:  # the system refuses to look, or to take such a name
+        return True
 
 
 def _missing(path, source, taken):
@@ -83,7 +119,7 @@ def _missing(path, source, taken):
             remedy="Correct the path",
             file=source,
         )
-    names = sorted(p.name for p in folder.iterdir() if not p.name.startswith("."))
+    names = sorted(name for name in _names_in(folder) if not name.startswith("."))
     free = {name.casefold(): name for name in names if name not in taken}
     near = get_close_matches(path.name.casefold(), free, n=1)
     if near:
@@ -91,6 +127,13 @@ def _missing(path, source, taken):
     else:
         remedy = f"Its folder holds {name_some(names) or 'nothing'}"
     return FileError("the file does not exist", remedy=remedy, file=source)
+
+
+def _names_in(folder):
+    try:
+        return [path.name for path in folder.iterdir()]
+    except OSError:  # a folder that one may pass through, and not look into
+        return []
 
 
 def read_text_bytes(path, source):
@@ -125,7 +168,8 @@ def read_text_bytes(path, source):
             row=_line_of(data, data.index(b"\0")),
         )
     data = data.removeprefix(codecs.BOM_UTF8)
-    if not data.strip():
+    # blanks of Unicode as well
+    if not data[:HEAD_BYTES].decode("utf-8", errors="replace").strip():
         raise FileError(
             "the file is empty",
             remedy="Fill it, or name another file",

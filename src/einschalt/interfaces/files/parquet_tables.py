@@ -23,9 +23,9 @@ from einschalt.interfaces.files.input_files import require_file
 MAGIC = b"PAR1"
 MOST_COLUMNS = 1000
 NUMBER_BYTES = 8
-# names and measurements are packed ten times at most, repeated ones some hundred times
-MOST_PACKED = 1000
-HARMLESS_BYTES = 2**28
+# measurements are packed ten times at most, by rows that repeat each other some more
+MOST_PACKED = 100
+HARMLESS_BYTES = 2**27  # 16 million rows
 LONGEST_SAID = 200
 
 

@@ -63,6 +63,8 @@ def model_affinities(matrix):
     g = np.swapaxes(matrix, 1, 2) @ matrix
     trace = g[:, 0, 0] + g[:, 1, 1]
     difference = (g[:, 0, 0] - g[:, 1, 1]) / 2.0
+    # all points of such a model lie in one place: it tells nothing
+    trace = np.where(trace > 0.0, trace, np.nan)
     return np.stack([difference, g[:, 0, 1]], axis=1) / trace[:, None]
 
 
@@ -96,4 +98,7 @@ def _inverse(matrix):
     a, b = matrix[:, 0, 0], matrix[:, 0, 1]
     c, d = matrix[:, 1, 0], matrix[:, 1, 1]
     rows = np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2)
-    return rows / (a * d - b * c)[:, None, None]
+    determinant = a * d - b * c
+    # points on a line: nothing to invert
+    determinant = np.where(determinant != 0.0, determinant, np.nan)
+    return rows / determinant[:, None, None]

@@ -1,0 +1,94 @@
+"""changes.csv: which points of a block moved, came or went since the run before.
+
+``previous_points.parquet`` beside it holds what they were compared with. Both are read
+again by later runs, and by then other programs may have had them: what is damaged
+counts as not there.
+"""
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.batch.block_state import whole_result
+from einschalt.interfaces.files.atomic import said_as_file_error, write_bytes
+from einschalt.interfaces.files.csv_tables import read_csv, write_csv
+from einschalt.interfaces.files.parquet_tables import read_parquet
+from einschalt.interfaces.files.result_folder import DECIMALS
+from einschalt.pipeline.batch import CHANGES_OF_POINTS, compare_points
+
+PREVIOUS = "previous_points.parquet"
+CHANGES = "changes.csv"
+POINTS = "points.parquet"
+DECIMALS_OF_CHANGES = {
+    "easting": DECIMALS["easting"],
+    "northing": DECIMALS["northing"],
+    "moved_easting": DECIMALS["difference"],
+    "moved_northing": DECIMALS["difference"],
+    "moved_total": DECIMALS["difference"],
+    "standard_error_total": DECIMALS["standard_error"],
+}
+POINTS_BEFORE = tables.APPROXIMATE_POINTS
+CHANGED_POINTS = tables.Schema(
+    "changes",
+    (
+        tables.POINT_ID,
+        tables.Column("change", "choice", choices=CHANGES_OF_POINTS),
+        tables.Column("moved_total", unit="metres", may_be_missing=True),
+    ),
+    key=("point_id",),
+)
+
+
+def compare_with_previous(points, folder):
+    """Write what moved since the run before; keep the points it is compared with.
+
+    A run that is killed from here on finds them again, and writes the same.
+
+    Parameters
+    ----------
+    points : DataFrame
+        Of the new result.
+    folder : Path
+        Of the result before, whose files still stand there.
+
+    Raises
+    ------
+    FileError
+        The folder cannot be written.
+    """
+    before = whole_result(folder)
+    if before is not None and POINTS in before["outputs"]:
+        write_bytes(folder / PREVIOUS, (folder / POINTS).read_bytes())
+    previous = _sound(read_parquet, folder / PREVIOUS, POINTS_BEFORE)
+    if previous is None:
+        with said_as_file_error(folder / CHANGES):
+            (folder / CHANGES).unlink(missing_ok=True)
+        return
+    changes = compare_points(points, previous)
+    write_csv(changes, folder / CHANGES, decimals=DECIMALS_OF_CHANGES)
+
+
+def read_changes(folder):
+    """Read what moved since the run before.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the result.
+
+    Returns
+    -------
+    DataFrame or None
+        point_id, change, moved_total [m]; None where nothing was compared.
+    """
+    return _sound(read_csv, folder / CHANGES, CHANGED_POINTS)
+
+
+def _sound(read, path, schema):
+    """Read a table of ours, which may have no rows; None where it is not sound."""
+    try:
+        table = read(path, schema)
+    except EinschaltError:
+        return None
+    if table.empty and set(schema.names) <= {*table.columns, "height"}:
+        return table
+    checked = tables.check_table(table, schema)
+    return None if checked.problems else checked.frame

@@ -1,0 +1,81 @@
+"""What a batch reads again may have been damaged: it counts as not there."""
+
+import json
+import os
+
+import pytest
+
+from einschalt.interfaces.batch.batch_run import MARKS, plan_batch
+from einschalt.interfaces.batch.block_state import (
+    FAILURE,
+    PROVENANCE,
+    look_at,
+    read_failure,
+    whole_result,
+)
+
+SOUND = {
+    "inputs": [{"table": "block", "file": "block.toml", "sha256": "0" * 64}],
+    "outputs": {},
+    "figures": {"n_points": 9, "mean_total": None},
+    "seconds": 0.1,
+}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"inputs": ["block.toml"]},
+        {"inputs": [{"table": "block"}]},
+        {"inputs": [{"table": 1, "file": [], "sha256": None}]},
+        {"outputs": ["points.csv"]},
+        {"outputs": {"/dev/zero": "0" * 64}},
+        {"outputs": {"../points.csv": "0" * 64}},
+        {"figures": {"n_points": "nine"}},
+        {"figures": {"n_points": 1e300}},
+        {"figures": [9]},
+        {"seconds": None},
+    ],
+    ids=str,
+)
+def test_provenance_that_was_changed_is_no_whole_result(tmp_path, change):
+    (tmp_path / PROVENANCE).write_text(json.dumps(SOUND))
+    assert whole_result(tmp_path) == SOUND
+    (tmp_path / PROVENANCE).write_text(json.dumps({**SOUND, **change}))
+    assert whole_result(tmp_path) is None
+
+
+@pytest.mark.parametrize("text", ["[" * 10_000, '"text"', "{", "9" * 5000, "\udcff"])
+def test_what_is_no_json_of_ours(tmp_path, text):
+    for name in (PROVENANCE, FAILURE):
+        (tmp_path / name).write_bytes(text.encode("utf-8", "surrogateescape"))
+    assert whole_result(tmp_path) is None
+    assert read_failure(tmp_path) is None
+
+
+def test_marks_that_were_changed_are_none(small_block, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / MARKS).write_text('{"blocks": ["nine_points"]}')
+    assert not plan_batch([small_block.path], out).is_continued
+    (out / MARKS).write_text('{"blocks": {"nine_points": 7}}')
+    assert plan_batch([small_block.path], out).is_continued
+
+
+def test_failure_without_a_reason_is_none(tmp_path):
+    failure = {"stage": "reading", "reason": "it is gone", "remedy": ""}
+    (tmp_path / FAILURE).write_text(json.dumps(failure))
+    assert read_failure(tmp_path) == failure
+    (tmp_path / FAILURE).write_text(json.dumps({**failure, "reason": {}}))
+    assert read_failure(tmp_path) is None
+
+
+@pytest.mark.skipif(os.name == "nt", reason="devices of POSIX")
+@pytest.mark.parametrize("file", ["/dev/zero", "a" * 5000, "a\\u0000b", ".", "pipe"])
+def test_a_block_that_names_what_never_ends_is_looked_at(small_block, tmp_path, file):
+    """A checksum of /dev/zero would be waited for for ever, with all other blocks."""
+    os.mkfifo(small_block.path / "pipe")
+    small_block.replace("block.toml", '"low_flight.csv"', f'"{file}"')
+    state = look_at("block", small_block.path, tmp_path / "out")
+    assert state.signature["inputs"]["low_flight.model_points"] is None
+    assert state.why == "no result yet"
