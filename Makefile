@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint format bench faults clean clean-cache
+.PHONY: demo test lint format bench fuzz faults clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -24,6 +24,10 @@ bench: .venv/installed-bench
 
 faults: .venv/installed-test
 	$(BIN)/python -m benchmarks.faults
+
+# a million hostile inputs in several runs, each going on where the last one ended
+fuzz: .venv/installed-test
+	$(BIN)/python -m fuzz --seconds 1500
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv

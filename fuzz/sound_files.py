@@ -1,0 +1,212 @@
+"""Sound files of every kind that einschalt reads: what mutations begin with."""
+
+import io
+
+import pandas as pd
+import pyarrow as pa
+from pyarrow import parquet
+
+NAMES = ("0012", "0013", "14", "7/8", "P,1", "7/10", "21", "22", "23")
+SPACING = 500.0
+PRINCIPAL_DISTANCE = 153.0  # mm
+HEIGHT = 1224.0  # of the flight above the ground, metres
+BASE = 500.0
+BLOCK = """\
+[block]
+name = "Nine points"
+crs = "EPSG:31255"
+
+[control_points]
+file = "control_points.csv"
+crs = "EPSG:31255"
+standard_error_m = 0.03
+may_be_unmeasured = true
+
+[high_flight]
+scale_number = 15000
+m_g_um = 7.5
+transformation = "affine"
+model_points = "high_flight.csv"
+
+[low_flight]
+scale_number = 8000
+m_g_um = 5.0
+transformation = 'helmert'
+model_points = "low_flight.csv"
+model_unit = "mm"
+
+[settings]
+coverage_mean = "most_central"
+significance = 0.01
+"""
+IMAGES = """\
+[block]
+crs = "EPSG:31255"
+[control_points]
+file = "control_points.csv"
+[approximate_points]
+file = "approximate_points.csv"
+m_0_m = 1e-1
+[low_flight]
+scale_number = 8_000
+m_g_um = 5
+transformation = "helmert_3d"
+image_points = "image_points.parquet"
+models = "models.csv"
+orientation_case = "dependent_right"
+[low_flight.camera]
+convention = "metashape"
+f = 38250.0
+width = 60_000
+height = 60_000
+pixel_size_um = 4.0
+k1 = -1e-6
+"""
+PARALLAXES = """\
+[control_points]
+file = "control_points.csv"
+[approximate_points]
+file = "approximate_points.csv"
+m_0_m = 0.1
+[low_flight]
+scale_number = 8000
+m_g_um = 5
+transformation = "helmert_3d"
+model_points = "low_flight.csv"
+y_parallaxes = "y_parallaxes.csv"
+base = "bases.csv"
+orientation_method = "least_squares"
+"""
+CAMERAS = (
+    (
+        'convention = "opencv"\nfx = 3000.5\nfy = 3001\ncx = 2000.0\ncy = 1500.0\n'
+        "k1 = -0.1\nk2 = 0.01\np1 = 1e-4\npixel_size_um = 4.0\n"
+    ),
+    (
+        '[camera]\nconvention = "mm"\nc = 153.0\nx0 = 0.01\ny0 = -0.02\nk1 = 1e-8\n'
+        "pixel_size_um = 4.0\nwidth = 4000\nheight = 3000\n"
+    ),
+)
+
+
+def _points():
+    """Number, name, and position [m] of nine points, on ground that is not level."""
+    for k, name in enumerate(NAMES):
+        yield k, name, SPACING * (k % 3), SPACING * (k // 3), 20.0 * (7 * k % 5)
+
+
+def _quoted(name):
+    return f'"{name}"' if "," in name else name
+
+
+def _control():
+    lines = ["point_id;easting;northing;height;standard_error_m;role"]
+    for k, name, easting, northing, height in _points():
+        role = "check" if k == 5 else "control"
+        if k != 4:
+            place = f"{13000 + easting:.2f};{322000 + northing:.2f};{height}"
+            lines.append(f"{name};{place};0.03;{role}")
+    return "\r\n".join([*lines, ""])
+
+
+def _approximate():
+    lines = ["point_id,easting,northing,height"]
+    for _, name, easting, northing, height in _points():
+        lines.append(f"{_quoted(name)},{13000 + easting},{322000 + northing},{height}")
+    return "\n".join([*lines, ""])
+
+
+def _model_points(scale_number):
+    lines = ["coverage,model_id,point_id,x,y,z,n_settings,remark"]
+    for coverage in (1, 2):
+        for model, first in (("11/12", 0), ("12/13", 3)):
+            for k, name, *ground in _points():
+                if first <= k < first + 6:
+                    x, y, z = (1e3 * value / scale_number for value in ground)
+                    lines.append(
+                        f"{coverage},{model},{_quoted(name)},{x + 10.125:.4f},"
+                        f"{y + 20 + 1e-3 * (k % 2):.4f},{z - 152.5:.4f},2,"
+                    )
+    return "\n".join([*lines, ""])
+
+
+def _y_parallaxes():
+    lines = ["model_id,point_id,x,y,z,y_parallax"]
+    for model, first in (("11/12", 0), ("12/13", 3)):
+        for k, name, easting, northing, height in _points():
+            if first <= k < first + 6:
+                x, y = (easting - SPACING) / 8.0, (northing - SPACING) / 8.0
+                lines.append(
+                    f"{model},{_quoted(name)},{x},{y},{height / 8 - 153},0.0{k}1"
+                )
+    return "\n".join([*lines, ""])
+
+
+def _pairs():
+    lines = ["model_id\tpoint_id\tx_left\ty_left\tx_right\ty_right"]
+    for _, name, easting, northing, height in _points():
+        scale = PRINCIPAL_DISTANCE / (HEIGHT - height)
+        x, y = scale * (easting - SPACING / 2), scale * (northing - SPACING)
+        lines.append(f"7/8\t{name}\t{x:.4f}\t{y:.4f}\t{x - scale * BASE:.4f}\t{y:.4f}")
+    return "\n".join([*lines, ""])
+
+
+def _image_points():
+    lines = ["image_id,point_id,x,y"]
+    for image, station in (("11", 250.0), ("12", 750.0)):
+        for _, name, easting, northing, height in _points():
+            scale = PRINCIPAL_DISTANCE / 4e-3 / (HEIGHT - height)
+            x, y = scale * (easting - station), scale * (northing - SPACING)
+            lines.append(f"{image},{_quoted(name)},{30_000 + x:.3f},{30_000 - y:.3f}")
+    return "\n".join([*lines, ""])
+
+
+TABLES = {
+    "control_points.csv": _control(),
+    "approximate_points.csv": _approximate(),
+    "high_flight.csv": _model_points(15_000.0),
+    "low_flight.csv": _model_points(8_000.0),
+    "y_parallaxes.csv": _y_parallaxes(),
+    "bases.csv": "model_id,base\n11/12,92.0\n12/13,91.5\n",
+    "image_pairs.tsv": _pairs(),
+    "image_points.csv": _image_points(),
+    "models.csv": "coverage,model_id,left_image,right_image\n1,11/12,11,12\n",
+    "ground_points.csv": _approximate(),
+    "heights.csv": "model_id,h1,h2,h3,h4,h5,h6\n7/8,500,510,498,505,520,1.5e3\n"
+    "8/9,500,500,500,500,500,500\n",
+}
+
+
+def as_parquet(text, separator=",", **options):
+    """Write a CSV text as Parquet.
+
+    Parameters
+    ----------
+    text, separator : str
+    **options
+        ``dtype`` of pandas, and options of ``pyarrow.parquet.write_table``.
+
+    Returns
+    -------
+    bytes
+    """
+    kind = options.pop("dtype", None)
+    frame = pd.read_csv(io.StringIO(text), sep=separator, dtype=kind)
+    table = pa.Table.from_pandas(frame, preserve_index=False)
+    file = io.BytesIO()
+    parquet.write_table(table, file, **options)
+    return file.getvalue()
+
+
+def write_tables(folder):
+    """Write all tables into a folder, one of them as Parquet as well.
+
+    Parameters
+    ----------
+    folder : Path
+    """
+    folder.mkdir(parents=True)
+    for name, text in TABLES.items():
+        (folder / name).write_bytes(text.encode("utf-8"))
+    packed = as_parquet(TABLES["image_points.csv"], dtype={"image_id": str})
+    (folder / "image_points.parquet").write_bytes(packed)
