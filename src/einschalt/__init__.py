@@ -12,6 +12,10 @@ Use
 
 from importlib import import_module
 
+from einschalt.foundations.compiled_code import provide_cache
+
+provide_cache()  # before anything is compiled
+
 __version__ = "0.1.0"
 
 _ORIENTATION = "einschalt.stages.relative_orientation"

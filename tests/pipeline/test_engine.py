@@ -166,3 +166,12 @@ def test_workers_end_with_their_runner(how):
     while any(map(is_running, pids)) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert not any(map(is_running, pids))
+
+
+def test_a_process_that_cannot_be_started_is_said(monkeypatch):
+    gone = "einschalt.pipeline.engine.get_executable"
+    monkeypatch.setattr(gone, lambda: "/there/is/no/python")
+    (answer,) = LocalEngine(1).answers(eval, ["1"])
+    said = r"no process could be started: no such file .* permissions of Python"
+    with pytest.raises(ProcessEndedError, match=said):
+        raise answer.error

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import BlockError, EinschaltError
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.shown_names import printable, shortened
 from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 
@@ -46,6 +46,7 @@ STAGES = {
     "done": WRITING,
 }
 MOST_SAID = 10
+LONGEST_REASON = 300  # characters of what libraries say
 
 
 def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
@@ -127,7 +128,7 @@ def _reason_and_remedy(error):
             "Run it with fewer processes, with a higher limit, or on a larger computer",
         )
     return (
-        f"{type(error).__name__}: {error}",
+        shortened(f"{type(error).__name__}: {error}", LONGEST_REASON),
         "This is a fault of the program: please report it with failure.json",
     )
 

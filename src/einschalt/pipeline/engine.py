@@ -245,14 +245,7 @@ class _Worker:
         with self.is_starting:
             if self.is_ended:
                 raise EOFError
-            self.process = subprocess.Popen(
-                [get_executable(), "-P", "-m", "einschalt.pipeline.engine_worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env=self.setup.environment,
-                # an interruption from the keyboard is ours to handle
-                start_new_session=True,
-            )
+            self.process = _new_process(self.setup.environment)
         if self.setup.memory_bytes is not None:
             _, error = self._exchange((limit_memory, self.setup.memory_bytes))
             if error is not None:
@@ -299,6 +292,24 @@ class _Worker:
             self.is_ended = True
             if self.process is not None:
                 self.process.kill()
+
+
+def _new_process(environment):
+    try:
+        return subprocess.Popen(
+            [get_executable(), "-P", "-m", "einschalt.pipeline.engine_worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment,
+            # an interruption from the keyboard is ours to handle
+            start_new_session=True,
+        )
+    except OSError as error:
+        raise ProcessEndedError(
+            f"no process could be started: {(error.strerror or str(error)).lower()}",
+            expected="a system that lets this user start Python",
+            remedy="See to the permissions of Python and to the limits of the user",
+        ) from error
 
 
 def _said(code):

@@ -13,6 +13,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files import geopackage
 from einschalt.interfaces.files.geopackage import (
     distinct_names,
     write_geopackage,
@@ -217,3 +218,13 @@ def test_points_of_images_are_outlined(tmp_path, good_result):
     low = layer[layer["flight"] == "low_flight"]
     assert low["model_id"].tolist() == ["11/12"]
     assert low["geom"].iloc[0] is not None
+
+
+def test_of_a_statement_in_sql_only_what_is_wrong_is_said(tmp_path):
+    statement = f"sqlite3_exec(CREATE TABLE ({'x ' * 3000}) failed: "
+    said = r"a\.gpkg: cannot be written: database or disk is full\. See that the disk"
+    with (
+        pytest.raises(FileError, match=said),
+        geopackage._said_as_file_error(tmp_path / "a.gpkg"),
+    ):
+        raise RuntimeError(statement + "database or disk is full")

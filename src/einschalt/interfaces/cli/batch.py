@@ -89,8 +89,9 @@ def batch(
     result is there is skipped, unless its tables, its settings or the version of the
     program have changed. A block that fails does not stop the others.
 
-    Exit status: 0 when every block has its result, 1 when some failed, 2 when the call
-    is wrong or the folder cannot be written, 130 when interrupted.
+    Exit status: 0 when every block that was asked for has its result, 1 when some
+    failed, 2 when the call is wrong or the folder cannot be written, 130 when
+    interrupted.
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415

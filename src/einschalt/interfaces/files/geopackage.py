@@ -20,6 +20,7 @@ import pyarrow as pa
 
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs
+from einschalt.foundations.shown_names import shortened
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
@@ -32,6 +33,7 @@ from einschalt.interfaces.files.wkb_geometries import (
 )
 
 GEOMETRY = "geom"
+LONGEST_REASON = 200  # characters of what GDAL says
 DATE = "1970-01-01T00:00:00.000Z"
 # the file is forced to the disk once, when it is whole
 GDAL_OPTIONS = {"OGR_CURRENT_DATE": DATE, "OGR_SQLITE_SYNCHRONOUS": "OFF"}
@@ -98,8 +100,10 @@ def _said_as_file_error(path):
     try:
         yield
     except (RuntimeError, sqlite3.Error) as error:
+        # the whole statement in SQL stands before what is wrong with it
+        reason = str(error).rpartition(") failed: ")[2]
         raise FileError(
-            f"cannot be written: {error}",
+            f"cannot be written: {shortened(reason, LONGEST_REASON)}",
             remedy="See that the disk has space, or choose another folder",
             file=path,
         ) from error
