@@ -6,10 +6,14 @@ import pytest
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.gross_measurements import no_gross_measurements
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulated_noise import BlockNoise
 from einschalt.pipeline.simulation import simulate_block
-from einschalt.pipeline.suspect_suggestions import suspect_observations
+from einschalt.pipeline.suspect_suggestions import (
+    gross_measurements,
+    suspect_observations,
+)
 
 KEY = ["flight", "coverage", "model_id", "point_id"]
 
@@ -58,8 +62,15 @@ def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers
     screened = densify(block, Settings(outliers=outliers))
     assert rms(screened, block.truth) < 1.05 * rms(densify(clean), clean.truth)
     assert rms(densify(block), block.truth) > 1.04 * rms(screened, block.truth)
-    said = suspect_observations(screened)
-    assert said.remedy == "Measure them again"
+    said = gross_measurements(screened)
+    found = screened.gross_measurements
+    assert said.problem.startswith(f"{len(found)} measurements, off by up to ")
+    worst = found.loc[found["p_value"].astype(float).idxmin()]
+    first = f"low {worst['coverage']} {worst['model_id']} {worst['point_id']}"
+    assert f"(flight, coverage, model, point): {first}" in said.problem
+    assert said.remedy == "Measure them again; all stand in gross_measurements.csv"
+    # what was said once is not said again
+    assert first not in str(suspect_observations(screened))
 
 
 def test_suspects_do_not_enter_the_mean(block):
@@ -87,7 +98,8 @@ def test_clean_blocks_lose_nothing(clean):
 
 def test_without_redundancy_there_is_no_suspicion(good_result):
     residuals = good_result.residuals.assign(p_value=np.nan, is_suspect=False)
-    result = type("R", (), {"residuals": residuals})
+    gross = no_gross_measurements()
+    result = type("R", (), {"residuals": residuals, "gross_measurements": gross})
     assert suspect_observations(result) is None
 
 

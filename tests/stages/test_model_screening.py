@@ -9,6 +9,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.stages.model_screening import (
     OUTLIERS,
     screen_models,
+    without_gross_errors,
     without_suspects,
 )
 
@@ -171,3 +172,71 @@ def test_points_that_are_said_to_be_worse_are_no_suspects(ground):
     equal, known = np.mean(shares, axis=0)
     assert known == pytest.approx(0.05, abs=0.02)
     assert equal > 0.08
+
+
+@pytest.mark.parametrize("outliers", OUTLIERS)
+def test_known_gross_errors_are_as_if_they_had_not_been_measured(
+    transformation, flight, ground, outliers
+):
+    names = pd.MultiIndex.from_frame(flight[["model_id", "point_id"]])
+    is_gross = names.isin([*GROSS, ("2/3", "0010")])
+    screened = screen_models(transformation, outliers, is_gross=is_gross)
+    kept = es.transform_models(flight[~is_gross], ground, kind=transformation.kind)
+    expected = screen_models(kept, outliers)
+    pd.testing.assert_frame_equal(screened.parameters, expected.parameters)
+    pd.testing.assert_frame_equal(screened.models, expected.models)
+    residuals = screened.residuals
+    assert residuals["point_id"].tolist() == flight["point_id"].tolist()
+    assert residuals["model_id"].tolist() == flight["model_id"].tolist()
+    assert residuals.loc[is_gross, "is_suspect"].all()
+    assert (residuals.loc[is_gross, "leverage"] == 0.0).all()
+    pd.testing.assert_frame_equal(
+        residuals[~is_gross].reset_index(drop=True), expected.residuals
+    )
+    # a prediction test of a good point that was taken out is no alarm
+    others = residuals[is_gross].set_index(["model_id", "point_id"])["p_value"]
+    assert (others[GROSS] < 1e-9).all()
+    assert others[("2/3", "0010")] > 0.001
+
+
+@pytest.mark.parametrize("precision", [None, "given"])
+def test_known_gross_errors_and_unequal_precision(flight, ground, precision):
+    if precision is not None:
+        precision = np.random.default_rng(4).uniform(0.2, 3.0, len(flight))
+    fit = es.transform_models(flight, ground)
+    names = pd.MultiIndex.from_frame(flight[["model_id", "point_id"]])
+    is_gross = names.isin(GROSS)
+    known = screen_models(fit, "keep", precision=precision, is_gross=is_gross)
+    found = screen_models(fit, "snoop", precision=precision)
+    pd.testing.assert_frame_equal(known.residuals, found.residuals)
+
+
+def test_too_few_points_are_not_made_fewer(flight, ground):
+    names = flight[["model_id", "point_id"]]
+    is_first = (names["model_id"] == "1/2").to_numpy()
+    fit = es.transform_models(flight, ground, kind="affine")
+    # 18 points, of which two would be left
+    is_gross = is_first & (np.cumsum(is_first) <= 16)
+    screened = screen_models(fit, "keep", is_gross=is_gross)
+    assert screened.models["n_points"].tolist() == [18, 18, 18]
+    # and with three the model is still determined
+    is_gross = is_first & (np.cumsum(is_first) <= 15)
+    screened = screen_models(fit, "keep", is_gross=is_gross)
+    assert screened.models["n_points"].tolist() == [3, 18, 18]
+    assert screened.models["is_usable"].all()
+    assert len(screened.residuals) == len(flight)
+
+
+def test_values_of_gross_errors_go_where_others_remain():
+    values = pd.DataFrame(
+        {
+            "point_id": ["a", "a", "b", "c", "c"],
+            "easting": [1.0, 2.0, 3.0, np.nan, 5.0],
+            "northing": [1.0, 2.0, 3.0, np.nan, 5.0],
+        }
+    )
+    is_gross = np.array([True, False, True, False, True])
+    left = without_gross_errors(values, is_gross)
+    np.testing.assert_array_equal(left["easting"], [np.nan, 2.0, 3.0, np.nan, 5.0])
+    np.testing.assert_array_equal(left["northing"], left["easting"])
+    assert without_gross_errors(values, ~np.ones(5, dtype=bool)) is values

@@ -21,10 +21,12 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import PRESETS, BlockNoise, simulate_block
 
 COLUMNS = ["easting", "northing"]
+KEY = ["coverage", "model_id", "point_id"]
 FLIGHTS = ("high_flight", "low_flight")
 NO_NOISE = BlockNoise(control_standard_error=0.0, high_m_g_um=0.0, low_m_g_um=0.0)
 M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}
 CONTROL_ERROR = 0.03
+GROSS_MM = 0.1
 MODES = {
     f"{mean} {weighting}": Settings(coverage_mean=mean, weighting=weighting)
     for mean in ("all", "most_central")
@@ -33,6 +35,7 @@ MODES = {
 ALL = MODES["all plain"]
 WEIGHTED = MODES["all weighted"]
 CENTRAL = MODES["most_central weighted"]
+SNOOPED = Settings(outliers="snoop")
 
 
 def changed(block, **values):
@@ -167,13 +170,24 @@ CASES = {
     "shuffled": (_shuffled, CENTRAL),
     "models that fail": (_models_that_fail, ALL),
     "snooping": (exact_block, Settings(outliers="snoop", significance=0.2)),
+    "gross errors, high": (exact_block, SNOOPED, "high_flight"),
+    "gross errors, low": (exact_block, SNOOPED, "low_flight"),
+    "gross errors, huber": (exact_block, Settings(outliers="huber"), "low_flight"),
     "huber": (exact_block, Settings(outliers="huber")),
     "tukey": (exact_block, Settings(outliers="tukey")),
 }
 
 
-def with_noise(block, rng):
-    """The block with noise, and the noise: of control in m, of flights in x, y."""
+def is_wrong(points):
+    """One measurement in forty."""
+    return np.arange(len(points)) % 40 == 11
+
+
+def with_noise(block, rng, gross=None):
+    """The block with noise, and the noise: of control in m, of flights in x, y.
+
+    Gross errors of a flight are no part of the noise: they must not count.
+    """
     control = block.control_points.copy()
     sizes = control["standard_error_m"].to_numpy()[:, None] / np.sqrt(2.0)
     noise = {"control": sizes * rng.standard_normal((len(control), 2))}
@@ -188,6 +202,8 @@ def with_noise(block, rng):
         noise[name] = unit * m_g_mm[:, None] / np.sqrt(2.0)
         noise[name] = noise[name] * rng.standard_normal((len(points), 2))
         points[["x", "y"]] += noise[name]
+        if name == gross:
+            points.loc[is_wrong(points), "x"] += GROSS_MM
         values[name] = replace(flight, model_points=points)
     return changed(block, **values), noise
 
@@ -238,10 +254,19 @@ def dense_covariance(errors):
 
 @pytest.fixture(scope="module", params=CASES)
 def case(request):
-    build, settings = CASES[request.param]
+    build, settings, *gross = CASES[request.param]
     block = build()
-    noisy, noise = with_noise(block, np.random.default_rng(5))
-    return densify(block), densify(noisy, settings), noise
+    noisy, noise = with_noise(block, np.random.default_rng(5), *gross)
+    result = densify(noisy, settings)
+    for flight in gross:
+        points = getattr(noisy, flight).model_points
+        wrong = points.loc[is_wrong(points), KEY]
+        assert sorted_rows(result.gross_measurements[KEY]) == sorted_rows(wrong)
+    return densify(block), result, noise
+
+
+def sorted_rows(table):
+    return sorted(table.itertuples(index=False, name=None))
 
 
 def test_errors_are_what_the_operators_make_of_the_noise(case):

@@ -22,6 +22,11 @@ from einschalt.pipeline.error_model import (
     model_of_both_flights,
 )
 from einschalt.pipeline.error_propagation import can_propagate, propagate_model
+from einschalt.pipeline.gross_measurements import (
+    GrossMeasurements,
+    find_gross_measurements,
+    no_gross_measurements,
+)
 from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.precision_tables import PrecisionTables
 from einschalt.pipeline.residual_distribution import distributed, require_control
@@ -37,13 +42,18 @@ from einschalt.pipeline.systematic_patterns import find_patterns
 from einschalt.pipeline.tolerance import with_tolerance
 from einschalt.pipeline.variance_components import estimate_components
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
-from einschalt.stages.model_screening import screen_models, without_suspects
+from einschalt.stages.model_screening import (
+    screen_models,
+    suspect_rows,
+    without_gross_errors,
+)
 from einschalt.stages.results import FAILURE_COLUMNS
 from einschalt.stages.simultaneous_adjustment import BlockAdjustment
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
-    approximate_coordinates,
+    average_high_flight,
     require_usable,
+    transform_high_flight,
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage3_model_transformation import (
@@ -101,6 +111,10 @@ class DensificationResult(PrecisionTables):
         of images, weight, w, p_value, is_suspect; no rows where nothing was oriented.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
+    gross_measurements : DataFrame
+        flight, coverage, model_id, point_id, residual_easting, residual_northing [m],
+        w, p_value of the measurements that contradict the other models of their flight,
+        and took no part; no rows with ``outliers = "keep"``.
     single_values : DataFrame
         Every low-flight model's value of every point: coverage, model_id, point_id,
         easting, northing [, height], m_t, position_u, position_v,
@@ -141,6 +155,7 @@ class DensificationResult(PrecisionTables):
     orientations: pd.DataFrame
     orientation_residuals: pd.DataFrame
     failures: pd.DataFrame
+    gross_measurements: pd.DataFrame
     single_values: pd.DataFrame
     screening: CoverageScreening | None
     approximations: pd.DataFrame
@@ -190,7 +205,9 @@ class DensificationResult(PrecisionTables):
             return self.two_step.components
         if self.errors is None:
             return None
-        return estimate_components(self.block, self.high, self.low)
+        return estimate_components(
+            self.block, self.high, self.low, self.gross_measurements
+        )
 
     @cached_property
     def patterns(self):
@@ -246,17 +263,17 @@ def densify(block, settings=None, *, progress=None):
 
 def _in_two_steps(block, settings, flights, said):
     said("approximate coordinates", 0.3)
-    high = _high_flight(block, flights, settings)
+    measured = {name: oriented.model_points for name, oriented in flights.items()}
+    gross = find_gross_measurements(block, measured, settings)
+    high = _high_flight(block, measured, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
     precision = observation_precision(block, flights, high)
-    low = _low_flight(
-        block, flights[FLIGHT_LAST].model_points, approximations, precision, settings
-    )
+    low = _low_flight(block, measured, approximations, precision, settings, gross.rows)
     said("error budget", 0.8)
-    values = _single_values(block.low_flight, low, flights[FLIGHT_LAST].model_points)
+    values = _single_values(block.low_flight, low, measured[FLIGHT_LAST])
     said("double coverage", 0.9)
-    means = _means(values, low, settings)
+    means = _means(values, low, settings, gross.rows[FLIGHT_LAST])
     said("error propagation", 0.95)
     model = errors = None
     if can_propagate(block):
@@ -264,7 +281,7 @@ def _in_two_steps(block, settings, flights, said):
         model = model_of_both_flights(block, points, high, low, means)
         errors = propagate_model(model, means)
     screening = screen_block(means, errors, settings)
-    stages = _Stages(flights, high, low, values, means, model, errors, screening)
+    stages = _Stages(flights, gross, high, low, values, means, model, errors, screening)
     return _result(block, settings, stages)
 
 
@@ -292,6 +309,7 @@ def _in_one_adjustment(block, settings, flights, said):
         models=adjusted.models,
         residuals=adjusted.residuals,
         failures=failures,
+        gross_measurements=no_gross_measurements(),  # all are in the residuals
         figures=adjusted_figures(adjusted, points, failures),
         errors=None,
         simultaneous=adjusted,
@@ -304,6 +322,7 @@ class _Stages:
     """What the stages gave, in their order."""
 
     flights: dict
+    gross: GrossMeasurements
     high: ApproximateCoordinates | None
     low: ModelTransformation
     values: pd.DataFrame
@@ -329,6 +348,7 @@ def _result(block, settings, stages):
         orientations=_of_flights(stages.flights, "orientations"),
         orientation_residuals=_of_flights(stages.flights, "residuals"),
         failures=failures,
+        gross_measurements=stages.gross.table,
         single_values=values[values["easting"].notna()].reset_index(drop=True),
         screening=stages.screening,
         approximations=block.approximate_points if high is None else high.points,
@@ -356,6 +376,7 @@ def _without_steps(block, settings, flights):
         orientations=_of_flights(flights, "orientations"),
         orientation_residuals=_of_flights(flights, "residuals"),
         failures=nothing,
+        gross_measurements=no_gross_measurements(),
         single_values=pd.DataFrame(columns=VALUE_COLUMNS),
         screening=None,
         approximations=pd.DataFrame(columns=PLANE_POINT) if known is None else known,
@@ -379,29 +400,27 @@ def _silent(_title, _fraction):
     """Report no progress."""
 
 
-def _high_flight(block, flights, settings):
+def _high_flight(block, measured, settings, gross):
     if block.high_flight is None:
         return None
-    high = approximate_coordinates(
-        flights["high_flight"].model_points,
-        block.control_points,
-        block.high_flight.transformation,
-        coverage_mean=settings.coverage_mean,
-        weighting=settings.weighting,
-    )
-    # five control points cannot spare one: its suspects are only named
-    named = screen_models(high.transformation, "keep", settings.significance)
-    return replace(high, transformation=named)
+    points, is_out = measured["high_flight"], gross["high_flight"]
+    kind = block.high_flight.transformation
+    fitted = transform_high_flight(points, block.control_points, kind)
+    # five control points cannot spare one: suspects of a model alone are only named
+    named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
+    return average_high_flight(named, points, is_gross=is_out, **settings.averaging)
 
 
-def _low_flight(block, model_points, approximations, precision, settings):
+def _low_flight(block, measured, approximations, precision, settings, gross):
     ground = approximations
     if block.control_points is not None:
         is_check = block.control_points["role"] == "check"
         check = block.control_points.loc[is_check, "point_id"]
         ground = ground[~ground["point_id"].isin(check)]
-    low = transform_models(model_points, ground, block.low_flight.transformation)
-    low = screen_models(low, settings.outliers, settings.significance, precision)
+    kind, is_out = block.low_flight.transformation, gross[FLIGHT_LAST]
+    low = transform_models(measured[FLIGHT_LAST], ground, kind)
+    how = (settings.outliers, settings.significance, precision)
+    low = screen_models(low, *how, is_gross=is_out)
     require_usable(low, "low flight", STAGE)
     return low
 
@@ -416,14 +435,10 @@ def _single_values(flight, low, model_points):
     return values
 
 
-def _means(values, low, settings):
+def _means(values, low, settings, is_out):
     if settings.outliers != "keep":
-        values = without_suspects(values, low)
-    means = average_coverages(
-        values,
-        coverage_mean=settings.coverage_mean,
-        weighting=settings.weighting,
-    )
+        values = without_gross_errors(values, is_out | suspect_rows(values, low))
+    means = average_coverages(values, **settings.averaging)
     if low.fit.redundancy.any():
         return means
     # models without redundancy repeat the approximate coordinates in both coverages:

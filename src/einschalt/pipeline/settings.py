@@ -33,10 +33,12 @@ class Settings(BaseModel):
     weighting : {"plain", "weighted"}
         Arithmetic mean, or weights 1 / M² with the M of the error budget.
     outliers : {"keep", "snoop", "huber", "tukey"}
-        What happens to gross errors of the low flight: they are only named; the worst
-        of each model is taken out until none is left; or a robust norm gives them less
-        weight. Unless they are kept, the value of a suspect does not enter the mean of
-        its point where another model has one that is not suspect.
+        What happens to gross errors: they are only named; the worst of each low-flight
+        model is taken out until none is left; or a robust norm gives them less weight.
+        Unless they are kept, measurements of either flight take no part that contradict
+        the other models of their flight when these are adjusted simultaneously, and
+        the value of a suspect does not enter the mean of its point where another model
+        has one that is not suspect.
     screening : {"propagated", "practice_1968", "off"}
         How a point is found whose coverages differ by more than they may: by the
         propagated precision of the difference, or, as in the double coverages of 1968,
@@ -112,6 +114,11 @@ class Settings(BaseModel):
         if metres > LARGEST_TOLERANCE:
             raise PydanticCustomError("less_than_equal", "too large")
         return float(metres)
+
+    @property
+    def averaging(self):
+        """How the values of a point are averaged, as arguments."""
+        return {"coverage_mean": self.coverage_mean, "weighting": self.weighting}
 
 
 def checked(build, fields, *, section, names, file=None):

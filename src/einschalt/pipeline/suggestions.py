@@ -25,6 +25,7 @@ from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
     control_that_contradicts,
     coverages_that_differ,
+    gross_measurements,
     suspect_observations,
     wrong_measuring_errors,
 )
@@ -69,6 +70,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         wrong_measuring_errors(result),
         film_affinity(result),
         network_strain(result),
+        gross_measurements(result),
         suspect_observations(result),
         coverages_that_differ(result),
         points_that_differ(result),

@@ -1,6 +1,7 @@
 """Suggestions on gross errors and on wrong sizes of errors, from tests of residuals."""
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.typesetting import (
@@ -17,11 +18,12 @@ from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 LARGE_DIFFERENCE = 4.0
 WORTH_A_WORD = 1.10
 GROSS = 3.0
+OBSERVATION = ["flight", "coverage", "model_id", "point_id"]
 
 
 def suspect_observations(result):
     """Observations with residuals that chance does not explain: gross errors."""
-    residuals = result.residuals
+    residuals = _not_yet_named(result)
     p_value = residuals["p_value"].to_numpy(dtype=float)
     # a suspect of one model in a thousand is chance: the worst must stand out of all
     if not np.isfinite(p_value).any():
@@ -43,8 +45,31 @@ def suspect_observations(result):
     return Suggestion(problem, "Measure them again")
 
 
+def gross_measurements(result):
+    """Measurements that contradict the other models of their flight."""
+    found = result.gross_measurements.sort_values("p_value", kind="stable")
+    if found.empty:
+        return None
+    miss = np.hypot(found["residual_easting"], found["residual_northing"])
+    return Suggestion(
+        f"{count(len(found), 'measurement')}, off by up to {length(miss.max())} from "
+        "what the other models of the flight say, took no part, worst first (flight, "
+        f"coverage, model, point): {names(_observations(found), 4)}",
+        "Measure them again; all stand in gross_measurements.csv",
+    )
+
+
+def _not_yet_named(result):
+    """Residuals of all but the gross measurements."""
+    residuals, found = result.residuals, result.gross_measurements
+    if found.empty:
+        return residuals
+    rows = pd.MultiIndex.from_frame(residuals[OBSERVATION])
+    return residuals[~rows.isin(pd.MultiIndex.from_frame(found[OBSERVATION]))]
+
+
 def _observations(rows):
-    columns = (rows[name] for name in ("flight", "coverage", "model_id", "point_id"))
+    columns = (rows[name] for name in OBSERVATION)
     return [
         f"{flight.removesuffix('_flight')} {coverage} {shortened(model)} {point}"
         for flight, coverage, model, point in zip(*columns, strict=True)

@@ -9,11 +9,12 @@ models that hold them.
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
 from einschalt.pipeline.error_model import given_errors
+from einschalt.pipeline.gross_measurements import is_gross
+from einschalt.stages.model_screening import suspect_rows
 from einschalt.stages.stage4_error_propagation import (
     GroundSources,
     flight_operator,
@@ -26,8 +27,6 @@ from einschalt.theory.adjustment.variance_components import (
     estimate_factors,
 )
 from einschalt.theory.transformation.sensitivity import CONFORMAL
-
-KEY = ["coverage", "model_id", "point_id"]
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class BlockComponents:
     low_flight: Component
 
 
-def estimate_components(block, high, low):
+def estimate_components(block, high, low, gross_measurements):
     """Estimate the errors of control and of both flights from the measurements.
 
     Parameters
@@ -72,14 +71,22 @@ def estimate_components(block, high, low):
         One of which :func:`can_propagate` is true.
     high : ApproximateCoordinates
     low : ModelTransformation
+    gross_measurements : DataFrame
+        flight, coverage, model_id, point_id of those that are known.
 
     Returns
     -------
     BlockComponents or None
-        None where the block is too small to tell. Suspects are left out.
+        None where the block is too small to tell. Gross errors and suspects are left
+        out.
     """
     n_axes = 1 if {high.transformation.kind, low.kind} <= set(CONFORMAL) else 2
-    sums = [part for part in _sums(block, high, low, n_axes) if len(part.values)]
+    gross = {
+        name: is_gross(gross_measurements, name, points)
+        for name, points in _points(block).items()
+    }
+    sums = _sums(block, high, low, gross, n_axes)
+    sums = [part for part in sums if len(part.values)]
     sizes = {
         source: np.repeat(errors, n_axes)
         for source, errors in given_errors(block, _points(block)).items()
@@ -107,7 +114,7 @@ def _points(block):
     return {name: flight.points_to_fit for name, flight in block.flights.items()}
 
 
-def _sums(block, high, low, n_axes):
+def _sums(block, high, low, gross, n_axes):
     """Sums of squares of both flights, with their chains of operators."""
     control = block.control_points
     is_control = (control["role"] != "check").to_numpy()
@@ -115,6 +122,7 @@ def _sums(block, high, low, n_axes):
         high.transformation,
         block.high_flight.points_to_fit,
         GroundSources(np.flatnonzero(is_control), len(control)),
+        gross["high_flight"],
         n_axes,
     )
     check = control.loc[~is_control, "point_id"]
@@ -123,6 +131,7 @@ def _sums(block, high, low, n_axes):
         low,
         block.low_flight.points_to_fit,
         GroundSources(np.flatnonzero(is_ground), len(high.points)),
+        gross["low_flight"],
         n_axes,
     )
     n_high = len(block.high_flight.points_to_fit)
@@ -142,7 +151,7 @@ def _sums(block, high, low, n_axes):
 class _MeasuredFlight:
     """Values and residuals of a flight, with the operators that they come from."""
 
-    def __init__(self, transformation, model_points, ground, n_axes):
+    def __init__(self, transformation, model_points, ground, is_known, n_axes):
         self._observed, self._ground = transformation.observed, ground
         self._n_axes = n_axes
         self.operator = flight_operator(
@@ -153,12 +162,8 @@ class _MeasuredFlight:
             values = values.assign(coverage="1")
         self._values = values[["easting", "northing"]].to_numpy()
         self._point = encode(values["point_id"]).codes
-        residuals = transformation.residuals
-        suspects = residuals.loc[residuals["is_suspect"], KEY]
-        is_suspect = pd.MultiIndex.from_frame(values[KEY]).isin(
-            pd.MultiIndex.from_frame(suspects)
-        )
-        self._is_good = np.isfinite(self._values).all(axis=1) & ~is_suspect
+        is_out = is_known | suspect_rows(values, transformation)
+        self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
 
     def differences(self, own, chains):
         """Values of each point less their mean."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
 from einschalt.stages.residual_table import (
     RESIDUAL_NAMES,
@@ -29,7 +30,12 @@ OUTLIERS = ("keep", "snoop", "huber", "tukey")
 
 
 def screen_models(
-    transformation, outliers="snoop", significance=SIGNIFICANCE, precision=None
+    transformation,
+    outliers="snoop",
+    significance=SIGNIFICANCE,
+    precision=None,
+    *,
+    is_gross=None,
 ):
     """Fit the models of a flight again so that gross errors do not spoil them.
 
@@ -45,6 +51,9 @@ def screen_models(
         Weight of each row of the model points in the tests, in proportion to 1 / σ²
         of what it contributes to a residual; equal where left out. The fit keeps its
         own weights.
+    is_gross : ndarray of bool, shape (n_model_points,), optional
+        Measurements that are known to have gross errors: they are taken out before
+        anything else, unless too few would be left for their model.
 
     Returns
     -------
@@ -77,7 +86,58 @@ def screen_models(
         raise SettingsError(
             f"significance = {significance!r}", expected="a number between 0 and 1"
         )
-    return _SCREENS[outliers](_Tested(transformation, significance, precision))
+    screen = _SCREENS[outliers]
+    tested = _Tested(transformation, significance, precision)
+    is_out = _that_can_be_spared(transformation, is_gross)
+    if not is_out.any():
+        return screen(tested)
+    return _with_rows_of(screen(tested.without(is_out)), tested, is_out)
+
+
+def suspect_rows(values, transformation):
+    """Tell which values are those of suspects.
+
+    Parameters
+    ----------
+    values : DataFrame
+        Row for row as the model points that were transformed.
+    transformation : ModelTransformation
+
+    Returns
+    -------
+    ndarray of bool, shape (n_values,)
+    """
+    residuals = transformation.residuals
+    suspects = residuals.loc[residuals["is_suspect"], KEY]
+    if suspects.empty:
+        return np.zeros(len(values), dtype=bool)
+    rows = pd.MultiIndex.from_frame(values[KEY])
+    return rows.isin(pd.MultiIndex.from_frame(suspects))
+
+
+def without_gross_errors(values, is_gross):
+    """Take the coordinates of gross errors from their values, where others remain.
+
+    Parameters
+    ----------
+    values : DataFrame
+        point_id, easting, northing [, height].
+    is_gross : ndarray of bool, shape (n_values,)
+
+    Returns
+    -------
+    DataFrame
+        NaN in their coordinates where the point has another value. A point all of
+        whose values are gross errors keeps them: then it is not they that are wrong.
+    """
+    if not is_gross.any():
+        return values
+    is_good = values["easting"].notna() & ~is_gross
+    has_others = is_good.groupby(values["point_id"].to_numpy()).transform("any")
+    names = [name for name in GROUND_NAMES if name in values]
+    screened = values.copy()
+    screened.loc[is_gross & has_others.to_numpy(), names] = np.nan
+    return screened
 
 
 def without_suspects(values, transformation):
@@ -96,18 +156,7 @@ def without_suspects(values, transformation):
         point that is suspect everywhere keeps all its values: then it is not they that
         are wrong.
     """
-    residuals = transformation.residuals
-    suspects = residuals.loc[residuals["is_suspect"], KEY]
-    if suspects.empty:
-        return values
-    codes = pd.MultiIndex.from_frame(values[KEY])
-    is_suspect = codes.isin(pd.MultiIndex.from_frame(suspects))
-    is_good = values["easting"].notna() & ~is_suspect
-    has_others = is_good.groupby(values["point_id"].to_numpy()).transform("any")
-    names = [name for name in GROUND_NAMES if name in values]
-    screened = values.copy()
-    screened.loc[is_suspect & has_others.to_numpy(), names] = np.nan
-    return screened
+    return without_gross_errors(values, suspect_rows(values, transformation))
 
 
 class _Tested:
@@ -135,6 +184,28 @@ class _Tested:
         if self.precision is not None:
             in_tests = fitted_point_tests(self.fit_of(tested), tested)
         return residual_table(fit, observed, self.significance, in_tests)
+
+    def without(self, is_out):
+        """The same with fewer points, fitted again."""
+        kept = _without(self.observed, is_out)
+        fitted = replace(
+            self.transformation, fit=self.fit_of(kept.points), observed=kept
+        )
+        fewer = _Tested(fitted, self.significance, None)
+        if self.precision is not None:
+            fewer.precision = self.precision[~is_out]
+        return fewer
+
+
+def _that_can_be_spared(transformation, is_gross):
+    """Fitted points that are gross errors and leave enough points to their model."""
+    observed = transformation.observed
+    if is_gross is None:
+        return np.zeros(len(observed.row_numbers), dtype=bool)
+    is_out = is_gross[observed.row_numbers]
+    n_left = segment_sum((~is_out).astype(np.int64), observed.start)
+    is_enough = n_left >= KINDS[transformation.kind].least_points
+    return is_out & np.repeat(is_enough, np.diff(observed.start))
 
 
 def _only_name(tested):
@@ -194,30 +265,43 @@ class _Snooped:
         in_tests = self.points.chosen(~self.is_out)
         self.table = tested.table(self.fit, self.kept, in_tests)
         if self.is_out.any():
-            out = self._others(fit_of(in_tests), in_tests, observed)
-            place = np.argsort(
-                np.concatenate(
-                    [np.flatnonzero(~self.is_out), np.flatnonzero(self.is_out)]
-                )
-            )
-            both = pd.concat([self.table, out])
-            self.table = both.iloc[place].reset_index(drop=True)
+            out = _rows_of_others(tested, self.fit, in_tests, self.is_out)
+            self.table = _in_order(self.table, out, ~self.is_out, self.is_out)
 
-    def _others(self, test_fit, in_tests, observed):
-        """Rows of the residual table for points that were taken out."""
-        sums = plan_sums(test_fit, in_tests.weights, in_tests.start)
-        out = self.points.chosen(self.is_out)
-        _, tests = other_point_tests(test_fit, sums, out.model, out)
-        residuals = self.fit.apply(out.model, out.source) - out.target
-        table = observed.rows[self.is_out].reset_index(drop=True)
-        table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals
-        return table.assign(
-            leverage=0.0,
-            redundancy_number=1.0,
-            w=tests.w,
-            p_value=tests.p_value,
-            is_suspect=True,
-        )
+
+def _with_rows_of(screened, tested, is_out):
+    """A flight that was screened without known gross errors, with their residuals."""
+    is_usable = screened.models["is_usable"].to_numpy()[tested.points.model]
+    is_kept, is_out = ~is_out & is_usable, is_out & is_usable
+    is_good = is_kept.copy()
+    is_good[is_kept] = ~screened.residuals["is_suspect"].to_numpy()
+    in_tests = tested.points.chosen(is_good)
+    out = _rows_of_others(tested, screened.fit, in_tests, is_out)
+    residuals = _in_order(screened.residuals, out, is_kept, is_out)
+    return replace(screened, residuals=residuals)
+
+
+def _rows_of_others(tested, fit, in_tests, is_out):
+    """Rows of the residual table for points that were taken out."""
+    test_fit, out = tested.fit_of(in_tests), tested.points.chosen(is_out)
+    sums = plan_sums(test_fit, in_tests.weights, in_tests.start)
+    _, tests = other_point_tests(test_fit, sums, out.model, out)
+    residuals = fit.apply(out.model, out.source) - out.target
+    table = tested.observed.rows[is_out].reset_index(drop=True)
+    table[list(RESIDUAL_NAMES[: residuals.shape[1]])] = residuals
+    return table.assign(
+        leverage=0.0,
+        redundancy_number=1.0,
+        w=tests.w,
+        p_value=tests.p_value,
+        is_suspect=True,
+    )
+
+
+def _in_order(kept, out, is_kept, is_out):
+    """Two parts of a table in the order of the rows that they are."""
+    rows = np.concatenate([np.flatnonzero(is_kept), np.flatnonzero(is_out)])
+    return pd.concat([kept, out]).iloc[np.argsort(rows)].reset_index(drop=True)
 
 
 def _fit_of(kind):

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_kind
 from einschalt.foundations.errors import GeometryError, name_some, raise_problems
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
+from einschalt.stages.model_screening import GROUND_NAMES
 from einschalt.stages.results import Result
 from einschalt.stages.stage3_model_transformation import (
     ModelTransformation,
@@ -97,6 +99,33 @@ def approximate_coordinates(
     TableError
         A column is missing or a value is not what it should be.
     """
+    transformation = transform_high_flight(model_points, control_points, kind)
+    return average_high_flight(
+        transformation,
+        model_points,
+        coverage_mean=coverage_mean,
+        weighting=weighting,
+    )
+
+
+def transform_high_flight(model_points, control_points, kind):
+    """Transform every high-flight model onto its control points.
+
+    Parameters
+    ----------
+    model_points, control_points : DataFrame
+    kind : str
+        As in :func:`approximate_coordinates`.
+
+    Returns
+    -------
+    ModelTransformation
+
+    Raises
+    ------
+    TableError
+        A column is missing or a value is not what it should be.
+    """
     control = control_points
     expected = "a DataFrame with point_id, easting, northing"
     require_kind("control_points", control, pd.DataFrame, expected=expected)
@@ -104,10 +133,44 @@ def approximate_coordinates(
         checked = check_table(control, CONTROL_POINTS.only("point_id", "role"))
         raise_problems(checked.problems)
         control = control[(checked.frame["role"] != "check").to_numpy()]
-    transformation = transform_models(model_points, control, kind)
+    return transform_models(model_points, control, kind)
+
+
+def average_high_flight(
+    transformation,
+    model_points,
+    *,
+    coverage_mean="all",
+    weighting="plain",
+    is_gross=None,
+):
+    """Average the values that the models of the high flight give for each point.
+
+    Parameters
+    ----------
+    transformation : ModelTransformation
+    model_points : DataFrame
+        Those that were transformed.
+    coverage_mean, weighting : str
+        As in :func:`approximate_coordinates`.
+    is_gross : ndarray of bool, shape (n_model_points,), optional
+        Measurements that are known to have gross errors: they give no coordinates. A
+        point that has no others gets none.
+
+    Returns
+    -------
+    ApproximateCoordinates
+
+    Raises
+    ------
+    GeometryError
+        Not one model could be transformed.
+    """
     require_usable(transformation, "high flight", STAGE)
     values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)
     values = with_positions(values, model_points)
+    if is_gross is not None:
+        values.loc[is_gross, [name for name in GROUND_NAMES if name in values]] = np.nan
     values = values.rename(columns={"m_t": "standard_error_paper"})
     means = average_coverages(values, coverage_mean=coverage_mean, weighting=weighting)
     points = means.points.drop(

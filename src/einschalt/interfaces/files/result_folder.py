@@ -26,6 +26,7 @@ PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
 IF_ANY = (
     "orientation_residuals",
+    "gross_measurements",
     "coverages",
     "error_sources",
     "neighbours",
@@ -86,6 +87,7 @@ FIRST_COLUMNS = {
     ),
     "orientations": ("flight", "coverage", "model_id"),
     "orientation_residuals": ("flight", "coverage", "model_id", "point_id"),
+    "gross_measurements": ("flight", "coverage", "model_id", "point_id"),
     "coverages": ("point_id", "coverage", "easting", "northing"),
     "error_sources": ("point_id", "standard_error_total"),
     "neighbours": ("point_id", "neighbour_id", "distance"),
