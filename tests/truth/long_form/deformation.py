@@ -14,7 +14,7 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 N_BLOCKS = 20
-N_SMALL = 400
+N_SMALL = 800
 # 15 cm at the edge, at 1:8000 and at 1:15 000
 LOW_UM, HIGH_UM = 18.75, 10.0
 DEFORMED = {

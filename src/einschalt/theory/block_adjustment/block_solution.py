@@ -11,7 +11,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
 )
 from einschalt.theory.block_adjustment.coordinate_channels import (
     Channels,
-    ReducedModels,
+    ModelFrames,
     reduce_models,
 )
 from einschalt.theory.block_adjustment.model_graph import fans_of
@@ -80,7 +80,7 @@ class BlockSolution:
     ordering : Ordering
     bordered : Bordered
         The last three in the order of elimination.
-    reduced : ReducedModels
+    reduced : ModelFrames
     """
 
     observations: BlockObservations
@@ -97,7 +97,7 @@ class BlockSolution:
     solver: Solver
     ordering: Ordering
     bordered: Bordered
-    reduced: ReducedModels
+    reduced: ModelFrames
 
     @property
     def s_0(self):
@@ -274,14 +274,14 @@ class _Task:
             n_models, n_points = observations.n_models, observations.n_points
             fans = fans_of(observations.model, observations.point, n_models, n_points)
             near = reduce_models(observations.xy, observations.model, n_models)
-            chained = near.xy * near.extent[observations.model][:, None]
+            chained = near.xy * near.frames.extent[observations.model][:, None]
             ordering = order_block(fans, chained)
         self.ordering = ordering
         self._rows = ordering.reordered.rows
         self._points = ordering.reordered.points
         self._fans = ordering.reordered.fans
         control = observations.control[self._points]
-        is_control = np.isfinite(control).all(axis=1)
+        is_control = observations.is_control[self._points]
         # the origin lies among the control: sums far from it lose digits
         first = control[int(np.argmax(is_control))] if is_control.any() else 0.0
         self._origin = first + np.nan_to_num(control[is_control] - first).mean(axis=0)
@@ -306,17 +306,14 @@ class _Task:
 
     def pass_with(self, common, affinities):
         """Adjust with model coordinates corrected by known common parameters."""
-        xy = self._xy + self._columns @ common
+        # a block of millions of observations has no room for copies
+        xy = self._xy if len(common) == 0 else self._xy + self._columns @ common
         reduced = reduce_models(xy, self._fans.model, self._fans.n_models)
         solver = build_solver(
             self.ordering, reduced.xy, self._weights, self._prior, self._channels
         )
-        channels, n_rows = self._channels, len(xy)
-        nothing = channels.split(np.zeros((n_rows, 2, 1)))
-        own = solver.project(nothing, channels.split(self._control[:, :, None]))
-        points = channels.join(own.points)[:, :, 0]
-        residuals = channels.join(own.residuals)[:, :, 0]
-        unknowns = channels.unknowns(own.parameters)[:, :, 0]
+        channels, reduced = self._channels, reduced.frames
+        points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
             affinities = _measured(channels.affinities(unknowns), reduced)
         bordered = self._border(solver, affinities)
@@ -333,19 +330,29 @@ class _Task:
             xy,
         )
 
+    def _without_common(self, solver):
+        """Points, residuals and unknowns for the common parameters as they are."""
+        channels = self._channels
+        own = solver.project(0.0, channels.split(self._control[:, :, None]))
+        return (
+            channels.join(own.points)[:, :, 0],
+            channels.join(own.residuals)[:, :, 0],
+            channels.unknowns(own.parameters)[:, :, 0],
+        )
+
     def _border(self, solver, affinities):
         """How the block answers to the common parameters, and their cofactors."""
         channels, n_terms = self._channels, self._columns.shape[2]
-        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
         n_models, n_points = self._fans.n_models, self._fans.n_points
         if n_terms == 0:
             n_unknowns = 4 if channels.way == "complex" else 6
             return Bordered(
                 np.zeros((0, 0)),
                 np.zeros((n_points, 2, 0)),
-                on_ground,
+                self._columns,
                 np.zeros((n_models, n_unknowns, 0)),
             )
+        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
         held = channels.split(np.zeros((n_points, 2, n_terms)))
         answer = solver.project(channels.split(-on_ground), held)
         residuals = channels.join(answer.residuals)
@@ -361,6 +368,8 @@ class _Task:
 
     def _shift_of(self, residuals, affinities, bordered):
         """Step of the common parameters."""
+        if self._columns.shape[2] == 0:
+            return np.zeros(0)
         on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
         weighted = on_ground * self._weights[:, None, None]
         right = np.einsum("ncj,nc->j", weighted, residuals)
@@ -387,7 +396,7 @@ class _Task:
             points=_back(passed.points + self._origin, self._points),
             residuals=_back(passed.residuals, self._rows),
             control_residuals=_back(control_residuals, self._points),
-            xy=_back(passed.xy, self._rows),
+            xy=given.xy if passed.xy is self._xy else _back(passed.xy, self._rows),
             common=passed.common,
             common_cofactors=passed.bordered.cofactors,
             deformation=self.deformation,
@@ -396,7 +405,10 @@ class _Task:
             solver=passed.solver,
             ordering=self.ordering,
             bordered=passed.bordered,
-            reduced=_reordered(passed.reduced, order),
+            reduced=ModelFrames(
+                _back(passed.reduced.centroid, order),
+                _back(passed.reduced.extent, order),
+            ),
         )
 
 
@@ -410,12 +422,6 @@ def _inverse_of_common(normals, whole):
     if not np.linalg.eigvalsh(scaled)[0] > LEAST_LEFT:
         raise np.linalg.LinAlgError("the points do not determine the common terms")
     return np.linalg.inv(scaled) / np.outer(size, size)
-
-
-def _reordered(reduced, order):
-    return ReducedModels(
-        reduced.xy, _back(reduced.centroid, order), _back(reduced.extent, order)
-    )
 
 
 def _measured(affinities, reduced):

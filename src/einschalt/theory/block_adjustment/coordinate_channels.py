@@ -8,7 +8,23 @@ with correlated or unequal coordinates, or flights of different kinds, couple th
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class ModelFrames:
+    """Where the reduced coordinates of each model have their origin, and their unit.
+
+    Attributes
+    ----------
+    centroid : ndarray, shape (n_models, 2)
+    extent : ndarray, shape (n_models,)
+        Root mean square distance from the centroid.
+    """
+
+    centroid: np.ndarray
+    extent: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,14 +34,11 @@ class ReducedModels:
     Attributes
     ----------
     xy : ndarray, shape (n_rows, 2)
-    centroid : ndarray, shape (n_models, 2)
-    extent : ndarray, shape (n_models,)
-        Root mean square distance from the centroid.
+    frames : ModelFrames
     """
 
     xy: np.ndarray
-    centroid: np.ndarray
-    extent: np.ndarray
+    frames: ModelFrames
 
 
 def reduce_models(xy, model, n_models) -> ReducedModels:
@@ -35,27 +48,48 @@ def reduce_models(xy, model, n_models) -> ReducedModels:
     ----------
     xy : ndarray, shape (n_rows, 2)
     model : ndarray of int, shape (n_rows,)
+        Ascending.
     n_models : int
 
     Returns
     -------
     ReducedModels
     """
-    count = np.maximum(np.bincount(model, minlength=n_models), 1)
-    # about a point of the model first: sums far from the origin lose digits
-    origin = np.zeros((n_models, 2))
-    origin[model] = xy
-    near = xy - origin[model]
-    mean = _mean_of_models(near, model, count)
-    reduced = near - mean[model]
-    extent = np.sqrt(_mean_of_models(reduced**2, model, count).sum(axis=1))
-    extent = np.where(extent > 0.0, extent, 1.0)
-    return ReducedModels(reduced / extent[model][:, None], origin + mean, extent)
+    reduced, centroid, extent = (
+        np.empty((len(xy), 2)),
+        np.zeros((n_models, 2)),
+        np.ones(n_models),
+    )
+    start = np.searchsorted(model, np.arange(n_models + 1))
+    _reduce(np.ascontiguousarray(xy), start, reduced, centroid, extent)
+    return ReducedModels(reduced, ModelFrames(centroid, extent))
 
 
-def _mean_of_models(values, model, count):
-    sums = [np.bincount(model, column, len(count)) for column in values.T]
-    return np.column_stack(sums) / count[:, None]
+@numba.njit(cache=True, nogil=True)
+def _reduce(xy, start, reduced, centroid, extent):
+    for m in range(start.size - 1):
+        low, high = start[m], start[m + 1]
+        if low == high:
+            continue
+        # about a point of the model first: sums far from the origin lose digits
+        x_0, y_0 = xy[low, 0], xy[low, 1]
+        x_mean, y_mean = 0.0, 0.0
+        for row in range(low, high):
+            x_mean += xy[row, 0] - x_0
+            y_mean += xy[row, 1] - y_0
+        x_mean /= high - low
+        y_mean /= high - low
+        square = 0.0
+        for row in range(low, high):
+            x, y = xy[row, 0] - x_0 - x_mean, xy[row, 1] - y_0 - y_mean
+            reduced[row, 0], reduced[row, 1] = x, y
+            square += x * x + y * y
+        if square > 0.0:
+            extent[m] = np.sqrt(square / (high - low))
+        centroid[m, 0], centroid[m, 1] = x_0 + x_mean, y_0 + y_mean
+        for row in range(low, high):
+            reduced[row, 0] /= extent[m]
+            reduced[row, 1] /= extent[m]
 
 
 class Channels:

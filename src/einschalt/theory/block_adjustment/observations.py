@@ -49,12 +49,14 @@ class BlockObservations:
     @property
     def is_control(self):
         """Which points have given coordinates."""
-        return np.isfinite(self.control).all(axis=1)
+        return np.isfinite(self.control[:, 0]) & np.isfinite(self.control[:, 1])
 
     @property
     def is_fixed(self):
         """Which of them are held."""
-        return self.is_control & ~self.control_covariance.any(axis=(1, 2))
+        # any() over axes of two elements takes many times as long
+        elements = self.control_covariance.reshape(-1, 4).T
+        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
 
     @property
     def is_coupled(self):

@@ -34,8 +34,8 @@ class PointSystem:
     fans : Fans
     design : ndarray, shape (n_rows, d, n_unknowns)
         G of each observation, float or complex.
-    weights : ndarray, shape (n_rows,)
-        Of one coordinate [1/m²].
+    weights : ndarray, shape (n_rows, d)
+        Of each row [1/m²].
     control_weight : ndarray of float, shape (n_points, d, d)
         W_c, 0 where a point is no control [1/m²].
     is_fixed : ndarray of bool, shape (n_points,)
@@ -83,7 +83,7 @@ class PointSystem:
         -------
         ndarray, shape (n_points, d, n_right)
         """
-        points = np.zeros_like(control, dtype=values.dtype)
+        points = np.empty_like(control, dtype=values.dtype)
         _mean_values(
             points,
             values,
@@ -117,7 +117,7 @@ def invert_point_blocks(fans, weights, control_weight, is_fixed):
     Parameters
     ----------
     fans : Fans
-    weights : ndarray, shape (n_rows,)
+    weights : ndarray, shape (n_rows, d)
     control_weight : ndarray, shape (n_points, d, d)
     is_fixed : ndarray of bool, shape (n_points,)
 
@@ -126,10 +126,12 @@ def invert_point_blocks(fans, weights, control_weight, is_fixed):
     ndarray, shape (n_points, d, d)
         0 where a point is fixed, or has no observation at all.
     """
-    sums = np.bincount(fans.point, weights, fans.n_points)
     d = control_weight.shape[1]
-    blocks = control_weight + sums[:, None, None] * np.eye(d)
-    is_known = ~is_fixed & (sums > 0.0)
+    sums = [np.bincount(fans.point, column, fans.n_points) for column in weights.T]
+    blocks = control_weight.copy()
+    for c in range(d):
+        blocks[:, c, c] += sums[c]
+    is_known = ~is_fixed & (sums[0] > 0.0)
     if d == 1:
         inverse = np.zeros_like(blocks)
         np.divide(1.0, blocks, out=inverse, where=is_known[:, None, None])
@@ -147,21 +149,24 @@ def _mean_values(points, values, weights, fan, prior, control):
     n_points, d, n_right = points.shape
     total = np.empty(d, dtype=points.dtype)
     for p in range(n_points):
+        first, last = point_start[p], point_start[p + 1]
         for r in range(n_right):
             if is_fixed[p]:
                 for c in range(d):
                     points[p, c, r] = control[p, c, r]
                 continue
-            total[:] = 0.0
-            for k in range(point_start[p], point_start[p + 1]):
-                for c in range(d):
-                    total[c] += weights[rows[k]] * values[rows[k], c, r]
             for c in range(d):
-                for e in range(d):
-                    total[c] += control_weight[p, c, e] * control[p, e, r]
+                value = control_weight[p, c, 0] * control[p, 0, r]
+                for e in range(1, d):
+                    value += control_weight[p, c, e] * control[p, e, r]
+                for k in range(first, last):
+                    value += weights[rows[k], c] * values[rows[k], c, r]
+                total[c] = value
             for c in range(d):
-                for e in range(d):
-                    points[p, c, r] += inverse[p, c, e] * total[e]
+                value = inverse[p, c, 0] * total[0]
+                for e in range(1, d):
+                    value += inverse[p, c, e] * total[e]
+                points[p, c, r] = value
 
 
 @numba.njit(cache=True, nogil=True)
@@ -171,7 +176,7 @@ def _gradient(gradient, residuals, design, weights, model_start):
         for row in range(model_start[m], model_start[m + 1]):
             for c in range(d):
                 for a in range(u):
-                    g = weights[row] * np.conj(design[row, c, a])
+                    g = weights[row, c] * np.conj(design[row, c, a])
                     for r in range(residuals.shape[2]):
                         gradient[m, a, r] += g * residuals[row, c, r]
 
@@ -223,25 +228,26 @@ def _assemble_blocks(blocks, pattern, fans, numbers, ranks):
             slot[block_row[k]] = k
         own[:] = 0.0
         for row in range(model_start[i], model_start[i + 1]):
-            p, w = point[row], weights[row]
+            p = point[row]
             for c in range(d):
                 for a in range(u):
-                    g = w * np.conj(design[row, c, a])
+                    g = weights[row, c] * np.conj(design[row, c, a])
                     for b in range(u):
                         own[a, b] += g * design[row, c, b]
             for c in range(d):
                 for b in range(u):
-                    value = inverse[p, c, 0] * design[row, 0, b]
+                    value = inverse[p, c, 0] * (weights[row, 0] * design[row, 0, b])
                     for e in range(1, d):
-                        value += inverse[p, c, e] * design[row, e, b]
-                    half[c, b] = w * value
+                        weighted = weights[row, e] * design[row, e, b]
+                        value += inverse[p, c, e] * weighted
+                    half[c, b] = value
             # rows of a point ascend with their models: those before are done
             for k in range(point_start[p] + seen[p], point_start[p + 1]):
                 other = rows[k]
-                s, w_other = slot[model[other]], weights[other]
+                s = slot[model[other]]
                 for c in range(d):
                     for a in range(u):
-                        g = w_other * np.conj(design[other, c, a])
+                        g = weights[other, c] * np.conj(design[other, c, a])
                         for b in range(u):
                             blocks[s, a, b] -= g * half[c, b]
             seen[p] += 1
@@ -332,12 +338,13 @@ def _spread_inverse(result, inverse, pattern, fans, numbers, ranks):
         for k in range(column[i], column[i + 1]):
             slot[block_row[k]] = k
         for row in range(model_start[i], model_start[i + 1]):
-            p, w = point[row], weights[row]
+            p = point[row]
             for k in range(point_start[p] + seen[p], point_start[p + 1]):
                 other = rows[k]
-                s, w_other = slot[model[other]], weights[other]
+                s = slot[model[other]]
                 for c in range(d):
                     for e in range(d):
+                        w, w_other = weights[row, e], weights[other, c]
                         # covariance of T of `other` with T of `row`
                         value = 0.0 * inverse[s, 0, 0]
                         for b in range(u):

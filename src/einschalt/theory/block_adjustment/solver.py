@@ -97,13 +97,14 @@ class Solver:
     Attributes
     ----------
     system : PointSystem
-    channels : Channels
+    channels : Channels or None
+        How easting and northing are arranged in it.
     pattern : BlockPattern
     factor : Factor
     """
 
     system: PointSystem
-    channels: Channels
+    channels: Channels | None
     pattern: BlockPattern
     factor: Factor
 
@@ -112,7 +113,7 @@ class Solver:
 
         Parameters
         ----------
-        shift : ndarray, shape (n_rows, d, n_right)
+        shift : ndarray, shape (n_rows, d, n_right), or 0.0
             l [m].
         control : ndarray, shape (n_points, d, n_right)
             c [m]; 0 where a point is no control.
@@ -122,12 +123,12 @@ class Solver:
         Projection
         """
         system, fans = self.system, self.system.fans
-        shape = (fans.n_models, system.n_unknowns, shift.shape[2])
+        shape = (fans.n_models, system.n_unknowns, control.shape[2])
         parameters = np.zeros(shape, dtype=system.design.dtype)
         last = np.inf
+        residuals = self._first_residuals(shift, control)
         for _ in range(MOST_STEPS):
-            found = self._project(parameters, shift, control)
-            step = self.factor.solve(system.gradient(found.residuals))
+            step = self.factor.solve(system.gradient(residuals))
             size = np.abs(step).max(initial=0.0)
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
@@ -138,14 +139,25 @@ class Solver:
             parameters, last = parameters - step, size
             if expected < CONVERGED:
                 break
+            residuals = self._project(parameters, shift, control).residuals
         return self._project(parameters, shift, control)
+
+    def _first_residuals(self, shift, control):
+        """Residuals of parameters that are all 0; the next step refines them."""
+        system = self.system
+        shape = (*system.design.shape[:2], control.shape[2])
+        residuals = np.zeros(shape, dtype=system.design.dtype)
+        residuals -= shift
+        residuals -= system.points_from(residuals, control)[system.fans.point]
+        return residuals
 
     def _project(self, parameters, shift, control):
         """Points and residuals for given parameters; see ``exact_sums``."""
         system, point = self.system, self.system.fans.point
         high, low = system.transformed(parameters)
         points = system.points_from(high - shift, control)
-        residuals = high - points[point]
+        residuals = high  # in place: there are millions of them
+        residuals -= points[point]
         residuals += low
         residuals -= shift
         rest = system.points_from(residuals, control - points)
@@ -169,7 +181,7 @@ class Solver:
 
 
 def build_solver(ordering, xy, weights, control, channels) -> Solver:
-    """Assemble and factor.
+    """Assemble and factor a block of plane models.
 
     Parameters
     ----------
@@ -187,20 +199,43 @@ def build_solver(ordering, xy, weights, control, channels) -> Solver:
     -------
     Solver
     """
-    fans = ordering.reordered.fans
+    design = np.ascontiguousarray(channels.design(xy, ordering.reordered.fans.model))
     weight, is_fixed = control
-    control_weight = channels.control_weight(weight)
-    system = PointSystem(
-        fans,
-        np.ascontiguousarray(channels.design(xy, fans.model)),
-        weights,
-        control_weight,
-        is_fixed,
-        invert_point_blocks(fans, weights, control_weight, is_fixed),
+    return factor_block(
+        ordering,
+        design,
+        np.repeat(weights[:, None], design.shape[1], axis=1),
+        (channels.control_weight(weight), is_fixed),
+        channels,
     )
+
+
+def factor_block(ordering, design, weights, control, channels) -> Solver:
+    """Assemble and factor a block with any design.
+
+    Parameters
+    ----------
+    ordering : Ordering
+    design : ndarray, shape (n_rows, d, n_unknowns)
+        In the order of elimination, as all that follows.
+    weights : ndarray, shape (n_rows, d)
+    control : tuple of ndarray
+        Weight (n_points, d, d) of each point's given coordinates [1/m²], and whether
+        they are held (n_points,).
+    channels : Channels or None
+        None where every model has every unknown.
+
+    Returns
+    -------
+    Solver
+    """
+    fans = ordering.reordered.fans
+    inverse = invert_point_blocks(fans, weights, *control)
+    system = PointSystem(fans, design, weights, *control, inverse)
     blocks = assemble(system, ordering.pattern)
-    # unknowns that a model does not have stand alone
-    models, unknowns = np.nonzero(channels.is_empty)
-    blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
+    if channels is not None:
+        # unknowns that a model does not have stand alone
+        models, unknowns = np.nonzero(channels.is_empty)
+        blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
     factor = factorize(blocks, ordering.pattern, ordering.fronts)
     return Solver(system, channels, ordering.pattern, factor)
