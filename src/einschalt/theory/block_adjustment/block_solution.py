@@ -5,6 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from einschalt.theory.block_adjustment.adjusted_block import (
+    AdjustedBlock,
+    in_old_order,
+)
 from einschalt.theory.block_adjustment.common_parameters import (
     Deformation,
     deformation_of,
@@ -52,7 +56,7 @@ class Bordered:
 
 
 @dataclass(frozen=True, eq=False)
-class BlockSolution:
+class BlockSolution(AdjustedBlock):
     """Adjusted block, in the order of the observations that were given.
 
     Attributes
@@ -99,34 +103,20 @@ class BlockSolution:
     bordered: Bordered
     reduced: ModelFrames
 
-    @property
-    def s_0(self):
-        """Standard error of unit weight, 1 where the errors are as large as given."""
-        if self.redundancy <= 0:
-            return np.nan
-        return float(np.sqrt(self.sum_of_squares / self.redundancy))
-
-    @property
-    def is_held(self):
-        """Unknowns that nothing determines, shape (n_models, n_solved)."""
-        return _back(self.solver.factor.is_held, self.ordering.order)
-
-    def null_motion(self, model, unknown):
-        """How all models move with an unknown that nothing determines.
+    def readjusted(self, observations, terms):
+        """Adjust the same block with other errors or given coordinates.
 
         Parameters
         ----------
-        model, unknown : int
-            One of ``is_held``.
+        observations : BlockObservations
+            Of the same models and points.
+        terms : sequence of CommonTerms
 
         Returns
         -------
-        ndarray, shape (n_models,)
-            Size of the motion of each model, at its edge [m].
+        BlockSolution
         """
-        place = int(np.flatnonzero(self.ordering.order == model)[0])
-        motion = np.abs(self.solver.factor.null_vector(place, unknown)).max(axis=1)
-        return _back(motion, self.ordering.order)
+        return adjust(observations, terms, self.ordering)
 
     @cached_property
     def point_cofactors(self):
@@ -134,7 +124,7 @@ class BlockSolution:
         solver = self.solver
         plane = solver.channels.plane(solver.cofactors.points)
         plane = plane + self.bordered.spread(self.bordered.points)
-        return _back(plane, self.ordering.reordered.points)
+        return in_old_order(plane, self.ordering.reordered.points)
 
     @cached_property
     def adjusted_cofactors(self):
@@ -143,21 +133,7 @@ class BlockSolution:
         differences = solver.cofactors.of_differences(solver.system.fans.point)
         plane = solver.channels.plane(differences)
         plane = plane + self.bordered.spread(self.bordered.residuals)
-        return _back(plane, self.ordering.reordered.rows)
-
-    @cached_property
-    def leverage(self):
-        """Share of each observation in its own adjusted value, (n_rows, 2)."""
-        diagonal = np.diagonal(self.adjusted_cofactors, axis1=1, axis2=2)
-        return diagonal / self.observations.standard_error[:, None] ** 2
-
-    @cached_property
-    def control_leverage(self):
-        """The same of the control, (n_points, 2); NaN where there is none."""
-        product = self.observations.control_weight @ self.point_cofactors
-        diagonal = np.diagonal(product, axis1=1, axis2=2).copy()
-        diagonal[~self.observations.is_control | self.observations.is_fixed] = np.nan
-        return diagonal
+        return in_old_order(plane, self.ordering.reordered.rows)
 
     @property
     def relative_errors(self):
@@ -188,18 +164,11 @@ class BlockSolution:
         solver = self.solver
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
         own = own + self.bordered.spread(self.bordered.unknowns)
-        reduced = _back(own, self.ordering.order)
+        reduced = in_old_order(own, self.ordering.order)
         jacobian = _to_measured(
             self.reduced, reduced.shape[1], self.observations.is_affine
         )
         return jacobian @ reduced @ np.swapaxes(jacobian, 1, 2)
-
-
-def _back(values, old_number):
-    """Put rows back into their old order."""
-    result = np.empty_like(values)
-    result[old_number] = values
-    return result
 
 
 def _to_measured(reduced, n_unknowns, is_affine):
@@ -392,11 +361,13 @@ class _Task:
         order = self.ordering.order
         return BlockSolution(
             observations=given,
-            affinities=_back(affinities, order),
-            points=_back(passed.points + self._origin, self._points),
-            residuals=_back(passed.residuals, self._rows),
-            control_residuals=_back(control_residuals, self._points),
-            xy=given.xy if passed.xy is self._xy else _back(passed.xy, self._rows),
+            affinities=in_old_order(affinities, order),
+            points=in_old_order(passed.points + self._origin, self._points),
+            residuals=in_old_order(passed.residuals, self._rows),
+            control_residuals=in_old_order(control_residuals, self._points),
+            xy=given.xy
+            if passed.xy is self._xy
+            else in_old_order(passed.xy, self._rows),
             common=passed.common,
             common_cofactors=passed.bordered.cofactors,
             deformation=self.deformation,
@@ -406,8 +377,8 @@ class _Task:
             ordering=self.ordering,
             bordered=passed.bordered,
             reduced=ModelFrames(
-                _back(passed.reduced.centroid, order),
-                _back(passed.reduced.extent, order),
+                in_old_order(passed.reduced.centroid, order),
+                in_old_order(passed.reduced.extent, order),
             ),
         )
 

@@ -1,20 +1,22 @@
 """Which observations of an adjusted block contradict the others.
 
-Both coordinates of a point are tested together: T = vᵀ Q_vv⁻¹ v, by which the sum of
-squares Ω falls when the point is left out, so that p = (1 − T/Ω)^((f − 2)/2) as in
-:mod:`einschalt.theory.adjustment.reliability`, with the redundancy f of the block.
+All d coordinates of a point are tested together: T = vᵀ Q_vv⁻¹ v, by which the sum of
+squares Ω falls when the point is left out. T/Ω is beta distributed; in the plane that
+is p = (1 − T/Ω)^((f − 2)/2) as in :mod:`einschalt.theory.adjustment.reliability`, with
+the redundancy f of the block.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import betaincc
 
 from einschalt.theory.adjustment.reliability import LEAST_REDUNDANCY_NUMBER
 
 
 @dataclass(frozen=True, eq=False)
 class BlockTests:
-    """Joint tests of easting and northing.
+    """Joint tests of all coordinates of a point.
 
     Attributes
     ----------
@@ -22,7 +24,7 @@ class BlockTests:
         √T / s_0.
     p_value : ndarray, shape (n,)
         Probability of a w as large as this without a gross error.
-    error : ndarray, shape (n, 2)
+    error : ndarray, shape (n, d)
         Gross error of the measured or given point that explains its residual best
         [m].
     """
@@ -53,12 +55,15 @@ def judge_observations(solution, given) -> BlockTests:
     σ² R Rᵀ + R A Q Aᵀ: σ² R where they weigh as they should, and σ² I + A Q Aᵀ where
     they were taken out.
     """
-    used = solution.observations.standard_error[:, None, None] ** 2
-    variance = given.standard_error[:, None, None] ** 2
+    n_rows, n_axes = solution.residuals.shape
+    used, variance = (
+        o.standard_error.reshape(n_rows, 1, -1) ** 2
+        for o in (solution.observations, given)
+    )
     adjusted = solution.adjusted_cofactors
-    redundancy = np.eye(2) - adjusted / used
+    redundancy = np.eye(n_axes) - adjusted / used
     turned = np.swapaxes(redundancy, 1, 2)
-    cofactors = variance * redundancy @ turned + redundancy @ adjusted
+    cofactors = (redundancy * variance) @ turned + redundancy @ adjusted
     found = _tests(solution, solution.residuals, cofactors, redundancy)
     # residuals are transformed less adjusted: errors of the model go along with them
     return BlockTests(found.w, found.p_value, -found.error)
@@ -80,12 +85,13 @@ def judge_control(solution) -> BlockTests:
     is_tested = observations.is_control & ~observations.is_fixed
     given = observations.control_covariance[is_tested]
     adjusted = solution.point_cofactors[is_tested]
-    redundancy = np.eye(2) - adjusted @ observations.control_weight[is_tested]
+    n_axes = observations.control.shape[1]
+    redundancy = np.eye(n_axes) - adjusted @ observations.control_weight[is_tested]
     residuals = solution.control_residuals[is_tested]
     found = _tests(solution, residuals, given - adjusted, redundancy)
     n_points = observations.n_points
     w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
-    error = np.full((n_points, 2), np.nan)
+    error = np.full((n_points, n_axes), np.nan)
     w[is_tested], p_value[is_tested] = found.w, found.p_value
     error[is_tested] = found.error
     return BlockTests(w, p_value, error)
@@ -97,18 +103,19 @@ def _tests(solution, residuals, cofactors, redundancy):
     A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
     estimated by −R⁻¹ v.
     """
-    is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**2
+    n_axes = residuals.shape[1]
+    is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**n_axes
     which = is_checked[:, None, None]
     v = residuals[:, :, None]
-    error = -np.linalg.solve(np.where(which, redundancy, np.eye(2)), v)[:, :, 0]
-    weighted = np.linalg.solve(np.where(which, cofactors, np.eye(2)), v)[:, :, 0]
+    error = -np.linalg.solve(np.where(which, redundancy, np.eye(n_axes)), v)[:, :, 0]
+    weighted = np.linalg.solve(np.where(which, cofactors, np.eye(n_axes)), v)[:, :, 0]
     square = np.sum(residuals * weighted, axis=1)
     square = np.where(is_checked & (square >= 0.0), square, np.nan)
     error = np.where(is_checked[:, None], error, np.nan)
     f, omega = solution.redundancy, solution.sum_of_squares
-    if f <= 2 or omega <= 0.0:
+    if f <= n_axes or omega <= 0.0:
         return BlockTests(np.full(len(square), np.nan), square * np.nan, error)
     share = np.minimum(square / omega, 1.0)
-    return BlockTests(
-        np.sqrt(square) / solution.s_0, (1.0 - share) ** (0.5 * (f - 2)), error
-    )
+    # the share is beta distributed: (1 − T/Ω)^((f − 2)/2) for two coordinates
+    p_value = betaincc(n_axes / 2.0, (f - n_axes) / 2.0, share)
+    return BlockTests(np.sqrt(square) / solution.s_0, p_value, error)

@@ -13,7 +13,7 @@ from scipy.special import chdtri
 
 from einschalt.foundations.batches import segment_min_max
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
-from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
+from einschalt.theory.block_adjustment.block_solution import BlockSolution
 from einschalt.theory.block_adjustment.block_tests import (
     judge_control,
     judge_observations,
@@ -24,8 +24,7 @@ MOST_STEPS = 100
 MOST_ITERATIONS = 50
 TOLERANCE = 1e-3
 LEAST_FACTOR = 1e-9
-AXES = 2
-NORMS = {"huber": HUBER[AXES], "tukey": TUKEY[AXES]}
+NORMS = {"huber": HUBER, "tukey": TUKEY}
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +60,24 @@ def snoop_block(solution, terms, significance) -> CleanedBlock:
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
+    n_axes = solution.residuals.shape[1]
     for _ in range(MOST_STEPS):
         worst = _worst_rows(solution, is_out, significance)
         if len(worst) == 0:
             break
         is_out[worst] = True
-        error = np.where(is_out, OUT, 1.0) * given.standard_error
+        error = _times(given.standard_error, np.where(is_out, OUT, 1.0))
         changed = replace(given, standard_error=error)
-        solution = adjust(changed, terms, solution.ordering)
+        solution = solution.readjusted(changed, terms)
         solution = replace(
-            solution, redundancy=solution.redundancy - AXES * int(is_out.sum())
+            solution, redundancy=solution.redundancy - n_axes * int(is_out.sum())
         )
     return CleanedBlock(solution, is_out)
+
+
+def _times(standard_error, factors):
+    """Standard errors of rows, or of their coordinates, times a factor for each row."""
+    return (standard_error.T * factors).T
 
 
 def _worst_rows(solution, is_out, significance):
@@ -107,24 +112,23 @@ def downweight(solution, terms, norm_name) -> CleanedBlock:
     -------
     CleanedBlock
     """
-    given = solution.observations
+    given, n_axes = solution.observations, solution.residuals.shape[1]
     names = ("huber", "tukey") if norm_name == "tukey" else (norm_name,)
     for name in names:
         factors = np.ones(len(given.model))
         for _ in range(MOST_ITERATIONS):
-            length = np.sqrt((solution.residuals**2).sum(axis=1))
-            length = length / given.standard_error
-            share = solution.redundancy / (AXES * len(length))
-            scale = np.median(length) / np.sqrt(chdtri(AXES, 0.5) * share)
+            error = given.standard_error.reshape(len(factors), -1)
+            length = np.sqrt(((solution.residuals / error) ** 2).sum(axis=1))
+            share = solution.redundancy / (n_axes * len(length))
+            scale = np.median(length) / np.sqrt(chdtri(n_axes, 0.5) * share)
             if not scale > 0.0:
                 break
-            new = np.maximum(NORMS[name].weights(length / scale), LEAST_FACTOR)
+            new = np.maximum(NORMS[name][n_axes].weights(length / scale), LEAST_FACTOR)
             is_settled = np.abs(new - factors).max() < TOLERANCE
             factors = new
-            changed = replace(
-                given, standard_error=given.standard_error / np.sqrt(factors)
-            )
-            solution = adjust(changed, terms, solution.ordering)
+            error = _times(given.standard_error, 1.0 / np.sqrt(factors))
+            changed = replace(given, standard_error=error)
+            solution = solution.readjusted(changed, terms)
             if is_settled:
                 break
     return CleanedBlock(solution, np.zeros(len(given.model), dtype=bool))
@@ -182,8 +186,8 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
         covariance[worst] *= OUT**2
         changed = replace(observations, control_covariance=covariance)
         solution = replace(
-            adjust(changed, terms, solution.ordering),
-            redundancy=solution.redundancy - AXES,
+            solution.readjusted(changed, terms),
+            redundancy=solution.redundancy - observations.control.shape[1],
         )
         tests = judge_control(solution)
         for name, values in found.items():

@@ -97,7 +97,7 @@ class SpatialFit:
         """Parameters te, tn, th, scale, ω, φ, κ, shape (n_models, 7)."""
         turned = np.einsum("mij,mj->mi", self._matrix, self.centroid_model)
         shift = self.centroid_ground - turned
-        return np.column_stack([shift, self.scale, _angles(self.rotation)])
+        return np.column_stack([shift, self.scale, angles_of(self.rotation)])
 
     @property
     def _matrix(self):
@@ -254,13 +254,33 @@ def helmert_3d_cofactors(fit):
     centred[:, range(3), range(3)] = (1.0 / fit.weight_sum)[:, None]
     centred[:, 3, 3] = fit.cofactor_scale
     centred[:, 4:, 4:] = fit.cofactor_rotation
-    arm = np.einsum("mij,mj->mi", fit._matrix, fit.centroid_model)
-    step = np.zeros((n_models, 7, 7))
-    step[:, range(4), range(4)] = 1.0
-    step[:, :3, 3] = -arm / fit.scale[:, None]
-    step[:, :3, 4:] = cross_matrix(arm)
-    step[:, 4:, 4:] = _angles_from_small_turn(fit.rotation)
+    step = parameters_from_step(fit.scale, fit.rotation, fit.centroid_model)
     return step @ centred @ np.swapaxes(step, 1, 2)
+
+
+def parameters_from_step(scale, rotation, centroid):
+    """How te, tn, th, scale, ω, φ, κ change with a small step about the centroid.
+
+    Parameters
+    ----------
+    scale : ndarray, shape (n_models,)
+    rotation : ndarray, shape (n_models, 3, 3)
+    centroid : ndarray, shape (n_models, 3)
+        Model coordinates of the point that the shift of the step moves.
+
+    Returns
+    -------
+    ndarray, shape (n_models, 7, 7)
+        Jacobian by shift of the centroid, scale, and a turn about the ground axes;
+        NaN where φ = ±90°.
+    """
+    turned = np.einsum("mij,mj->mi", rotation, centroid)
+    step = np.zeros((len(scale), 7, 7))
+    step[:, range(4), range(4)] = 1.0
+    step[:, :3, 3] = -turned
+    step[:, :3, 4:] = cross_matrix(turned * scale[:, None])
+    step[:, 4:, 4:] = _angles_from_small_turn(rotation)
+    return step
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,14 +433,24 @@ def _rotation_cofactors(spread, scale, rotation, status):
     return without_unusable(np.linalg.inv(normal), status)
 
 
-def _angles(rotation):
+def angles_of(rotation):
+    """Angles ω, φ, κ of R = R_x(ω) R_y(φ) R_z(κ), shape (n, 3).
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (n, 3, 3)
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+    """
     # the right-handed product R_x R_y R_z is the transpose of the camera's matrix
     return angles_from_rotation(np.swapaxes(rotation, 1, 2))
 
 
 def _angles_from_small_turn(rotation):
     """Change of ω, φ, κ with a small rotation about the ground axes."""
-    omega, phi, _ = _angles(rotation).T
+    omega, phi, _ = angles_of(rotation).T
     rates = angle_rates(omega, phi)
     rates[np.abs(np.cos(phi)) < GIMBAL_COSINE] = np.nan
     return rates

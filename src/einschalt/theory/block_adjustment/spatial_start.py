@@ -1,0 +1,148 @@
+"""Where spatial models stand before they are adjusted: plan first, then heights.
+
+Models stand upright but for some degrees. So helmert in plan gives their scale and
+direction; with the scale known, heights are linear in a shift and two slopes,
+
+    H = h + α x + β y + s z,
+
+and the slopes are the tilts. Both adjust all models at once, and a block that has
+little control needs no chain of models to begin with.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.coordinate_channels import (
+    Channels,
+    reduce_models,
+)
+from einschalt.theory.block_adjustment.solver import build_solver
+
+# sine of the steepest tilt that a start may have
+STEEPEST = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Spatial models on the ground: centre + scale · rotation · (xyz − centroid).
+
+    Attributes
+    ----------
+    centroid, centre : ndarray, shape (n_models, 3)
+        In the model, and on the ground from the origin [m].
+    scale : ndarray, shape (n_models,)
+    rotation : ndarray, shape (n_models, 3, 3)
+    origin : ndarray, shape (3,)
+        Easting, northing, height from which the ground is counted [m].
+    """
+
+    centroid: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+    rotation: np.ndarray
+    origin: np.ndarray
+
+    @property
+    def matrix(self):
+        """Ground from model, shape (n_models, 3, 3)."""
+        return self.scale[:, None, None] * self.rotation
+
+
+def place_models(observations) -> Placement:
+    """Place all models, well enough to begin with.
+
+    Parameters
+    ----------
+    observations : SpatialObservations
+        Determined in plan.
+
+    Returns
+    -------
+    Placement
+    """
+    plan = adjust(observations.in_plan(is_affine=False))
+    east_x, north_x = plan.affinities[:, :, 1].T
+    scale = np.hypot(east_x, north_x)
+    centroid = _centroids(observations)
+    centre = plan.affinities[:, :, 0] + np.einsum(
+        "nij,nj->ni", plan.affinities[:, :, 1:], centroid[:, :2]
+    )
+    height, slope, origin_height = _heights(observations, plan.ordering, scale)
+    up = slope / scale[:, None]
+    length = np.linalg.norm(up, axis=1)
+    up *= np.minimum(1.0, STEEPEST / np.maximum(length, STEEPEST))[:, None]
+    origin = np.append(centre.mean(axis=0), origin_height)
+    return Placement(
+        centroid=centroid,
+        centre=np.column_stack([centre - origin[:2], height]),
+        scale=scale,
+        rotation=_tilted(east_x / scale, north_x / scale, up),
+        origin=origin,
+    )
+
+
+def _centroids(observations):
+    plane = reduce_models(
+        np.ascontiguousarray(observations.xyz[:, :2]),
+        observations.model,
+        observations.n_models,
+    )
+    count = np.bincount(observations.model, minlength=observations.n_models)
+    z = observations.xyz[:, 2]
+    first = np.zeros(len(count))
+    first[observations.model] = z
+    above = np.bincount(observations.model, z - first[observations.model], len(count))
+    return np.column_stack([plane.frames.centroid, first + above / count])
+
+
+def _heights(observations, ordering, scale):
+    """Height of each centroid from a mean height, and slopes per model unit."""
+    rows, points = ordering.reordered.rows, ordering.reordered.points
+    fans, order = ordering.reordered.fans, ordering.order
+    given = observations.control[points, 2]
+    is_control = np.isfinite(given)
+    origin = float(given[is_control].mean())
+    weight = np.zeros((len(points), 2, 2))
+    weight[:, 0, 0] = observations.control_weight[points, 2, 2]
+    centroid = _centroids(observations)[:, 2][order]
+    z = observations.xyz[rows, 2] - centroid[fans.model]
+    xy = np.ascontiguousarray(observations.xyz[rows, :2])
+    reduced = reduce_models(xy, fans.model, fans.n_models)
+    solver = build_solver(
+        ordering,
+        reduced.xy,
+        observations.standard_error[rows, 2] ** -2.0,
+        (weight, observations.is_fixed[points]),
+        Channels(np.ones(fans.n_models, dtype=bool), is_coupled=False),
+    )
+    found = solver.project(
+        -(scale[order][fans.model] * z)[:, None, None],
+        np.where(is_control, given - origin, 0.0)[:, None, None],
+    ).parameters[:, :, 0]
+    height, slope = np.empty(len(order)), np.empty((len(order), 2))
+    height[order] = found[:, 0]
+    slope[order] = found[:, 1:] / reduced.frames.extent[:, None]
+    return height, slope, origin
+
+
+def _tilted(cosine, sine, up):
+    """Rotations whose last row is given, as near to a direction in plan as can be.
+
+    Parameters
+    ----------
+    cosine, sine : ndarray, shape (n,)
+        Of the direction of the model's x-axis on the ground, from easting.
+    up : ndarray, shape (n, 2)
+        First two elements of the last row.
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 3)
+    """
+    third = np.column_stack([up, np.sqrt(1.0 - (up**2).sum(axis=1))])
+    first = np.column_stack([cosine, -sine, np.zeros(len(up))])
+    first -= np.sum(first * third, axis=1)[:, None] * third
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([first, np.cross(third, first), third], axis=1)

@@ -1,0 +1,316 @@
+"""Blocks of spatial models against scipy's least squares with every unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from einschalt.theory.block_adjustment.block_tests import judge_observations
+from einschalt.theory.block_adjustment.gross_errors import (
+    downweight,
+    examine_control,
+    snoop_block,
+)
+from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
+from einschalt.theory.block_adjustment.spatial_solution import adjust_spatially
+
+NANOMETRE = 1e-9
+RELATIVE = 1e-9
+GRID = [(700.0 * i, 800.0 * j) for i in range(3) for j in range(3)]
+LAYOUTS = {
+    "one model": [(0.0, 0.0)],
+    "two models": [(0.0, 0.0), (900.0, 0.0)],
+    "grid": GRID,
+    "strip": [(700.0 * i, 40.0 * (i % 2)) for i in range(6)],
+}
+CASES = {
+    "grid": {},
+    "grid, steep tilts": {"tilt": 0.4},
+    "grid, correlated control": {"control": "correlated"},
+    "grid, control held": {"control": "held"},
+    "one model": {"layout": "one model"},
+    "two models": {"layout": "two models"},
+    "strip": {"layout": "strip"},
+    "flat ground": {"relief": 0.0},
+}
+
+
+def a_block(layout="grid", *, seed=0, tilt=0.03, relief=80.0, control="even", **more):
+    """Spatial models at 1:8000 in mm, with errors of 3 cm in plan and 5 in height."""
+    rng = np.random.default_rng(seed)
+    centres = np.array(LAYOUTS[layout])
+    low, high = centres.min(axis=0) - 560.0, centres.max(axis=0) + 560.0
+    n = more.get("n_points", int(np.prod(high - low) / 300.0**2))
+    ground = np.column_stack(
+        [rng.uniform(low, high, (n, 2)), rng.uniform(0.0, relief + 1e-9, n)]
+    )
+    away = np.abs(ground[None, :, :2] - centres[:, None]).max(axis=2)
+    model, point = np.nonzero(away < 560.0)
+    kept, point = np.unique(point, return_inverse=True)
+    ground, n_models = ground[kept], len(centres)
+    angles = np.column_stack(
+        [rng.normal(0.0, tilt, (n_models, 2)), rng.uniform(-3.0, 3.0, n_models)]
+    )
+    turned = Rotation.from_euler("xyz", angles)[model].apply(
+        ground[point] - np.column_stack([centres, np.full(n_models, 40.0)])[model]
+    )
+    sigma = np.tile([0.03, 0.03, 0.05], (len(model), 1))
+    noise = more.get("noise", 1.0) * sigma * rng.standard_normal(sigma.shape)
+    given, covariance = np.full_like(ground, np.nan), np.zeros((len(ground), 3, 3))
+    chosen = np.arange(0, len(ground), more.get("every", 4))
+    given[chosen] = ground[chosen] + rng.normal(0.0, 0.02, (len(chosen), 3))
+    root = rng.standard_normal((len(chosen), 3, 3)) * 0.02
+    covariance[chosen] = {
+        "even": np.diag([4e-4, 4e-4, 4e-4]),
+        "correlated": root @ np.swapaxes(root, 1, 2) + 1e-4 * np.eye(3),
+        "held": np.zeros((3, 3)),
+    }[control]
+    origin = np.array(more.get("origin", (0.0, 0.0, 0.0)))
+    observations = SpatialObservations(
+        model=model,
+        point=point,
+        xyz=(turned + noise) / 8.0 + [300.0, -120.0, 50.0],
+        standard_error=sigma,
+        flight=np.zeros(n_models, dtype=np.int64),
+        control=given + origin,
+        control_covariance=covariance,
+    )
+    return observations, ground + origin
+
+
+def turned_by(angles, xyz):
+    """R_x(ω) R_y(φ) R_z(κ) xyz, written out; complex angles for exact derivatives."""
+    omega, phi, kappa = angles.T
+    x, y, z = xyz.T
+    x, y = x * np.cos(kappa) - y * np.sin(kappa), x * np.sin(kappa) + y * np.cos(kappa)
+    x, z = x * np.cos(phi) + z * np.sin(phi), z * np.cos(phi) - x * np.sin(phi)
+    y, z = y * np.cos(omega) - z * np.sin(omega), y * np.sin(omega) + z * np.cos(omega)
+    return np.column_stack([x, y, z])
+
+
+class Dense:
+    """Every parameter te, tn, th, scale, ω, φ, κ and every point an unknown.
+
+    Shifts are counted from the centroid of the model, to keep digits.
+    """
+
+    def __init__(self, observations):
+        o = self.given = observations
+        self.origin = np.nanmean(o.control, axis=0)
+        self.is_free = ~o.is_fixed
+        count = np.bincount(o.model)[:, None]
+        self.centroid = (
+            np.column_stack([np.bincount(o.model, c) for c in o.xyz.T]) / count
+        )
+        self.xyz = o.xyz - self.centroid[o.model]
+        self.observed = np.flatnonzero(o.is_control & ~o.is_fixed)
+        self.roots = [
+            np.linalg.inv(np.linalg.cholesky(o.control_covariance[k]))
+            for k in self.observed
+        ]
+
+    def unpacked(self, x):
+        n = self.given.n_models
+        points = np.zeros((self.given.n_points, 3), dtype=x.dtype)
+        points[~self.is_free] = (self.given.control - self.origin)[~self.is_free]
+        points[self.is_free] = x[7 * n :].reshape(-1, 3)
+        return x[: 7 * n].reshape(n, 7), points
+
+    def residuals(self, x):
+        o = self.given
+        models, points = self.unpacked(x)
+        own = models[o.model]
+        turned = own[:, 3:4] * turned_by(own[:, 4:], self.xyz)
+        v = (own[:, :3] + turned - points[o.point]) / o.standard_error
+        given = (o.control - self.origin)[self.observed]
+        control = [
+            root @ (points[k] - c)
+            for root, k, c in zip(self.roots, self.observed, given, strict=True)
+        ]
+        return np.concatenate([v.ravel(), *control])
+
+    def jacobian(self, x):
+        columns = []
+        for k in range(len(x)):
+            z = x.astype(complex)
+            z[k] += 1e-30j
+            columns.append(self.residuals(z).imag / 1e-30)
+        return np.column_stack(columns)
+
+    def solve(self, found):
+        """Start away from the solution, and end where Gauss-Newton stands still."""
+        models = found.parameters.copy()
+        shift = found.parameters[:, :3] - self.origin
+        arm = models[:, 3:4] * turned_by(models[:, 4:], self.centroid)
+        models[:, :3] = shift + arm
+        start = np.concatenate(
+            [models.ravel(), (found.points - self.origin)[self.is_free].ravel()]
+        )
+        rng = np.random.default_rng(1)
+        size = np.maximum(np.abs(start), 1e-3)
+        away = start + 1e-3 * size * rng.standard_normal(len(start))
+        x = least_squares(
+            self.residuals, away, jac=self.jacobian, x_scale="jac", method="trf"
+        ).x
+        for _ in range(8):
+            x = x - np.linalg.lstsq(self.jacobian(x), self.residuals(x))[0]
+        return x
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_equals_scipy_with_every_unknown(name):
+    observations, _ = a_block(**CASES[name])
+    found, dense = adjust_spatially(observations), Dense(observations)
+    x = dense.solve(found)
+    models, points = dense.unpacked(x)
+    np.testing.assert_allclose(
+        found.points, points + dense.origin, rtol=0, atol=NANOMETRE
+    )
+    v = dense.residuals(x)
+    n_rows = len(observations.xyz)
+    own = v[: 3 * n_rows].reshape(-1, 3) * observations.standard_error
+    np.testing.assert_allclose(found.residuals, own, rtol=0, atol=NANOMETRE)
+    assert found.redundancy == len(v) - len(x)
+    assert found.sum_of_squares == pytest.approx(v @ v, rel=RELATIVE)
+    np.testing.assert_allclose(found.parameters[:, 3:], models[:, 3:], atol=1e-10)
+    jacobian = dense.jacobian(x)
+    size = np.linalg.norm(jacobian, axis=0)
+    q, r = np.linalg.qr(jacobian / size)
+    root = np.linalg.inv(r)
+    cofactors = root @ root.T / np.outer(size, size)
+    n = 7 * observations.n_models
+    free = np.flatnonzero(~observations.is_fixed)
+    for k, p in enumerate(free):
+        at = slice(n + 3 * k, n + 3 * k + 3)
+        assert_close(found.point_cofactors[p], cofactors[at, at])
+    for m in range(observations.n_models):
+        assert_close(
+            found.parameter_cofactors[m][3:, 3:],
+            cofactors[7 * m + 3 : 7 * m + 7, 7 * m + 3 : 7 * m + 7],
+            1e-8,
+        )
+    hat = (q**2).sum(axis=1)
+    np.testing.assert_allclose(
+        found.leverage, hat[: 3 * n_rows].reshape(-1, 3), rtol=1e-8, atol=1e-11
+    )
+
+
+def assert_close(actual, expected, relative=RELATIVE):
+    error = np.sqrt(np.diag(expected))
+    assert np.abs((actual - expected) / np.outer(error, error)).max() < relative
+
+
+def test_shifts_have_their_cofactors():
+    """Parameters at the origin of the model coordinates, by brute differences."""
+    observations, _ = a_block("two models")
+    found = adjust_spatially(observations)
+    step = np.zeros((2, 7, 7))
+    for m in range(2):
+        for k in range(7):
+            moved = found.parameters[m].astype(complex)
+            moved[k] += 1e-30j
+            centre = found.placement.centroid[m][None]
+            at = moved[:3] + moved[3] * turned_by(moved[None, 4:], centre)[0]
+            step[m, :3, k] = at.imag / 1e-30
+        step[m, 3:, 3:] = np.eye(4)
+    at_centroid = step @ found.parameter_cofactors @ np.swapaxes(step, 1, 2)
+    x = Dense(observations)
+    jacobian = x.jacobian(x.solve(found))
+    cofactors = np.linalg.inv(jacobian.T @ jacobian)
+    for m in range(2):
+        expected = cofactors[7 * m : 7 * m + 7, 7 * m : 7 * m + 7]
+        error = np.sqrt(np.diag(expected))
+        difference = (at_centroid[m] - expected) / np.outer(error, error)
+        assert np.abs(difference).max() < 1e-6
+
+
+def test_coordinates_far_from_the_origin_lose_nothing():
+    far = (5e6, 5.3e6, 4000.0)
+    near, distant = (
+        adjust_spatially(a_block(origin=origin)[0]) for origin in ((0, 0, 0), far)
+    )
+    # the given coordinates themselves are rounded to 1e-9 m there
+    np.testing.assert_allclose(
+        distant.points - far, near.points, rtol=0, atol=8 * np.spacing(5.3e6)
+    )
+    assert distant.s_0 == pytest.approx(near.s_0, rel=1e-6)
+
+
+def test_without_noise_the_truth_comes_out():
+    observations, truth = a_block(noise=0.0)
+    exact = replace(
+        observations,
+        control=np.where(np.isfinite(observations.control), truth, np.nan),
+    )
+    found = adjust_spatially(exact)
+    np.testing.assert_allclose(found.points, truth, rtol=0, atol=NANOMETRE)
+    assert found.s_0 < 1e-8
+
+
+def test_claimed_covariances_are_those_of_the_errors():
+    squares, degrees, factors = 0.0, 0, []
+    for seed in range(60):
+        observations, truth = a_block(seed=seed)
+        found = adjust_spatially(observations)
+        error = found.points - truth
+        inverse = np.linalg.inv(found.point_cofactors)
+        squares += np.einsum("ni,nij,nj->", error, inverse, error)
+        degrees += error.size
+        factors.append(found.sum_of_squares / found.redundancy)
+    # points of one block are correlated and count for less than their number
+    assert squares / degrees == pytest.approx(1.0, abs=0.05)
+    f = 60 * found.redundancy
+    assert np.mean(factors) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / f))
+
+
+@pytest.fixture
+def spoilt():
+    """A block with three gross errors of 0.6 m, one of them in height alone."""
+    observations, _ = a_block(seed=3, n_points=240)
+    holders = np.bincount(observations.point)
+    rows = np.flatnonzero(holders[observations.point] >= 3)[[5, 40, 90]]
+    xyz = observations.xyz.copy()
+    xyz[rows] += [[0.07, 0.0, 0.0], [0.0, 0.05, 0.05], [0.0, 0.0, 0.09]]
+    return observations, replace(observations, xyz=xyz), rows
+
+
+def test_gross_errors_are_found_where_they_are(spoilt):
+    _, bad, rows = spoilt
+    cleaned = snoop_block(adjust_spatially(bad), (), 0.001)
+    assert list(np.flatnonzero(cleaned.is_out)) == list(np.sort(rows))
+
+
+@pytest.mark.parametrize("norm", ["huber", "tukey"])
+def test_robust_weights_hold_the_points_in_place(spoilt, norm):
+    good, bad, _ = spoilt
+    truth = adjust_spatially(good).points
+    plain = adjust_spatially(bad)
+    robust = downweight(plain, (), norm).solution
+    worse = np.abs(plain.points - truth).max()
+    assert np.abs(robust.points - truth).max() < 0.5 * worse
+
+
+def test_wrong_control_is_named_with_its_error():
+    observations, _ = a_block(seed=2)
+    control = observations.control.copy()
+    wrong = np.flatnonzero(observations.is_control)[4]
+    control[wrong] += [0.0, 0.0, 0.5]
+    solution = adjust_spatially(replace(observations, control=control))
+    found = examine_control(solution, (), 0.001)
+    assert list(np.flatnonzero(found.is_suspect)) == [wrong]
+    # the block knows the point by σ √((1 − r)/r), and itself was given with σ
+    r = 1.0 - solution.control_leverage[wrong]
+    away = (found.error[wrong] - [0.0, 0.0, 0.5]) / (0.02 / np.sqrt(r))
+    assert np.abs(away).max() < 4.0
+
+
+def test_p_values_of_good_points_are_uniform():
+    p = []
+    for seed in range(40):
+        found = adjust_spatially(a_block(seed=seed)[0])
+        own = judge_observations(found, found.observations).p_value
+        p.append(own[np.isfinite(own)][::25])
+    assert stats.kstest(np.concatenate(p), "uniform").pvalue > 0.01
