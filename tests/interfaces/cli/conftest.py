@@ -41,7 +41,7 @@ def spawn():
 @pytest.fixture(scope="session")
 def block_folder(tmp_path_factory, demo_block):
     """The demo block as a folder."""
-    from einschalt.interfaces.files.block_folder import write_block
+    from einschalt.interfaces.files.block_writing import write_block
 
     folder = tmp_path_factory.mktemp("block")
     write_block(demo_block, folder)
