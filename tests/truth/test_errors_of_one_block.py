@@ -175,6 +175,24 @@ CASES = {
     "gross errors, huber": (exact_block, Settings(outliers="huber"), "low_flight"),
     "huber": (exact_block, Settings(outliers="huber")),
     "tukey": (exact_block, Settings(outliers="tukey")),
+    "two passes": (exact_block, Settings(iterations=2)),
+    "five passes, central": (
+        exact_block,
+        Settings(iterations=5, coverage_mean="most_central", weighting="weighted"),
+    ),
+    "passes, helmert": (_kinds("helmert", "helmert"), Settings(iterations=3)),
+    "passes, rigid": (_of(transformation="rigid"), Settings(iterations=3)),
+    "passes, snooping": (
+        _points_of_the_low_flight_alone,
+        Settings(iterations=4, outliers="snoop", significance=0.2),
+    ),
+    "passes, control missed": (
+        _control_that_the_high_flight_misses,
+        Settings(iterations=4),
+    ),
+    "passes, shuffled": (_shuffled, Settings(iterations=3)),
+    "passes, models that fail": (_models_that_fail, Settings(iterations=3)),
+    "passes, unequal control": (_unequal_control, Settings(iterations=3)),
 }
 
 

@@ -280,7 +280,8 @@ class _Examination:
 
     def _roles(self):
         """Roles of known points that took no part in the result."""
-        return KNOWN if self.result.high is None else ("check",)
+        took_part = self.result.high is not None or self.result.iteration is not None
+        return ("check",) if took_part else KNOWN
 
     def _known_points(self, role):
         """Densified less given coordinates, which have errors of their own."""

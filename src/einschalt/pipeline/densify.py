@@ -18,7 +18,6 @@ from einschalt.pipeline.claim_tests import examine_claim
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
 from einschalt.pipeline.error_model import (
     ErrorModel,
-    assumed_model,
     model_of_both_flights,
 )
 from einschalt.pipeline.error_propagation import can_propagate, propagate_model
@@ -27,6 +26,15 @@ from einschalt.pipeline.gross_measurements import (
     find_gross_measurements,
     no_gross_measurements,
 )
+from einschalt.pipeline.iteration import (
+    MOVES,
+    Iteration,
+    assumed_after_iteration,
+    iterate,
+    iterated_model,
+    require_iterable,
+)
+from einschalt.pipeline.low_pass import LowPass, pass_low_flight
 from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.precision_tables import PrecisionTables
 from einschalt.pipeline.residual_distribution import distributed, require_control
@@ -42,31 +50,21 @@ from einschalt.pipeline.systematic_patterns import find_patterns
 from einschalt.pipeline.tolerance import with_tolerance
 from einschalt.pipeline.variance_components import estimate_components
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
-from einschalt.stages.model_screening import (
-    screen_models,
-    suspect_rows,
-    without_gross_errors,
-)
+from einschalt.stages.model_screening import screen_models
 from einschalt.stages.results import FAILURE_COLUMNS
 from einschalt.stages.simultaneous_adjustment import BlockAdjustment
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
     average_high_flight,
-    require_usable,
     transform_high_flight,
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage3_model_transformation import (
-    STAGE,
     ModelTransformation,
-    transform_models,
 )
-from einschalt.stages.stage4_error_budget import error_budget
 from einschalt.stages.stage4_error_propagation import PropagatedErrors
 from einschalt.stages.stage5_double_coverage import (
     CoverageMean,
-    average_coverages,
-    with_positions,
 )
 
 FLIGHT_LAST = "low_flight"
@@ -141,6 +139,8 @@ class DensificationResult(PrecisionTables):
         Of each flight, as they were transformed.
     propagation : ErrorModel or None
         Operators behind ``errors``.
+    iteration : Iteration or None
+        With ``iterations`` above 1: every pass of the low flight.
     simultaneous : BlockAdjustment or None
         With ``method = "simultaneous"``: where points, models and residuals are from.
     two_step : DensificationResult or None
@@ -167,6 +167,7 @@ class DensificationResult(PrecisionTables):
     means: CoverageMean | None = None
     model_points: dict | None = None
     propagation: ErrorModel | None = None
+    iteration: Iteration | None = None
     simultaneous: BlockAdjustment | None = None
     two_step: "DensificationResult | None" = None
 
@@ -178,6 +179,25 @@ class DensificationResult(PrecisionTables):
         return self.screening.table
 
     @cached_property
+    def errors_of_one_pass(self):
+        """Propagated errors after the first of several passes, or None."""
+        if self.iteration is None or self.errors is None:
+            return None
+        first = self.iteration.passes[0]
+        points = self.model_points
+        model = model_of_both_flights(
+            self.block, points, self.high, first.low, first.means
+        )
+        return propagate_model(model, first.means)
+
+    @property
+    def iterations(self):
+        """How far the points moved in each further pass, a DataFrame; see Iteration."""
+        return (
+            pd.DataFrame(columns=MOVES) if not self.iteration else self.iteration.moves
+        )
+
+    @cached_property
     def error_model(self):
         """The model of errors that the two-step figure rests on, ErrorModel or None.
 
@@ -187,7 +207,7 @@ class DensificationResult(PrecisionTables):
         """
         if self.propagation is not None or self.low is None:
             return self.propagation
-        return assumed_model(self)
+        return assumed_after_iteration(self)
 
     @cached_property
     def claim(self):
@@ -205,8 +225,9 @@ class DensificationResult(PrecisionTables):
             return self.two_step.components
         if self.errors is None:
             return None
+        first = self.low if self.iteration is None else self.iteration.passes[0].low
         return estimate_components(
-            self.block, self.high, self.low, self.gross_measurements
+            self.block, self.high, first, self.gross_measurements
         )
 
     @cached_property
@@ -248,6 +269,7 @@ def densify(block, settings=None, *, progress=None):
     started = perf_counter()
     settings = settings or block.settings
     require_control(block, settings)
+    require_iterable(block, settings)
     said = progress or _silent
     said("relative orientation", 0.0)
     flights = {
@@ -269,19 +291,25 @@ def _in_two_steps(block, settings, flights, said):
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
     precision = observation_precision(block, flights, high)
-    low = _low_flight(block, measured, approximations, precision, settings, gross.rows)
-    said("error budget", 0.8)
-    values = _single_values(block.low_flight, low, measured[FLIGHT_LAST])
-    said("double coverage", 0.9)
-    means = _means(values, low, settings, gross.rows[FLIGHT_LAST])
-    said("error propagation", 0.95)
+    low_points, is_gross = measured[FLIGHT_LAST], gross.rows[FLIGHT_LAST]
+
+    def pass_onto(ground):
+        return pass_low_flight(
+            block, low_points, ground, precision, settings, is_gross=is_gross
+        )
+
+    first = pass_onto(approximations)
+    iteration = iterate(block, first, pass_onto, settings.iterations)
+    last = first if iteration is None else iteration.passes[-1]
+    said("error propagation", 0.9)
     model = errors = None
     if can_propagate(block):
         points = _points_of(block, flights)
-        model = model_of_both_flights(block, points, high, low, means)
-        errors = propagate_model(model, means)
-    screening = screen_block(means, errors, settings)
-    stages = _Stages(flights, gross, high, low, values, means, model, errors, screening)
+        model = model_of_both_flights(block, points, high, first.low, first.means)
+        model = iterated_model(block, model, iteration, points[FLIGHT_LAST])
+        errors = propagate_model(model, last.means)
+    screening = screen_block(last.means, errors, settings)
+    stages = _Stages(flights, gross, high, last, iteration, model, errors, screening)
     return _result(block, settings, stages)
 
 
@@ -324,17 +352,17 @@ class _Stages:
     flights: dict
     gross: GrossMeasurements
     high: ApproximateCoordinates | None
-    low: ModelTransformation
-    values: pd.DataFrame
-    means: CoverageMean
+    last: LowPass
+    iteration: Iteration | None
     model: ErrorModel | None
     errors: PropagatedErrors | None
     screening: CoverageScreening
 
 
 def _result(block, settings, stages):
-    high, low, values = stages.high, stages.low, stages.values
-    points = with_suspects(stages.means.points, stages.screening)
+    high, low, values = stages.high, stages.last.low, stages.last.values
+    means = stages.last.means
+    points = with_suspects(means.points, stages.screening)
     points = _with_roles(points, block.control_points)
     points, errors = distributed(block, settings, points, stages.errors)
     points = _with_totals(points, errors)
@@ -352,14 +380,15 @@ def _result(block, settings, stages):
         single_values=values[values["easting"].notna()].reset_index(drop=True),
         screening=stages.screening,
         approximations=block.approximate_points if high is None else high.points,
-        figures=two_step_figures(high, low, stages.means, points, failures),
+        figures=two_step_figures(high, low, means, points, failures),
         errors=errors,
         high=high,
         low=low,
         seconds=np.nan,
-        means=stages.means,
+        means=means,
         model_points=_points_of(block, stages.flights),
         propagation=stages.model,
+        iteration=stages.iteration,
     )
 
 
@@ -409,42 +438,6 @@ def _high_flight(block, measured, settings, gross):
     # five control points cannot spare one: suspects of a model alone are only named
     named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
     return average_high_flight(named, points, is_gross=is_out, **settings.averaging)
-
-
-def _low_flight(block, measured, approximations, precision, settings, gross):
-    ground = approximations
-    if block.control_points is not None:
-        is_check = block.control_points["role"] == "check"
-        check = block.control_points.loc[is_check, "point_id"]
-        ground = ground[~ground["point_id"].isin(check)]
-    kind, is_out = block.low_flight.transformation, gross[FLIGHT_LAST]
-    low = transform_models(measured[FLIGHT_LAST], ground, kind)
-    how = (settings.outliers, settings.significance, precision)
-    low = screen_models(low, *how, is_gross=is_out)
-    require_usable(low, "low flight", STAGE)
-    return low
-
-
-def _single_values(flight, low, model_points):
-    values = with_positions(low.values(model_points), model_points)
-    values["standard_error_paper"] = error_budget(
-        flight.m_g_um_of(model_points),
-        flight.scale_number,
-        values["m_t"].to_numpy(),
-    )
-    return values
-
-
-def _means(values, low, settings, is_out):
-    if settings.outliers != "keep":
-        values = without_gross_errors(values, is_out | suspect_rows(values, low))
-    means = average_coverages(values, **settings.averaging)
-    if low.fit.redundancy.any():
-        return means
-    # models without redundancy repeat the approximate coordinates in both coverages:
-    # that they agree says nothing
-    points = means.points.assign(standard_error_internal=np.nan)
-    return replace(means, points=points, internal_single=np.nan)
 
 
 def _with_totals(points, errors):

@@ -44,6 +44,9 @@ class Settings(BaseModel):
         propagated precision of the difference, or, as in the double coverages of 1968,
         by three standard errors that come from all differences. A suspect keeps the
         values of its coverages beside their mean.
+    iterations : int
+        How often the low flight is transformed at most: again onto the coordinates
+        that it gave, with control points held, until nothing moves by 1 mm.
     model_deformation : {"modelled", "tested", "ignored"}
         With ``method = "simultaneous"``: whether deformations that all models of a
         flight share are modelled where a test finds them, only tested, or neither.
@@ -80,6 +83,9 @@ class Settings(BaseModel):
     weighting: Literal["plain", "weighted"] = "plain"
     outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"
     screening: Literal["propagated", "practice_1968", "off"] = "propagated"
+    iterations: int = Field(
+        1, ge=1, le=100, strict=True, description="a whole number from 1 to 100"
+    )
     model_deformation: Literal["modelled", "tested", "ignored"] = "modelled"
     significance: float = Field(
         0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"

@@ -11,6 +11,7 @@ from einschalt.foundations.shown_names import printable, shortened
 from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.claim_suggestions import claim_that_does_not_stand
+from einschalt.pipeline.iteration_suggestions import drift
 from einschalt.pipeline.orientation_suggestions import (
     ambiguous_orientations,
     corrections_that_spoil,
@@ -61,6 +62,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         corrections_that_spoil(result),
         models_upside_down(result),
         claim_that_does_not_stand(result),
+        drift(result),
         check_differences(result),
         control_differences(result),
         control_that_contradicts(result),

@@ -12,6 +12,7 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.stages.stage4_error_propagation import propagate
+from einschalt.theory.adjustment.propagation import sum_of_chains
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,
 )
@@ -116,7 +117,7 @@ def errors_after_distribution(errors, distribution):
         shape=(n_used, n_control),
     )
     direct = weights @ _per_axis(given, n_axes)
-    chains["control"] = _with_direct_part(chains["control"], direct)
+    chains["control"] = sum_of_chains(chains["control"], (direct,))
     size = (n_axes, n_axes)
     blocks = {
         name: tuple(sparse.bsr_array(part, blocksize=size) for part in chain)
@@ -127,14 +128,3 @@ def errors_after_distribution(errors, distribution):
 
 def _per_axis(weights, n_axes):
     return sparse.kron(weights, sparse.eye_array(n_axes), format="csr")
-
-
-def _with_direct_part(chain, direct):
-    """Chain whose product is that of ``chain`` plus ``direct``, without forming it."""
-    through = sparse.eye_array(direct.shape[1])
-    first, *middle, last = chain
-    return (
-        sparse.hstack([first, direct]),
-        *(sparse.block_diag([part, through]) for part in middle),
-        sparse.vstack([last, through]),
-    )

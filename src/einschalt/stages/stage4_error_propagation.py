@@ -5,9 +5,8 @@ written as a linear function of the errors of all observations, sparsely, and it
 covariance follows from theirs: L Σ Lᵀ.
 """
 
-import operator
+from collections import Counter
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 from scipy import sparse
@@ -32,6 +31,8 @@ from einschalt.theory.transformation.sensitivity import (
 
 POINTS_AT_ONCE = 5000
 PAIRS_AT_ONCE = 20_000
+# share of entries from which a product is no longer kept sparse
+FULL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,8 +206,7 @@ class PropagatedErrors:
         points, place = np.unique(places, return_inverse=True)
         pairs = place.reshape(places.shape)
         total = 0.0
-        for source, chain in self.chains.items():
-            rows = _rows_of(chain, points, self.n_axes)
+        for source, rows in _rows_of(self.chains, points, self.n_axes):
             sizes = self.standard_errors[source]
             total = total + pair_covariances(rows, sizes, pairs, self.n_axes)
         return _real_axes(total) if self.n_axes == 1 else total
@@ -239,29 +239,59 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     -------
     PropagatedErrors
     """
-    parts = {
-        source: _point_covariances(chain, standard_errors[source], n_axes)
-        for source, chain in chains.items()
-    }
+    n_points = next(iter(chains.values()))[0].shape[0] // n_axes
+    found = {source: [] for source in chains}
+    # in ranges of points: the product as a whole would hold some hundred blocks a point
+    for places in np.array_split(np.arange(n_points), -(-n_points // POINTS_AT_ONCE)):
+        for source, rows in _rows_of(chains, places, n_axes):
+            part = point_covariances(rows, standard_errors[source], n_axes)
+            found[source].append(_real_axes(part) if n_axes == 1 else part)
+    parts = {source: np.concatenate(of_source) for source, of_source in found.items()}
     return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
 
 
-def _point_covariances(chain, standard_errors, n_axes):
-    # in ranges of points: the product as a whole would hold some hundred blocks a point
-    n_points = chain[0].shape[0] // n_axes
-    ranges = np.array_split(np.arange(n_points), -(-n_points // POINTS_AT_ONCE))
-    covariances = np.concatenate(
-        [
-            point_covariances(_rows_of(chain, places, n_axes), standard_errors, n_axes)
-            for places in ranges
-        ]
+def _rows_of(chains, places, n_axes):
+    """Rows of some points in the product of each chain; what begins alike is shared.
+
+    Yields
+    ------
+    source : str
+    rows : sparse array or ndarray
+    """
+    n_points = next(iter(chains.values()))[0].shape[0] // n_axes
+    beginnings = Counter(
+        tuple(map(id, chain[:k])) for chain in chains.values() for k in _lengths(chain)
     )
-    return _real_axes(covariances) if n_axes == 1 else covariances
+    done = {(): selection(places, n_points, n_axes)}
+    for source, chain in chains.items():
+        known = max((k for k in _lengths(chain) if _key(chain, k) in done), default=0)
+        rows = done[_key(chain, known)]
+        for k in range(known, len(chain)):
+            rows = _filled(_times(rows, chain[k]))
+            if beginnings[_key(chain, k + 1)] > 1:
+                done[_key(chain, k + 1)] = rows
+        yield source, rows
 
 
-def _rows_of(chain, places, n_axes):
-    rows = selection(places, chain[0].shape[0] // n_axes, n_axes)
-    return reduce(operator.matmul, chain, rows)
+def _lengths(chain):
+    return range(1, len(chain) + 1)
+
+
+def _key(chain, length):
+    return tuple(map(id, chain[:length]))
+
+
+def _times(rows, matrix):
+    # models that are not usable have no part, but 0 · NaN would be NaN
+    if not sparse.issparse(rows) and not np.isfinite(matrix.data).all():
+        rows = sparse.csr_array(rows)
+    return rows @ matrix
+
+
+def _filled(rows):
+    """As a full matrix where most of it is needed: it multiplies much faster."""
+    is_full = sparse.issparse(rows) and rows.nnz > FULL * rows.shape[0] * rows.shape[1]
+    return rows.toarray() if is_full else rows
 
 
 def _real_axes(scalar):

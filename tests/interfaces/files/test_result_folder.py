@@ -15,6 +15,7 @@ from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import TABLES, write_result
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 SUFFIXES = (".csv", ".parquet")
@@ -174,3 +175,12 @@ def test_a_block_is_not_overwritten_by_its_result(good_result, tmp_path):
     with pytest.raises(FileError, match=r"the folder holds a block.*another folder"):
         write_result(good_result, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["block.toml"]
+
+
+def test_moves_of_the_passes_are_a_table(demo_block, tmp_path):
+    result = densify(demo_block, Settings(iterations=3))
+    write_result(result, tmp_path / "out")
+    written = pd.read_parquet(tmp_path / "out" / "iterations.parquet")
+    assert written["iteration"].tolist() == [2, 3]
+    assert "control_left_out.csv" not in {p.name for p in (tmp_path / "out").iterdir()}
+    assert "Iterations: moves" in (tmp_path / "out" / "report.html").read_text("utf-8")

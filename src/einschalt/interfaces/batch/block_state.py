@@ -11,7 +11,7 @@ from importlib import metadata
 from pathlib import Path
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.interfaces.files.block_folder import FLIGHT_TABLES, POINT_TABLES
+from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
 from einschalt.interfaces.files.block_toml import BLOCK_FILE, read_block_toml
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import PROVENANCE

@@ -69,6 +69,7 @@ def batch(
     weighting: _setting(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
     outliers: _setting(Outliers, "What happens to gross errors.") = None,
     screening: _setting(Screening, "Limits of differences of coverages.") = None,
+    iterations: _setting(int, "Passes of the low flight at most.") = None,
     model_deformation: _setting(
         ModelDeformation, "With method simultaneous: deformations of a flight."
     ) = None,
@@ -106,6 +107,7 @@ def batch(
         "weighting": weighting,
         "outliers": outliers,
         "screening": screening,
+        "iterations": iterations,
         "model_deformation": model_deformation,
         "significance": significance,
         "residual_distribution": residual_distribution,

@@ -57,6 +57,11 @@ def densify(
         "Limits of the differences of a point's coverages: from the propagated "
         "precision, three standard errors as in 1968, or none.",
     ) = None,
+    iterations: _option(
+        int,
+        "How often the low flight is transformed at most, each time onto the "
+        "coordinates that it gave, with control held.",
+    ) = None,
     model_deformation: _option(
         ModelDeformation,
         "With method simultaneous: deformations that all models of a flight share are "
@@ -111,6 +116,7 @@ def densify(
         "weighting": weighting,
         "outliers": outliers,
         "screening": screening,
+        "iterations": iterations,
         "model_deformation": model_deformation,
         "significance": significance,
         "residual_distribution": residual_distribution,

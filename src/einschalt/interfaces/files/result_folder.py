@@ -32,6 +32,7 @@ IF_ANY = (
     "neighbours",
     "ellipses",
     "control_left_out",
+    "iterations",
 )
 FIRST_COLUMNS = {
     "points": (
@@ -93,6 +94,7 @@ FIRST_COLUMNS = {
     "neighbours": ("point_id", "neighbour_id", "distance"),
     "ellipses": ("point_id", "easting", "northing"),
     "control_left_out": ("point_id", "difference_easting", "difference_northing"),
+    "iterations": ("iteration", "largest_move", "point_id", "move_rms"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all
@@ -101,6 +103,8 @@ DECIMALS = {
     "northing": 4,
     "height": 4,
     "spread": 4,
+    "largest_move": 5,
+    "move_rms": 5,
     "difference": 4,
     "residual": 5,
     "standard_error": 5,

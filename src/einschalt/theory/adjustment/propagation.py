@@ -126,6 +126,36 @@ def weighted_mean(rows, weights, start, shape):
     )
 
 
+def sum_of_chains(one, other):
+    """Chain whose product is the sum of the products of two, without forming them.
+
+    Parameters
+    ----------
+    one, other : tuple of sparse arrays
+        Their products have one shape.
+
+    Returns
+    -------
+    tuple of sparse arrays
+        As many as the longer chain has.
+    """
+    length = max(len(one), len(other))
+    pairs = list(zip(_padded(one, length), _padded(other, length), strict=True))
+    if length == 1:
+        return (one[0] + other[0],)
+    (first, *middle, last) = pairs
+    return (
+        sparse.hstack(first, format="csr"),
+        *(sparse.block_diag(pair, format="csr") for pair in middle),
+        sparse.vstack(last, format="csr"),
+    )
+
+
+def _padded(chain, length):
+    through = sparse.eye_array(chain[-1].shape[1], format="csr")
+    return (*chain, *(through for _ in range(length - len(chain))))
+
+
 def point_covariances(operator, standard_errors, n_axes):
     """Covariance of each point from independent sources.
 
