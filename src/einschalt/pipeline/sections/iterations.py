@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.typesetting import count, length, lengths, printable
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import count, length, lengths
 from einschalt.pipeline.iteration import LEAST_MOVE
 from einschalt.pipeline.iteration_suggestions import total_of_one_pass
 from einschalt.pipeline.sections.section import Section
