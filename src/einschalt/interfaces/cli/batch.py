@@ -101,20 +101,19 @@ def batch(
     from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
 
     started = perf_counter()
-    chosen = {
-        "method": method,
-        "coverage_mean": coverage_mean,
-        "weighting": weighting,
-        "outliers": outliers,
-        "screening": screening,
-        "iterations": iterations,
-        "model_deformation": model_deformation,
-        "significance": significance,
-        "residual_distribution": residual_distribution,
-        "tolerance": tolerance,
-        "confidence": confidence,
-    }
-    given = {name: value for name, value in chosen.items() if value is not None}
+    given = _given(
+        method=method,
+        coverage_mean=coverage_mean,
+        weighting=weighting,
+        outliers=outliers,
+        screening=screening,
+        iterations=iterations,
+        model_deformation=model_deformation,
+        significance=significance,
+        residual_distribution=residual_distribution,
+        tolerance=tolerance,
+        confidence=confidence,
+    )
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)
     blocks = find_blocks(folder, output)
     if dry_run:
@@ -136,6 +135,10 @@ def batch(
         tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
     if (table["outcome"] == "failed").any():
         raise typer.Exit(SOME_FAILED)
+
+
+def _given(**settings):
+    return {name: value for name, value in settings.items() if value is not None}
 
 
 def _mode(**flags):
