@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.pipeline.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
     screen_models,
     suspect_rows,
@@ -70,21 +71,14 @@ def pass_low_flight(
     GeometryError
         Not one model could be transformed.
     """
-    ground = _without_check_points(block, ground)
-    low = transform_models(model_points, ground, block.low_flight.transformation)
+    kind = block.low_flight.transformation
+    fitted = places_fitted_onto(block, ground["point_id"])
+    low = transform_models(model_points, ground.iloc[fitted], kind)
     how = (settings.outliers, settings.significance, precision)
     low = screen_models(low, *how, is_gross=is_gross)
     require_usable(low, "low flight", STAGE)
     values = _single_values(block.low_flight, low, model_points)
     return LowPass(low, values, _means(values, low, settings, is_gross))
-
-
-def _without_check_points(block, ground):
-    if block.control_points is None:
-        return ground
-    is_check = block.control_points["role"] == "check"
-    check = block.control_points.loc[is_check, "point_id"]
-    return ground[~ground["point_id"].isin(check)]
 
 
 def _single_values(flight, low, model_points):
