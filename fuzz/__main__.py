@@ -23,10 +23,13 @@ from fuzz.readers import readers, verdict
 
 OUT = Path("out/fuzz")
 STATE = OUT / "state.json"
-SLOW_SECONDS = 5.0  # of an input of at most 64 KiB, in processor time
-HANG_SECONDS = 120  # by the clock
+# of an input of at most 64 KiB, in processor time: others may want the computer as well
+SLOW_SECONDS = 5.0
+HANG_SECONDS = 30.0
+WAIT_SECONDS = 1800  # by the clock, for what hangs and does nothing
 MOST_GIB = 3
 REPORTED = 30.0
+ALARMS = (signal.SIGPROF, signal.SIGALRM)
 
 
 class Hang(BaseException):
@@ -81,7 +84,7 @@ class Fuzzer:
         try:
             said = verdict(reader, data)
         except Hang:
-            said = f"hangs: no end after {HANG_SECONDS} s"
+            said = f"hangs: no end after {HANG_SECONDS:g} s"
         took = time.process_time() - before
         if took > SLOW_SECONDS:
             said = f"slow: took {took:.1f} s"
@@ -120,13 +123,14 @@ def run(first, count, seconds=float("inf"), *, say=None, keep=None):
     say, keep = say or _print, keep or (lambda _number: None)
     with tempfile.TemporaryDirectory(prefix="fuzz", dir=_fast_folder()) as place:
         fuzzer = Fuzzer(Path(place))
-        before = signal.signal(signal.SIGALRM, _interrupt)
+        before = {sign: signal.signal(sign, _interrupt) for sign in ALARMS}
         try:
             started = last = time.perf_counter()
             for number in range(first, first + count):
-                signal.alarm(HANG_SECONDS)
+                signal.setitimer(signal.ITIMER_PROF, HANG_SECONDS)
+                signal.alarm(WAIT_SECONDS)
                 # what hangs in a library hears no signal: its input stays in the folder
-                faulthandler.dump_traceback_later(2 * HANG_SECONDS, exit=True)
+                faulthandler.dump_traceback_later(2 * WAIT_SECONDS, exit=True)
                 finding = fuzzer.feed(number)
                 if finding:
                     say(finding)
@@ -139,8 +143,10 @@ def run(first, count, seconds=float("inf"), *, say=None, keep=None):
             else:
                 keep(first + count)
         finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.alarm(0)
-            signal.signal(signal.SIGALRM, before)
+            for sign, handler in before.items():
+                signal.signal(sign, handler)
             faulthandler.cancel_dump_traceback_later()
     _report(fuzzer, time.perf_counter() - started, say)
     return fuzzer

@@ -129,8 +129,8 @@ def readers(folder):
 
 def _of_files():
     """Readers of one file."""
-    yield "block.toml", "block.toml", BLOCKS, _toml, 20
-    yield "camera.toml", "camera.toml", CAMERAS, _camera, 10
+    yield "block.toml", "block.toml", BLOCKS, _toml, 50
+    yield "camera.toml", "camera.toml", CAMERAS, _camera, 30
     for name, schema in SCHEMAS.items():
         yield name, f"t{Path(name).suffix}", (TABLES[name],), _table(schema), 4
     for name, options in PARQUET.items():
