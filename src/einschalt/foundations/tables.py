@@ -119,6 +119,9 @@ CONTROL_POINTS = Schema(
             "standard_error_northing", "metres", is_required=False, is_positive=True
         ),
         _number("covariance_en", "square metres", is_required=False),
+        _number("standard_error_height", "metres", is_required=False, is_positive=True),
+        _number("covariance_eh", "square metres", is_required=False),
+        _number("covariance_nh", "square metres", is_required=False),
     ),
     key=("point_id",),
 )

@@ -50,6 +50,9 @@ class Settings(BaseModel):
     model_deformation : {"modelled", "tested", "ignored"}
         With ``method = "simultaneous"``: whether deformations that all models of a
         flight share are modelled where a test finds them, only tested, or neither.
+    variance_components : {"given", "estimated"}
+        With ``method = "simultaneous"``: whether control and flights have the errors
+        that were given, or those that their residuals show.
     significance : float
         Probability with which a model without gross errors has a suspect residual, and
         with which a point without gross errors is suspected for its coverages.
@@ -87,6 +90,7 @@ class Settings(BaseModel):
         1, ge=1, le=100, strict=True, description="a whole number from 1 to 100"
     )
     model_deformation: Literal["modelled", "tested", "ignored"] = "modelled"
+    variance_components: Literal["given", "estimated"] = "given"
     significance: float = Field(
         0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
     )

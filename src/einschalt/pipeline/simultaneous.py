@@ -5,7 +5,12 @@ import pandas as pd
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
-from einschalt.stages.block_tables import MeasuredFlight, code_block
+from einschalt.stages.block_tables import (
+    CENTRE,
+    SPATIAL,
+    MeasuredFlight,
+    code_block,
+)
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous_adjustment import (
     DEFORMATIONS,
@@ -23,14 +28,21 @@ from einschalt.theory.block_adjustment.common_parameters import (
 
 FILM_AFFINITY = "helmert_film_affinity"
 PLANE_KINDS = ("affine", "helmert")
+# height over plan to begin with: c / b of a wide-angle camera at 60 per cent overlap
+HEIGHT_OVER_PLAN = 1.65
+# projection centres over points of a model, to begin with
+CENTRE_OVER_POINT = 3.0
 STANDARD_ERRORS = [
     "standard_error_easting",
     "standard_error_northing",
     "covariance_en",
     "standard_error_total",
+    "standard_error_height",
+    "covariance_eh",
+    "covariance_nh",
 ]
-DIFFERENCES = ["difference_easting", "difference_northing"]
-KINDS = ("affine", "helmert", FILM_AFFINITY)
+DIFFERENCES = ["difference_easting", "difference_northing", "difference_height"]
+KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
 WHICH = {
     "both": ("high_flight", "low_flight"),
     "high": ("high_flight",),
@@ -46,6 +58,7 @@ def adjust_block(
     deformation=(),
     outliers="keep",
     significance=SIGNIFICANCE,
+    variance_components="given",
 ):
     """Adjust all models of a block with its control at once.
 
@@ -57,9 +70,11 @@ def adjust_block(
     Parameters
     ----------
     block : Block
-    kind : {"affine", "helmert", "helmert_film_affinity"}
-        Transformation of every model; the last is helmert with one film affinity that
-        all models of a flight share.
+    kind : {"affine", "helmert", "helmert_film_affinity", "helmert_3d"}
+        Transformation of every model; helmert_film_affinity is helmert with one film
+        affinity that all models of a flight share, helmert_3d has seven parameters and
+        gives heights. Where model points come from images, projection centres tie the
+        models as well (``centres``).
     flights : {"both", "high", "low"}
     deformation : sequence of {"quadratic", "cubic"}, or "modelled" or "tested"
         Deformations of the model that all models of a flight share: these; or those
@@ -69,6 +84,10 @@ def adjust_block(
         weight.
     significance : float
         Probability with which a model without gross errors has a suspect.
+    variance_components : {"given", "estimated"}
+        Whether control and flights have the errors that were given, or those that
+        their residuals show (``components``). Heights of spatial models always have
+        the latter.
 
     Returns
     -------
@@ -99,11 +118,12 @@ def adjust_block(
                 name.removesuffix("_flight") for name in block.flights
             ),
         )
-    oriented = {
-        name: relative_orientation(f).model_points for name, f in measured.items()
-    }
+    oriented = {name: relative_orientation(f) for name, f in measured.items()}
     _require_control(block)
-    kinds = dict.fromkeys(measured, "affine" if kind == "affine" else "helmert")
+    if kind == SPATIAL:
+        _require_spatial(block, oriented, given)
+    plane = kind if kind in (*PLANE_KINDS, SPATIAL) else "helmert"
+    kinds = dict.fromkeys(measured, plane)
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
     tables = block_tables(block, oriented, kinds)
     options = AdjustmentOptions(
@@ -111,6 +131,7 @@ def adjust_block(
         outliers=outliers,
         significance=significance,
         deformation=searched,
+        variance_components=variance_components,
     )
     return simultaneous_adjustment(tables, options)
 
@@ -129,14 +150,42 @@ def require_adjustable(block):
         simultaneously.
     """
     _require_control(block)
-    for name, flight in block.flights.items():
-        if flight.transformation not in PLANE_KINDS:
+    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+    allowed = (*PLANE_KINDS, SPATIAL)
+    for name, kind in kinds.items():
+        if kind not in allowed:
             raise SettingsError(
-                f"[{name}] transformation = {flight.transformation!r} with method = "
-                '"simultaneous"',
-                expected=" or ".join(PLANE_KINDS),
+                f'[{name}] transformation = {kind!r} with method = "simultaneous"',
+                expected=" or ".join(allowed),
                 remedy='Write one of these, or set method = "pipeline"',
             )
+    if SPATIAL in kinds.values() and len(set(kinds.values())) > 1:
+        said = ", ".join(f"[{name}] {kind}" for name, kind in kinds.items())
+        raise SettingsError(
+            f"spatial and plane models in one adjustment: {said}",
+            expected="the same kind of models in both flights",
+            remedy=f'Write transformation = "{SPATIAL}" in both, or a plane one in '
+            'both, or set method = "pipeline"',
+        )
+
+
+def _require_spatial(block, oriented, deformation):
+    """Refuse plane tables, and what plane models alone can have."""
+    if deformation:
+        raise SettingsError(
+            f"deformation = {deformation!r} with kind = {SPATIAL!r}",
+            expected="no deformation of spatial models",
+            remedy="Leave it out, or take a plane kind",
+        )
+    lacking = [name for name, o in oriented.items() if "z" not in o.model_points]
+    if lacking or "height" not in block.control_points:
+        where = lacking or ["control_points"]
+        raise SettingsError(
+            f"kind = {SPATIAL!r}, but {' and '.join(where)} "
+            f"{'have' if len(where) > 1 else 'has'} no heights",
+            expected="z of all model points, and heights of control",
+            remedy="Give them, or take a plane kind",
+        )
 
 
 def _require_control(block):
@@ -164,13 +213,13 @@ def adjust_flights(block, settings, flights):
     BlockAdjustment
     """
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
-    oriented = {name: flight.model_points for name, flight in flights.items()}
     options = AdjustmentOptions(
         outliers=settings.outliers,
         significance=settings.significance,
         deformation=settings.model_deformation,
+        variance_components=settings.variance_components,
     )
-    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+    return simultaneous_adjustment(block_tables(block, flights, kinds), options)
 
 
 def point_columns(block, adjusted, two_step):
@@ -190,9 +239,9 @@ def point_columns(block, adjusted, two_step):
         steps, ``two_step_easting``, ``two_step_northing`` its coordinates. Standard
         errors are left out where the size of a source of error is not known.
     """
-    points = adjusted.points.drop(columns=["role", *DIFFERENCES])
+    points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
     if not _has_known_errors(block):
-        points = points.drop(columns=STANDARD_ERRORS)
+        points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
     place = points.columns.get_loc("n_models")
     beside = _of_two_steps(points["point_id"], two_step)
     for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
@@ -273,27 +322,28 @@ def common_terms(flights, families):
     return tuple(CommonTerms(place, families) for place in range(len(flights)))
 
 
-def block_tables(block, model_points, kinds):
+def block_tables(block, oriented, kinds):
     """Observations of a block.
 
     Parameters
     ----------
     block : Block
-    model_points : dict of str to DataFrame
-        Of each flight that takes part, after its relative orientation.
+    oriented : dict of str to RelativeOrientation
+        Of each flight that takes part.
     kinds : dict of str to str
-        affine or helmert, of each flight.
+        affine, helmert or helmert_3d, of each flight.
 
     Returns
     -------
     BlockTables
     """
-    measured = [
-        MeasuredFlight(
-            name, points, _standard_errors(block.flights[name], points), kinds[name]
-        )
-        for name, points in model_points.items()
-    ]
+    measured = []
+    for name, flight in oriented.items():
+        points = flight.model_points
+        error = _standard_errors(block.flights[name], points)
+        if kinds[name] == SPATIAL:
+            points, error = _in_space(name, flight, error)
+        measured.append(MeasuredFlight(name, points, error, kinds[name]))
     return code_block(measured, block.control_points)
 
 
@@ -301,3 +351,19 @@ def _standard_errors(flight, model_points):
     """Standard error of one measured coordinate on the ground; m_g is total [m]."""
     m_g_um = flight.m_g_um_of(model_points)
     return np.asarray(m_g_um) * METRES_PER_UM * flight.scale_number / SQRT2
+
+
+def _in_space(name, oriented, error):
+    """Points with projection centres below them, and their errors to begin with."""
+    points, centres = oriented.model_points, oriented.centres
+    axes = np.array([1.0, 1.0, HEIGHT_OVER_PLAN])
+    errors = error[:, None] * axes
+    if centres.empty:
+        return points, errors
+    names = ["coverage", "model_id", "point_id", "x", "y", "z"]
+    # photographs of both flights may have the same names
+    below = centres.assign(point_id=f"{name} " + centres["image_id"])[names]
+    both = pd.concat([points[names], below], ignore_index=True)
+    both[CENTRE] = np.arange(len(both)) >= len(points)
+    of_centres = np.full((len(centres), 3), CENTRE_OVER_POINT * np.median(error))
+    return both, np.concatenate([errors, of_centres])

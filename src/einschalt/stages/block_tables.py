@@ -1,19 +1,27 @@
 """The tables of all flights as the observations of one adjustment, coded once."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
-from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import check_table
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.block_adjustment.observations import BlockObservations
+from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 
-COVARIANCE = ("standard_error_easting", "standard_error_northing", "covariance_en")
+AXES = ("easting", "northing", "height")
+COVARIANCES = {
+    (0, 1): "covariance_en",
+    (0, 2): "covariance_eh",
+    (1, 2): "covariance_nh",
+}
+SPATIAL = "helmert_3d"
+CENTRE = "is_centre"
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +32,12 @@ class MeasuredFlight:
     ----------
     name : str
     model_points : DataFrame
-        coverage, model_id, point_id, x, y.
-    standard_error : ndarray, shape (n_rows,)
+        coverage, model_id, point_id, x, y [, z, is_centre]; where that is true, the
+        row is a projection centre.
+    standard_error : ndarray, shape (n_rows,), or (n_rows, 3) of spatial models
         Of one measured coordinate on the ground, row for row [m].
-    kind : {"affine", "helmert"}
+    kind : {"affine", "helmert", "helmert_3d"}
+        One helmert_3d flight needs the others to be so too.
     """
 
     name: str
@@ -42,23 +52,34 @@ class BlockTables:
 
     Attributes
     ----------
-    observations : BlockObservations
+    observations : BlockObservations or SpatialObservations
     flights : tuple of str
     models : DataFrame
         flight, coverage, model_id of each model.
+    kind : ndarray of object, shape (n_models,)
+        affine, helmert or helmert_3d.
     point_id : ndarray of object, shape (n_points,)
+    is_centre : ndarray of bool, shape (n_points,)
+        Projection centres of spatial models, with their image_id as point_id.
     coverage : ndarray of int, shape (n_models,)
         Number of the coverage, flights apart.
     control_row : ndarray of int, shape (n_points,)
         Row of the given coordinates, −1 where there are none.
     """
 
-    observations: BlockObservations
+    observations: BlockObservations | SpatialObservations
     flights: tuple[str, ...]
     models: pd.DataFrame
+    kind: np.ndarray
     point_id: np.ndarray
+    is_centre: np.ndarray
     coverage: np.ndarray
     control_row: np.ndarray
+
+    @property
+    def is_spatial(self):
+        """Whether the models are spatial, and the points have heights."""
+        return isinstance(self.observations, SpatialObservations)
 
 
 def code_block(flights, control_points) -> BlockTables:
@@ -68,9 +89,10 @@ def code_block(flights, control_points) -> BlockTables:
     ----------
     flights : sequence of MeasuredFlight
     control_points : DataFrame
-        point_id, easting, northing [, standard_error_m (total)] [, role] and, where
-        they are known, standard_error_easting, standard_error_northing, covariance_en.
-        Check points take no part. Without any standard error control is held.
+        point_id, easting, northing [, height] [, standard_error_m (total)] [, role]
+        and, where they are known, standard_error_easting, standard_error_northing,
+        standard_error_height, covariance_en, covariance_eh, covariance_nh. Check points
+        take no part. Without any standard error control is held.
 
     Returns
     -------
@@ -87,13 +109,10 @@ def code_block(flights, control_points) -> BlockTables:
     model = np.concatenate(
         [number.codes + start for number, start in zip(numbers, first, strict=False)]
     )
-    points = encode(
-        np.concatenate([part["point_id"].to_numpy(object) for part in parts])
-    )
-    order = segments(model, int(first[-1])).order
-    xy = np.concatenate([part[["x", "y"]].to_numpy(float) for part in parts])
-    error = np.concatenate([flight.standard_error for flight in flights])
+    points, is_centre = _encode_points(parts)
+    n_axes = 3 if any(f.kind == SPATIAL for f in flights) else 2
     flight = np.repeat(np.arange(len(flights)), np.diff(first))
+    kind = np.array([f.kind for f in flights], dtype=object)[flight]
     models = pd.DataFrame(
         {
             "flight": np.array([f.name for f in flights], dtype=object)[flight],
@@ -101,27 +120,66 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    given = _given_control(control_points, points)
-    observations = BlockObservations(
-        model=model[order],
-        point=points.codes[order],
-        xy=xy[order],
-        standard_error=error[order],
-        is_affine=np.array([f.kind == "affine" for f in flights])[flight],
-        flight=flight,
-        control=given.coordinates,
-        control_covariance=given.covariance,
+    given = _given_control(control_points, points, n_axes)
+    order = segments(model, int(first[-1])).order
+    xyz = np.concatenate([part[list("xyz"[:n_axes])].to_numpy(float) for part in parts])
+    measured = {
+        "model": model[order],
+        "point": points.codes[order],
+        "standard_error": np.concatenate([f.standard_error for f in flights])[order],
+        "flight": flight,
+        "control": given.coordinates,
+        "control_covariance": given.covariance,
+    }
+    return BlockTables(
+        _observations(xyz[order], kind, measured),
+        tuple(flight.name for flight in flights),
+        models,
+        kind,
+        np.array([name.removeprefix(HIDDEN) for name in points.names], dtype=object),
+        is_centre,
+        encode_pairs(models["flight"], models["coverage"]).codes,
+        given.row,
     )
-    coverage = encode_pairs(models["flight"], models["coverage"]).codes
-    names = tuple(flight.name for flight in flights)
-    return BlockTables(observations, names, models, points.names, coverage, given.row)
+
+
+def _observations(xyz, kind, measured):
+    if xyz.shape[1] == len(AXES):
+        return SpatialObservations(xyz=xyz, **measured)
+    return BlockObservations(xy=xyz, is_affine=kind == "affine", **measured)
+
+
+# no name of a point begins like this
+HIDDEN = "\x00"
+
+
+def _encode_points(parts):
+    """Points by name, projection centres apart from points of the same name."""
+    is_centre = np.concatenate([_is_centre(part) for part in parts])
+    names = np.concatenate([part["point_id"].to_numpy(object) for part in parts])
+    names[is_centre] = HIDDEN + names[is_centre]
+    points = encode(names)
+    of_points = np.zeros(len(points), dtype=bool)
+    of_points[points.codes[is_centre]] = True
+    return points, of_points
+
+
+def _is_centre(part):
+    if CENTRE not in part:
+        return np.zeros(len(part), dtype=bool)
+    return part[CENTRE].to_numpy(bool)
 
 
 def _checked(flight):
-    schema = tables.MODEL_POINTS.only("coverage", "model_id", "point_id", "x", "y")
+    axes = "xyz" if flight.kind == SPATIAL else "xy"
+    schema = tables.MODEL_POINTS.only("coverage", "model_id", "point_id", *axes)
+    if flight.kind == SPATIAL:
+        schema = schema.requiring("z")
     checked = check_table(flight.model_points, schema)
     raise_problems([p.with_facts(file=p.file or flight.name) for p in checked.problems])
-    return checked.frame
+    if CENTRE not in flight.model_points:
+        return checked.frame
+    return checked.frame.assign(**{CENTRE: flight.model_points[CENTRE].to_numpy()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,57 +189,65 @@ class _Given:
     row: np.ndarray
 
 
-def _given_control(control_points, points):
+def _given_control(control_points, points, n_axes):
     """Control of each coded point."""
-    n_points = len(points)
-    coordinates = np.full((n_points, 2), np.nan)
-    covariance = np.zeros((n_points, 2, 2))
+    n_points, axes = len(points), AXES[:n_axes]
+    coordinates = np.full((n_points, n_axes), np.nan)
+    covariance = np.zeros((n_points, n_axes, n_axes))
     row = np.full(n_points, -1)
     if control_points is None or len(control_points) == 0:
         return _Given(coordinates, covariance, row)
-    schema = tables.CONTROL_POINTS.only("point_id", "easting", "northing", "role")
+    schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
+    if n_axes == len(AXES):
+        schema = schema.requiring("height")
     checked = check_table(control_points, schema)
     raise_problems(checked.problems)
     frame = checked.frame
     place = points.locate(names := encode(frame["point_id"]))[names.codes]
     is_used = (frame["role"] != "check").to_numpy() & (place >= 0)
     used = np.flatnonzero(is_used)
-    coordinates[place[used]] = frame[["easting", "northing"]].to_numpy(float)[used]
-    covariance[place[used]] = _covariances(control_points)[used]
+    coordinates[place[used]] = frame[list(axes)].to_numpy(float)[used]
+    own = _covariances(control_points, n_axes)
+    _refuse_impossible(own, frame)
+    covariance[place[used]] = own[used]
     row[place[used]] = used
     return _Given(coordinates, covariance, row)
 
 
-def _covariances(control_points):
-    """Covariance of each row of control; 0 where no standard error is given."""
-    covariance = np.zeros((len(control_points), 2, 2))
+def _refuse_impossible(covariance, frame):
+    """Refuse covariances that no errors can have."""
+    is_given = covariance.any(axis=(1, 2))
+    is_possible = np.linalg.eigvalsh(covariance)[:, 0] > 0.0
+    wrong = np.flatnonzero(is_given & ~is_possible)
+    if len(wrong) == 0:
+        return
+    raise TableError(
+        f"standard errors and covariances of {name_some(frame['point_id'].iloc[wrong])}"
+        " contradict each other, or are given in part",
+        expected="a standard error of each coordinate, and covariances below their "
+        "products",
+        remedy="Complete them, or delete covariance_en and its like",
+        file="control_points",
+    )
+
+
+def _covariances(control_points, n_axes):
+    """Covariance of each row of control; 0 where no standard error is given.
+
+    A height that has no standard error of its own has that of one coordinate.
+    """
+    n, axes = len(control_points), range(n_axes)
+    covariance = np.zeros((n, n_axes, n_axes))
     if "standard_error_m" in control_points:
         total = control_points["standard_error_m"].to_numpy(float)
-        per_coordinate = np.nan_to_num(total) / SQRT2
-        covariance[:, 0, 0] = covariance[:, 1, 1] = per_coordinate**2
-    if set(COVARIANCE[:2]) <= set(control_points):
-        east, north = (control_points[name].to_numpy(float) for name in COVARIANCE[:2])
-        both = np.zeros(len(control_points))
-        if COVARIANCE[2] in control_points:
-            both = np.nan_to_num(control_points[COVARIANCE[2]].to_numpy(float))
-        own = np.stack(
-            [np.stack([east**2, both], -1), np.stack([both, north**2], -1)], 1
-        )
-        is_given = np.isfinite(east) & np.isfinite(north)
-        covariance[is_given] = own[is_given]
+        covariance[:, axes, axes] = (np.nan_to_num(total) / SQRT2)[:, None] ** 2
+    for axis, name in enumerate(AXES[:n_axes]):
+        own = control_points.get(f"standard_error_{name}")
+        if own is not None:
+            known = own.notna().to_numpy()
+            covariance[known, axis, axis] = own.to_numpy(float)[known] ** 2
+    for (one, other), name in COVARIANCES.items():
+        if name in control_points and other < n_axes:
+            both = np.nan_to_num(control_points[name].to_numpy(float))
+            covariance[:, one, other] = covariance[:, other, one] = both
     return covariance
-
-
-def with_standard_errors(observations, factors):
-    """Observations whose standard errors are multiplied.
-
-    Parameters
-    ----------
-    observations : BlockObservations
-    factors : ndarray, shape (n_rows,)
-
-    Returns
-    -------
-    BlockObservations
-    """
-    return replace(observations, standard_error=observations.standard_error * factors)

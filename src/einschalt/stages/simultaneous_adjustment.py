@@ -10,6 +10,7 @@ from einschalt.foundations import typesetting
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
 from einschalt.stages.block_tables import BlockTables
 from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.simultaneous_components import weigh_groups
 from einschalt.stages.simultaneous_tables import (
     common_table,
     control_table,
@@ -19,6 +20,7 @@ from einschalt.stages.simultaneous_tables import (
     point_table,
     residual_table,
 )
+from einschalt.stages.spatial_tables import centre_table
 from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
@@ -30,10 +32,16 @@ from einschalt.theory.block_adjustment.gross_errors import (
     snoop_block,
 )
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
+from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
+from einschalt.theory.block_adjustment.spatial_solution import (
+    SpatialSolution,
+    adjust_spatially,
+)
 
 STAGE = "simultaneous_adjustment"
 SIGNIFICANCE = 0.001
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
+COMPONENTS = ("given", "estimated")
 DEFORMATIONS = ("ignored", "tested", "modelled")
 WHOLE_BLOCK = "No model of the block could be determined"
 
@@ -54,12 +62,16 @@ class AdjustmentOptions:
     deformation : {"ignored", "tested", "modelled"}
         What happens to further deformations that the models of a flight share:
         modelled means those that the test finds.
+    variance_components : {"given", "estimated"}
+        Whether control and flights have the errors that were given, or those that
+        their residuals show. Heights of spatial models always have the latter.
     """
 
     common: tuple[CommonTerms, ...] = ()
     outliers: str = "keep"
     significance: float = SIGNIFICANCE
     deformation: str = "ignored"
+    variance_components: str = "given"
 
     def __post_init__(self):
         """Check the words."""
@@ -67,6 +79,11 @@ class AdjustmentOptions:
             raise SettingsError(
                 f"deformation = {self.deformation!r} is unknown",
                 expected=" or ".join(DEFORMATIONS),
+            )
+        if self.variance_components not in COMPONENTS:
+            raise SettingsError(
+                f"variance_components = {self.variance_components!r} is unknown",
+                expected=" or ".join(COMPONENTS),
             )
         if self.outliers not in OUTLIERS:
             raise SettingsError(
@@ -85,15 +102,19 @@ class BlockAdjustment(ModelResult):
         point_id, easting, northing, standard_error_easting, standard_error_northing,
         covariance_en, standard_error_total, n_models, n_coverages, spread_total, role
         (new, control), difference_easting, difference_northing (adjusted less given)
-        [m]. Standard errors take the errors of the observations as given (σ_0 = 1).
+        [m]; of spatial models also height, standard_error_height, covariance_eh,
+        covariance_nh, difference_height. Standard errors take the errors of the
+        observations as given (σ_0 = 1).
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy (sum of the
-        redundancy numbers), m_0 (total), s_0 (per coordinate) [m], is_usable, reason,
+        redundancy numbers), m_0 (total), s_0 (per coordinate; both in plan) [m],
+        is_usable, reason,
         then the parameters.
     residuals : DataFrame
         flight, coverage, model_id, point_id, residual_easting, residual_northing
         (transformed less adjusted) [m], leverage, redundancy_number, w, p_value,
-        is_suspect, minimal_detectable_bias, external_reliability [m].
+        is_suspect, minimal_detectable_bias, external_reliability [m]; of spatial
+        models also residual_height, and the last three for the height.
     control : DataFrame
         point_id, difference_easting, difference_northing (adjusted less given),
         standard_error_given (total), redundancy_number, w, p_value, is_suspect,
@@ -115,8 +136,16 @@ class BlockAdjustment(ModelResult):
     redundancy : int
     tables : BlockTables
         Everything that was given.
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
         Of the part of the block that could be determined.
+    components : DataFrame
+        group (control, flights; plan, height and projection centres of spatial
+        models), standard_error_m (median, of one coordinate), factor (the errors that
+        residuals show, over those that were given), factor_standard_error, redundancy,
+        is_estimated (the block was adjusted with it).
+    centres : DataFrame
+        flight, image_id, easting, northing, height, their standard errors, n_models of
+        the projection centres of spatial models [m]; no rows where they are not known.
     """
 
     points: pd.DataFrame
@@ -129,7 +158,9 @@ class BlockAdjustment(ModelResult):
     s_0: float
     redundancy: int
     tables: BlockTables
-    solution: BlockSolution
+    solution: BlockSolution | SpatialSolution
+    components: pd.DataFrame
+    centres: pd.DataFrame
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @cached_property
@@ -217,8 +248,37 @@ def simultaneous_adjustment(tables, options=None):
     """
     options = options or AdjustmentOptions()
     part, verdicts = _determined_part(tables)
+    solution = _adjusted(part, options)
+    while (loose := determinacy.loose_models(solution)).any():
+        verdicts.verdict[part.models[loose]] = determinacy.LOOSE
+        part = _part_of(tables, verdicts)
+        solution = _adjusted(part, options)
+    if tables.is_centre.any():
+        part = tables.observations.of_models(verdicts.is_fine)
+        solution = adjust_spatially(part.observations, solution.placement)
+    terms = _terms(part, options)
+    tests, terms = _examined(solution, terms, options)
+    if any(test.terms in terms for test in tests):
+        solution = solution.readjusted(part.observations, terms)
+    estimates_all = options.variance_components == "estimated"
+    weighed = weigh_groups(tables, part, solution, terms, all_of_them=estimates_all)
+    cleaned = _clean(weighed.solution, terms, options)
+    judged = _Judged(
+        deformations=deformation_table(tables, cleaned.solution, tests, terms, options),
+        control=examine_control(cleaned.solution, terms, options.significance),
+        components=weighed.table,
+    )
+    return _result(
+        tables, weighed.part, cleaned, verdicts, options.significance, judged
+    )
+
+
+def _adjusted(part, options):
+    """Adjust what can be determined, without projection centres."""
     try:
-        solution = adjust(part.observations, _terms(part, options))
+        if isinstance(part.observations, SpatialObservations):
+            return adjust_spatially(part.observations)
+        return adjust(part.observations, _terms(part, options))
     except np.linalg.LinAlgError as error:
         raise GeometryError(
             "The points of the models do not determine the deformation that they share",
@@ -226,20 +286,14 @@ def simultaneous_adjustment(tables, options=None):
             remedy="Leave deformation out, or models of the kind affine",
             stage=STAGE,
         ) from error
-    while (loose := determinacy.loose_models(solution)).any():
-        verdicts.verdict[part.models[loose]] = determinacy.LOOSE
-        part = _part_of(tables, verdicts)
-        solution = adjust(part.observations, _terms(part, options))
-    terms = _terms(part, options)
-    tests, terms = _examined(solution, terms, options)
-    if any(test.terms in terms for test in tests):
-        solution = adjust(part.observations, terms, solution.ordering)
-    cleaned = _clean(solution, terms, options)
-    judged = _Judged(
-        deformations=deformation_table(tables, cleaned.solution, tests, terms, options),
-        control=examine_control(cleaned.solution, terms, options.significance),
-    )
-    return _result(tables, part, cleaned, verdicts, options.significance, judged)
+    except ArithmeticError as error:
+        raise GeometryError(
+            "The simultaneous adjustment of the spatial models does not converge",
+            expected="models that stand upright but for some degrees, without gross "
+            "errors in control",
+            remedy='Set method = "pipeline", and look at the residuals of its models',
+            stage=STAGE,
+        ) from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,6 +302,7 @@ class _Judged:
 
     deformations: pd.DataFrame
     control: ControlVerdict
+    components: pd.DataFrame
 
 
 def _examined(solution, terms, options):
@@ -256,7 +311,8 @@ def _examined(solution, terms, options):
     A deformation of one flight bends the points, and with them the others. So the
     clearest is modelled before the other flights are tested.
     """
-    if options.deformation == "ignored":
+    is_plane = isinstance(solution, BlockSolution)
+    if options.deformation == "ignored" or not is_plane:
         return (), terms
     untested = set(np.unique(solution.observations.flight).tolist())
     tests, found = {}, terms
@@ -269,13 +325,16 @@ def _examined(solution, terms, options):
         found = (*(t for t in found if t.flight != clearest), now[clearest].terms)
         untested.remove(clearest)
         if untested:
-            solution = adjust(solution.observations, found, solution.ordering)
+            solution = solution.readjusted(solution.observations, found)
     is_modelled = options.deformation == "modelled"
     return [tests[k] for k in sorted(tests)], found if is_modelled else terms
 
 
 def _determined_part(tables):
-    verdicts = determinacy.examine(tables.observations)
+    observations = tables.observations
+    if tables.is_spatial:
+        observations = _without_centres(tables).in_plan(is_affine=True)
+    verdicts = determinacy.examine(observations)
     return _part_of(tables, verdicts), verdicts
 
 
@@ -290,7 +349,19 @@ def _part_of(tables, verdicts):
             model=name_some(tables.models["model_id"]),
             stage=STAGE,
         )
-    return tables.observations.of_models(verdicts.is_fine)
+    is_fine = verdicts.is_fine
+    if not tables.is_centre.any():
+        return tables.observations.of_models(is_fine)
+    observations = tables.observations
+    is_ground = ~tables.is_centre[observations.point]
+    rows = np.flatnonzero(is_ground & is_fine[observations.model])
+    return observations.of_rows(rows, np.flatnonzero(is_fine))
+
+
+def _without_centres(tables):
+    observations = tables.observations
+    rows = np.flatnonzero(~tables.is_centre[observations.point])
+    return observations.of_rows(rows, np.arange(observations.n_models)).observations
 
 
 def _terms(part, options):
@@ -302,16 +373,15 @@ def _clean(solution, terms, options):
     if options.outliers == "snoop":
         return snoop_block(solution, terms, options.significance)
     if options.outliers == "keep":
-        return CleanedBlock(solution, np.zeros(len(solution.xy), dtype=bool))
+        return CleanedBlock(solution, np.zeros(len(solution.residuals), dtype=bool))
     return downweight(solution, terms, options.outliers)
 
 
 def failed_models(tables, verdicts):
     """Rows of ``failures``: what could not be determined, and how to mend it."""
-    observations = tables.observations
     rows = []
     for model in np.flatnonzero(~verdicts.is_fine):
-        kind = "affine" if observations.is_affine[model] else "helmert"
+        kind = tables.kind[model]
         reason, remedy = _said(verdicts, model, kind)
         names = tables.models.iloc[model]
         rows.append(
@@ -328,7 +398,7 @@ def failed_models(tables, verdicts):
 
 
 def _said(verdicts, model, kind):
-    needs = determinacy.LEAST_POINTS[kind == "affine"]
+    needs = determinacy.LEAST_POINTS[kind != "helmert"]
     n_ties, n_control = int(verdicts.n_ties[model]), int(verdicts.n_control[model])
     verdict = verdicts.verdict[model]
     shared = "common with other models or the control"
@@ -377,10 +447,14 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
     failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
+    points = point_table(tables, part, solution)
+    residuals = residual_table(tables, part, cleaned, significance)
+    is_centre = tables.is_centre[part.points]
+    of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(
-        points=point_table(tables, part, solution),
+        points=points[~is_centre].reset_index(drop=True),
         models=model_table(tables, part, solution, reasons),
-        residuals=residual_table(tables, part, cleaned, significance),
+        residuals=residuals[~of_centre].reset_index(drop=True),
         control=control_table(tables, part, solution, judged.control),
         common=common_table(tables, solution),
         deformations=judged.deformations,
@@ -389,5 +463,7 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
         redundancy=solution.redundancy,
         tables=tables,
         solution=solution,
+        components=judged.components,
+        centres=centre_table(points, is_centre),
         kept=part.models,
     )

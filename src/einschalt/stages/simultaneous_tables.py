@@ -3,21 +3,28 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.stages.spatial_tables import (
+    remaining_bias,
+    spatial_parameters,
+    with_heights_of_points,
+    with_heights_of_residuals,
+)
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import (
-    external_reliability,
     minimal_detectable_bias,
     redundancy_numbers,
 )
 from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.model_deformation import neighbour_likeness
+from einschalt.theory.transformation.helmert_3d import PARAMETER_NAMES
 
 LEAST_REDUNDANCY = 1e-6
 DEFORMATION_COLUMNS = [
     *("flight", "n_terms", "f_statistic", "p_value", "is_detected", "is_modelled"),
     *("size", "size_middle", "size_edge", "neighbour_correlation", "is_alike"),
 ]
+COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
@@ -41,7 +48,7 @@ def point_table(tables, part, solution):
     is_control = observations.is_control
     n_models = np.bincount(observations.point, minlength=len(east))
     difference = solution.control_residuals
-    return pd.DataFrame(
+    points = pd.DataFrame(
         {
             "point_id": tables.point_id[part.points],
             "easting": solution.points[:, 0],
@@ -58,6 +65,23 @@ def point_table(tables, part, solution):
             "difference_northing": difference[:, 1],
         }
     )
+    return with_heights_of_points(points, solution) if tables.is_spatial else points
+
+
+def plan_errors(observations):
+    """Standard errors of one measured coordinate in plan.
+
+    Parameters
+    ----------
+    observations : BlockObservations or SpatialObservations
+
+    Returns
+    -------
+    ndarray, shape (n_rows,)
+        [m]
+    """
+    error = observations.standard_error
+    return error if error.ndim == 1 else error[:, 0]
 
 
 def _n_coverages(tables, part, solution):
@@ -69,7 +93,7 @@ def _n_coverages(tables, part, solution):
 
 def _spread(solution, n_models):
     """TOTAL standard deviation of one model's value among all of a point."""
-    point, residuals = solution.observations.point, solution.residuals
+    point, residuals = solution.observations.point, solution.residuals[:, :2]
     count = np.maximum(n_models, 1)
     squares = np.bincount(point, (residuals**2).sum(axis=1), len(count))
     means = [np.bincount(point, column, len(count)) / count for column in residuals.T]
@@ -96,12 +120,12 @@ def residual_table(tables, part, cleaned, significance):
     """
     solution, observations = cleaned.solution, part.observations
     tests = judge_observations(solution, observations)
-    leverage = solution.leverage.mean(axis=1)
+    leverage = solution.leverage[:, :2].mean(axis=1)
     r = redundancy_numbers(leverage)
-    bias = minimal_detectable_bias(observations.standard_error, r)
+    bias = minimal_detectable_bias(plan_errors(observations), r)
     start = np.searchsorted(observations.model, np.arange(observations.n_models + 1))
     names = tables.models.iloc[part.models[observations.model]].reset_index(drop=True)
-    return names.assign(
+    residuals = names.assign(
         point_id=tables.point_id[part.points[observations.point]],
         residual_easting=solution.residuals[:, 0],
         residual_northing=solution.residuals[:, 1],
@@ -112,14 +136,11 @@ def residual_table(tables, part, cleaned, significance):
         is_suspect=cleaned.is_out
         | is_rejected_by_holm(tests.p_value, start, significance),
         minimal_detectable_bias=bias,
-        external_reliability=_remaining(bias, r),
+        external_reliability=remaining_bias(bias, r),
     )
-
-
-def _remaining(bias, r):
-    # where nothing checks an observation, all of its error stays
-    finite = np.where(np.isfinite(bias), bias, 0.0)
-    return np.where(np.isfinite(bias), external_reliability(finite, r), np.inf)
+    if not tables.is_spatial:
+        return residuals
+    return with_heights_of_residuals(residuals, solution, observations)
 
 
 def control_table(tables, part, solution, tests):
@@ -139,11 +160,12 @@ def control_table(tables, part, solution, tests):
     observations = solution.observations
     places = np.flatnonzero(observations.is_control)
     difference = solution.control_residuals[places]
-    r = redundancy_numbers(solution.control_leverage[places].mean(axis=1))
-    trace = np.trace(observations.control_covariance[places], axis1=1, axis2=2)
+    r = redundancy_numbers(solution.control_leverage[places, :2].mean(axis=1))
+    given = observations.control_covariance[places, :2, :2]
+    trace = np.trace(given, axis1=1, axis2=2)
     p_value = tests.p_value[places]
     strain = tests.error[places]
-    return pd.DataFrame(
+    control = pd.DataFrame(
         {
             "point_id": tables.point_id[part.points[places]],
             "difference_easting": difference[:, 0],
@@ -157,6 +179,10 @@ def control_table(tables, part, solution, tests):
             "strain_northing": strain[:, 1],
         }
     )
+    if tables.is_spatial:
+        control.insert(3, "difference_height", difference[:, 2])
+        control["strain_height"] = strain[:, 2]
+    return control
 
 
 def model_table(tables, part, solution, reasons):
@@ -176,27 +202,39 @@ def model_table(tables, part, solution, reasons):
     """
     everything, kept = tables.observations, part.models
     n_all = everything.n_models
-    model = solution.observations.model
-    redundancy = np.bincount(model, (1.0 - solution.leverage).sum(axis=1))
+    is_point = ~tables.is_centre[everything.point]
+    is_own = ~tables.is_centre[part.points][solution.observations.point]
+    free = (1.0 - solution.leverage).sum(axis=1)
+    redundancy = np.bincount(solution.observations.model, free * is_own)
     # rounding is no redundancy
     redundancy = np.where(redundancy > LEAST_REDUNDANCY, redundancy, 0.0)
-    squares = np.bincount(model, (solution.residuals**2).sum(axis=1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s_0 = np.sqrt(squares / np.where(redundancy > 0.0, redundancy, np.nan))
+    s_0 = _in_plan(solution, is_own)
     is_usable = np.zeros(n_all, dtype=bool)
     is_usable[kept] = True
     models = tables.models.assign(
-        transformation=np.where(everything.is_affine, "affine", "helmert"),
-        n_points=np.bincount(everything.model, minlength=n_all),
+        transformation=tables.kind,
+        n_points=np.bincount(everything.model[is_point], minlength=n_all),
         redundancy=_spread_out(redundancy, kept, n_all),
         m_0=_spread_out(SQRT2 * s_0, kept, n_all),
         s_0=_spread_out(s_0, kept, n_all),
         is_usable=is_usable,
         reason=reasons,
     )
-    for name, values in _parameters(solution).items():
+    found = spatial_parameters if tables.is_spatial else _parameters
+    for name, values in found(solution).items():
         models[name] = _spread_out(values, kept, n_all)
     return models
+
+
+def _in_plan(solution, is_own):
+    """Standard error of a coordinate in plan that the points of each model show [m]."""
+    model = solution.observations.model
+    share = (1.0 - solution.leverage[:, :2]).sum(axis=1)
+    free = np.bincount(model, share * is_own)
+    own = (solution.residuals[:, :2] ** 2).sum(axis=1)
+    squares = np.bincount(model, own * is_own)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.sqrt(squares / np.where(free > LEAST_REDUNDANCY, free, np.nan))
 
 
 def _spread_out(values, kept, n_all):
@@ -234,6 +272,8 @@ def parameter_cofactors(solution):
         Those of affine where models are of both kinds.
     """
     own = solution.parameter_cofactors
+    if solution.residuals.shape[1] > len("xy"):
+        return own, PARAMETER_NAMES
     if not solution.observations.is_affine.any() and own.shape[1] == 4:
         order, names = [2, 3, 0, 1], HELMERT
     else:
@@ -260,6 +300,8 @@ def common_table(tables, solution):
     -------
     DataFrame
     """
+    if tables.is_spatial:
+        return pd.DataFrame(columns=COMMON_COLUMNS)
     deformation = solution.deformation
     names = np.array([*tables.flights, ""], dtype=object)
     flights = np.array(deformation.flight, dtype=np.int64)

@@ -5,7 +5,7 @@ models are formed. A flight that comes as machine coordinates of oriented models
 through unchanged.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -30,6 +30,7 @@ LENGTHS = ("x", "y", "z", "y_parallax", "base")
 SURFACE_COLUMNS = ["verdict", "inflation", "reason"]
 MEASURING_ERRORS = ["m_g_intersection_um", "m_g_orientation_um"]
 KEYS = ["model_id", "point_id"]
+CENTRE_COLUMNS = ["coverage", "model_id", "image_id", "x", "y", "z"]
 FLIGHT_PARTS = ("image_points", "y_parallaxes", "points_to_fit")
 ORIENTATION_COLUMNS = [
     "coverage",
@@ -68,12 +69,18 @@ class RelativeOrientation(Result):
         [mm]; no rows where nothing was to be oriented.
     failures : DataFrame
         coverage, model_id, stage, reason, remedy.
+    centres : DataFrame
+        coverage, model_id, image_id, x, y, z of the projection centres, as the model
+        points; no rows where they are not known.
     """
 
     model_points: pd.DataFrame
     orientations: pd.DataFrame
     residuals: pd.DataFrame
     failures: pd.DataFrame
+    centres: pd.DataFrame = field(
+        default_factory=lambda: pd.DataFrame(columns=CENTRE_COLUMNS)
+    )
 
     def summary(self):
         """Say how many models were oriented, and how well."""
@@ -194,7 +201,28 @@ def _from_images(flight, outliers):
         _orientations(oriented, oriented.converged, oriented.measuring_error),
         oriented.residuals,
         oriented.failures.assign(stage=STAGE),
+        _centres(oriented, flight),
     )
+
+
+def _centres(oriented, flight):
+    """Projection centres in the models: the left one is the origin."""
+    names = ["coverage", "model_id"]
+    depth = oriented.model_points.groupby(names, sort=False)["z"].mean().abs()
+    scale = (flight.principal_distance_mm / depth).rename("scale").reset_index()
+    base = oriented.models[names].reset_index(drop=True)
+    for axis in "xyz":
+        base[axis] = oriented.parameters[f"b{axis}"].to_numpy()
+    models = flight.models.merge(scale, on=names).merge(base, on=names)
+    sides = {"left_image": 0.0, "right_image": models["scale"]}
+    tables = [
+        models[names].assign(
+            image_id=models[side],
+            **{axis: models[axis] * factor for axis in "xyz"},
+        )
+        for side, factor in sides.items()
+    ]
+    return pd.concat(tables, ignore_index=True)[CENTRE_COLUMNS]
 
 
 def _given(**options):

@@ -14,6 +14,7 @@ from einschalt.interfaces.cli.densify import (
     ModelDeformation,
     Outliers,
     Screening,
+    VarianceComponents,
     Weighting,
 )
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
@@ -73,6 +74,9 @@ def batch(
     model_deformation: _setting(
         ModelDeformation, "With method simultaneous: deformations of a flight."
     ) = None,
+    variance_components: _setting(
+        VarianceComponents, "With method simultaneous: errors as given, or as shown."
+    ) = None,
     significance: _setting(float, "Of the tests for gross errors.") = None,
     residual_distribution: _setting(
         Distribution, "How residuals of control points are distributed."
@@ -109,6 +113,7 @@ def batch(
         screening=screening,
         iterations=iterations,
         model_deformation=model_deformation,
+        variance_components=variance_components,
         significance=significance,
         residual_distribution=residual_distribution,
         tolerance=tolerance,

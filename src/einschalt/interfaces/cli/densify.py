@@ -13,6 +13,7 @@ Method = Literal["pipeline", "simultaneous"]
 CoverageMean = Literal["all", "most_central"]
 Weighting = Literal["plain", "weighted"]
 ModelDeformation = Literal["modelled", "tested", "ignored"]
+VarianceComponents = Literal["given", "estimated"]
 Outliers = Literal["keep", "snoop", "huber", "tukey"]
 Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
 Screening = Literal["propagated", "practice_1968", "off"]
@@ -67,6 +68,11 @@ def densify(
         "With method simultaneous: deformations that all models of a flight share are "
         "modelled where a test finds them, only tested, or neither.",
     ) = None,
+    variance_components: _option(
+        VarianceComponents,
+        "With method simultaneous: errors of control and flights as they were given, "
+        "or as the residuals show them.",
+    ) = None,
     significance: _option(
         float,
         "Probability with which a model or point without gross errors is suspect.",
@@ -118,6 +124,7 @@ def densify(
         "screening": screening,
         "iterations": iterations,
         "model_deformation": model_deformation,
+        "variance_components": variance_components,
         "significance": significance,
         "residual_distribution": residual_distribution,
         "tolerance": tolerance,

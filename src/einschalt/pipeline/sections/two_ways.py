@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import length, lengths, names, number
+from einschalt.foundations.typesetting import (
+    count,
+    length,
+    lengths,
+    names,
+    number,
+)
 from einschalt.pipeline.sections.section import Section
 
 SIMULTANEOUS = (
@@ -18,6 +24,7 @@ UNKNOWN = (
     "The sizes of some errors are not known (control without standard_error_m, or "
     "orientations that were computed): no standard errors are given."
 )
+SHOWN = "(standard errors that the residuals show)"
 BLIND = "It does not see errors that all models share: look at the model deformation"
 
 
@@ -53,13 +60,37 @@ def caution(result) -> str:
 
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures mean, and how far apart the two ways are."""
-    said = [SIMULTANEOUS]
+    said = [SIMULTANEOUS, *_heights(result)]
     if result.two_step is None:
         said.append(IMPOSSIBLE)
     else:
         said += [TWO_STEPS, *_apart(result)]
     if np.isnan(result.figures.mean_total) and result.figures.n_new:
         said.append(UNKNOWN)
+    return tuple(said)
+
+
+def _heights(result):
+    """How good the heights of spatial models are, and from where that is known."""
+    adjusted = result.simultaneous
+    if not adjusted.tables.is_spatial:
+        return ()
+    said = []
+    errors = result.points.get("standard_error_height")
+    if errors is not None and (is_new := result.points["role"] == "new").any():
+        size = length(np.sqrt(np.mean(errors[is_new] ** 2)))
+        said.append(f"Heights of the new points: {size} (propagated, RMS).")
+    sizes = adjusted.components.set_index("group")["standard_error_m"]
+    flights = [
+        f"{name.replace('_', ' ')} {length(sizes[f'{name}, height'])}"
+        for name in adjusted.tables.flights
+    ]
+    said.append(f"Measured heights: {', '.join(flights)} {SHOWN}.")
+    if len(adjusted.centres):
+        said.append(
+            f"Projection centres of {count(len(adjusted.centres), 'photograph')} tie "
+            "the models as well, with errors that the residuals show."
+        )
     return tuple(said)
 
 

@@ -97,13 +97,31 @@ class SpatialObservations:
         Part
             Its observations are spatial.
         """
-        part = self.in_plan(is_affine=True).of_models(is_kept)
+        rows = np.flatnonzero(is_kept[self.model])
+        return self.of_rows(rows, np.flatnonzero(is_kept))
+
+    def of_rows(self, rows, models):
+        """Take some of the observations.
+
+        Parameters
+        ----------
+        rows : ndarray of int
+            Ascending.
+        models : ndarray of int
+            Models that are kept, ascending; ``rows`` belong to these.
+
+        Returns
+        -------
+        Part
+            Its observations are spatial.
+        """
+        part = self.in_plan(is_affine=True).of_rows(rows, models)
         kept = SpatialObservations(
             model=part.observations.model,
             point=part.observations.point,
-            xyz=self.xyz[part.rows],
-            standard_error=self.standard_error[part.rows],
-            flight=self.flight[part.models],
+            xyz=self.xyz[rows],
+            standard_error=self.standard_error[rows],
+            flight=self.flight[models],
             control=self.control[part.points],
             control_covariance=self.control_covariance[part.points],
         )

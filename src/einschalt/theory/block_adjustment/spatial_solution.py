@@ -140,13 +140,15 @@ class SpatialSolution(AdjustedBlock):
         return jacobian @ self._step_cofactors @ np.swapaxes(jacobian, 1, 2)
 
 
-def adjust_spatially(observations) -> SpatialSolution:
+def adjust_spatially(observations, start=None) -> SpatialSolution:
     """Adjust all spatial models of a block with its control.
 
     Parameters
     ----------
     observations : SpatialObservations
-        Determined, with models that stand upright but for some degrees.
+        Determined.
+    start : Placement, optional
+        Of the same models; without one they must stand upright but for some degrees.
 
     Returns
     -------
@@ -159,7 +161,7 @@ def adjust_spatially(observations) -> SpatialSolution:
     """
     plan = observations.in_plan(is_affine=True)
     fans = fans_of(plan.model, plan.point, plan.n_models, plan.n_points)
-    start = place_models(observations)
+    start = start or place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
     return _Task(observations, order_block(fans, chained)).solve(start)
 

@@ -1,0 +1,156 @@
+"""How large the errors of control and flights are, and errors that nobody knows.
+
+Errors in plan come from m_g, those of control from its table. What a model is worse in
+height, and how well its projection centres are placed in it, nobody has given: their
+groups of observations get the errors that their residuals show.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.theory.block_adjustment.group_components import group_components
+
+MOST_PASSES = 20
+SETTLED = 0.01
+CONTROL = "control"
+COLUMNS = [
+    *("group", "standard_error_m", "factor", "factor_standard_error"),
+    *("redundancy", "is_estimated"),
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """Groups of measured coordinates.
+
+    Attributes
+    ----------
+    names : list of str
+        ``low_flight``, or ``low_flight, height`` and the like of spatial models.
+    code : ndarray of int, shape (n_rows, d)
+    is_unknown : ndarray of bool, shape (n_groups,)
+        Nobody has given the size of their errors.
+    """
+
+    names: list
+    code: np.ndarray
+    is_unknown: np.ndarray
+
+
+def groups_of(tables, part) -> Groups:
+    """Group the measured coordinates of a block.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    part : Part
+
+    Returns
+    -------
+    Groups
+    """
+    observations = part.observations
+    flight = observations.flight[observations.model]
+    if not tables.is_spatial:
+        known = np.zeros(len(tables.flights), dtype=bool)
+        return Groups(list(tables.flights), np.repeat(flight[:, None], 2, 1), known)
+    kinds = ("plan", "height", "centres in plan", "centres in height")
+    names = [f"{name}, {kind}" for name in tables.flights for kind in kinds]
+    is_centre = tables.is_centre[part.points][observations.point]
+    plan = 4 * flight + 2 * is_centre
+    is_unknown = np.tile([False, True, True, True], len(tables.flights))
+    return Groups(names, np.stack([plan, plan, plan + 1], axis=1), is_unknown)
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A block whose groups have the errors that they show.
+
+    Attributes
+    ----------
+    part : Part
+        Its observations have these errors.
+    solution : BlockSolution or SpatialSolution
+    table : DataFrame
+        group, standard_error_m (median, of one coordinate), factor (the errors that
+        the residuals show, over those that were given; of groups whose errors nobody
+        gave, over the ones to start with), factor_standard_error, redundancy,
+        is_estimated (they were adjusted with it).
+    """
+
+    part: object
+    solution: object
+    table: pd.DataFrame
+
+
+def weigh_groups(tables, part, solution, terms, *, all_of_them) -> Weighed:
+    """Give the groups the errors that their residuals show, where that is asked for.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    part : Part
+    solution : BlockSolution or SpatialSolution
+        Of the part.
+    terms : sequence of CommonTerms
+    all_of_them : bool
+        Estimate every group and the control, or those that nobody has given only.
+
+    Returns
+    -------
+    Weighed
+    """
+    groups = groups_of(tables, part)
+    n_groups = len(groups.names)
+    is_free = np.append(groups.is_unknown | all_of_them, all_of_them)
+    applied = np.ones(n_groups + 1)
+    for _ in range(MOST_PASSES):
+        found = group_components(solution, groups.code, n_groups)
+        step = np.where(is_free & (found.factor > 0.0), found.factor, 1.0)
+        if (np.abs(step - 1.0) < SETTLED).all():
+            break
+        applied *= step
+        part = replace(part, observations=_scaled(part.observations, groups, step))
+        solution = solution.readjusted(part.observations, terms)
+    table = _table(part.observations, groups, applied, found)
+    table["is_estimated"] = is_free[table.index] & table["factor"].notna()
+    return Weighed(part, solution, table.reset_index(drop=True))
+
+
+def _scaled(observations, groups, step):
+    error = observations.standard_error
+    # plane models have one standard error for both coordinates
+    code = groups.code if error.ndim > 1 else groups.code[:, 0]
+    return replace(
+        observations,
+        standard_error=error * step[:-1][code],
+        control_covariance=observations.control_covariance * step[-1] ** 2,
+    )
+
+
+def _table(observations, groups, applied, found):
+    """Groups that have observations, and the control."""
+    error = observations.standard_error.reshape(len(groups.code), -1)
+    error = np.broadcast_to(error, groups.code.shape)
+    is_observed = observations.is_control & ~observations.is_fixed
+    variance = observations.control_covariance[is_observed]
+    control = np.sqrt(np.diagonal(variance, axis1=1, axis2=2))
+    # a group that has come to have little redundancy keeps what it had until then
+    is_told = np.isfinite(found.factor) | (applied != 1.0)
+    factor = np.where(is_told, applied * np.nan_to_num(found.factor, nan=1.0), np.nan)
+    sizes = [error[groups.code == k] for k in range(len(groups.names))] + [control]
+    median = [np.median(size) if size.size else np.nan for size in sizes]
+    table = pd.DataFrame(
+        {
+            "group": [*groups.names, CONTROL],
+            "standard_error_m": median,
+            "factor": factor,
+            "factor_standard_error": factor / np.sqrt(2.0 * found.redundancy),
+            "redundancy": found.redundancy,
+            "is_estimated": False,
+        },
+        columns=COLUMNS,
+    )
+    return table[[size.size > 0 for size in sizes]]

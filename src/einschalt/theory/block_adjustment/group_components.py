@@ -1,0 +1,65 @@
+"""How large the errors of each group of observations show themselves to be.
+
+With v the residuals and r the redundancy numbers of a group,
+
+    s² = Σ w v² / Σ r
+
+is 1 where its errors are as large as given (Förstner 1979). Groups whose errors are
+not known are given others until it is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# redundancy below which a group says nothing of its errors
+LEAST_REDUNDANCY = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class GroupComponents:
+    """Errors that groups of observations show.
+
+    Attributes
+    ----------
+    factor : ndarray, shape (n_groups,)
+        Of the standard errors that were used; NaN with too little redundancy.
+    redundancy : ndarray, shape (n_groups,)
+        Sum of the redundancy numbers.
+    """
+
+    factor: np.ndarray
+    redundancy: np.ndarray
+
+
+def group_components(solution, group, n_groups) -> GroupComponents:
+    """Size of the errors of each group of measurements, and of the control.
+
+    Parameters
+    ----------
+    solution : BlockSolution or SpatialSolution
+    group : ndarray of int, shape (n_rows, d)
+        Group of each measured coordinate.
+    n_groups : int
+
+    Returns
+    -------
+    GroupComponents
+        The last one, beyond ``n_groups``, is the control.
+    """
+    observations, n_axes = solution.observations, solution.residuals.shape[1]
+    error = observations.standard_error.reshape(len(group), -1)
+    squares = ((solution.residuals / error) ** 2).ravel()
+    code = group.ravel()
+    share = (1.0 - solution.leverage).ravel()
+    control = np.nan_to_num(solution.control_residuals)
+    weighted = np.einsum("na,nab,nb->", control, observations.control_weight, control)
+    redundancy = np.append(
+        np.bincount(code, share, n_groups),
+        np.nansum(1.0 - solution.control_leverage[:, :n_axes]),
+    )
+    squares = np.append(np.bincount(code, squares, n_groups), weighted)
+    is_known = redundancy > LEAST_REDUNDANCY
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.sqrt(squares / redundancy)
+    return GroupComponents(np.where(is_known, factor, np.nan), redundancy)
