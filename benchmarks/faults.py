@@ -4,6 +4,7 @@
 its workers, or the runner, the workers and the scheduler of a Dask cluster.
 """
 
+import json
 import os
 import shutil
 import signal
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -105,11 +107,10 @@ class ClusterRun(LocalRun):
 
 
 def _address(file):
-    import json  # noqa: PLC0415 - only clusters write one
-
-    while not file.exists():
+    while True:
+        with suppress(FileNotFoundError, json.JSONDecodeError):  # not whole yet
+            return json.loads(file.read_text(encoding="utf-8"))["address"]
         time.sleep(0.05)
-    return json.loads(file.read_text(encoding="utf-8"))["address"]
 
 
 def _dask(*arguments):

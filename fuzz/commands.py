@@ -2,14 +2,12 @@
 
 import shutil
 
-from click.testing import CliRunner
-from typer.main import get_command
+from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import app
 from fuzz.judges import Breach, judge_output
 
 STATUSES = {0, 1, 2}
-_command = get_command(app)
 
 
 def command(*arguments):
@@ -37,7 +35,7 @@ def command(*arguments):
         call = list(arguments)
         for sign, place in places.items():
             call = [word.replace(sign, str(place)) for word in call]
-        ended = CliRunner().invoke(_command, call)
+        ended = CliRunner().invoke(app, call)
         if not isinstance(ended.exception, (SystemExit, type(None))):
             raise ended.exception
         if ended.exit_code not in STATUSES:

@@ -22,8 +22,8 @@ def racing(monkeypatch):
 @pytest.mark.parametrize(("floor", "verdict"), [(2.0, "pass"), (1000.0, "FAIL")])
 def test_median_ratio_for_one_unit_is_judged(racing, capsys, floor, verdict):
     # the peer takes five times as long, for half as many units
-    ours = racing.Contender("ours", lambda: time.sleep(0.002), 20)
-    peer = racing.Contender("peer", lambda: time.sleep(0.01), 10, floor=floor)
+    ours = racing.Contender("ours", lambda: time.sleep(0.01), 20)
+    peer = racing.Contender("peer", lambda: time.sleep(0.05), 10, floor=floor)
     kept = racing.race("Sleep", "nap", ours, [peer], rounds=5)
     assert kept == (verdict == "pass")
     title, first, second = capsys.readouterr().out.strip().splitlines()

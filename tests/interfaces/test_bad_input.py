@@ -265,10 +265,10 @@ def test_ten_thousand_wrong_rows_make_a_short_message_in_time(small_block, bad, 
         f"1,11/12,N{k},{bad if k < 10_000 else 1},1\n" for k in range(20_000)
     )
     small_block.write(LOW, small_block.read(LOW) + rows)
-    started = time.perf_counter()
+    started = time.process_time()
     with pytest.raises(BlockError) as caught:
         read_block(small_block.path)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     lines = str(caught.value).splitlines()
     assert lines[0] == "10000 problems:"
     assert lines[1].startswith(
@@ -290,10 +290,10 @@ def test_ten_thousand_ragged_rows_make_a_short_message(small_block):
 def test_ten_thousand_repeated_rows_are_found_in_time(small_block):
     rows = "".join(f"1,11/12,N{k % 2},{k},1\n" for k in range(10_002))
     small_block.write(LOW, small_block.read(LOW) + rows)
-    started = time.perf_counter()
+    started = time.process_time()
     with pytest.raises(BlockError, match="10000 problems:\n") as caught:
         read_block(small_block.path)
-    assert time.perf_counter() - started < 5.0  # usually 0.2 s
+    assert time.process_time() - started < 5.0  # usually 0.2 s
     first = caught.value.problems[1]
     assert (first.row, first.point) == (29, "N1")
     assert first.found == "the row repeats row 27"

@@ -1,10 +1,12 @@
 """A real scheduler with two worker processes."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
 
@@ -36,12 +38,18 @@ class Cluster:
 
     @property
     def address(self):
-        import json
-
-        deadline = time.monotonic() + 60.0
-        while not self.file.exists() and time.monotonic() < deadline:
+        while self.scheduler.poll() is None:
+            with suppress(FileNotFoundError, json.JSONDecodeError):  # not whole yet
+                return json.loads(self.file.read_text())["address"]
             time.sleep(0.05)
-        return json.loads(self.file.read_text())["address"]
+        pytest.fail("the scheduler has ended")
+
+    def wait_for_workers(self, n_workers):
+        """On a busy computer one may have done all the work before another comes."""
+        import distributed
+
+        with distributed.Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(n_workers)
 
     def end(self):
         for process in (*self.workers, self.scheduler):
@@ -58,6 +66,7 @@ def cluster(tmp_path):
 
 def test_tasks_run_on_both_workers(cluster):
     slow = f"__import__('time').sleep(0.3) or {OWN_PID}"
+    cluster.wait_for_workers(2)
     pids = run_in_order(DaskEngine(cluster.address), eval, [slow] * 8)
     assert set(pids) == {worker.pid for worker in cluster.workers}
     values = run_in_order(DaskEngine(cluster.address), eval, list("1234"))

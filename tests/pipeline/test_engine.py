@@ -131,7 +131,7 @@ SCRIPT = """
 # one write each: print makes two, between which another worker may come
 TELL = (
     "(o := __import__('os')).write(2, b'%d\\n' % o.getpid())"
-    " and __import__('time').sleep(60)"
+    " and __import__('time').sleep(600)"
 )
 
 
@@ -162,7 +162,7 @@ def test_workers_end_with_their_runner(how):
         pids = [int(script.stderr.readline()) for _ in range(2)]
         script.send_signal(how)
         script.communicate()
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + 120.0
     while any(map(is_running, pids)) and time.monotonic() < deadline:
         time.sleep(0.02)
     assert not any(map(is_running, pids))

@@ -134,10 +134,10 @@ def test_a_million_combinations_come_quickly():
     scales, spacings = np.linspace(6000, 15000, 100), np.linspace(100, 400, 100)
     m_0, m_g = np.linspace(0.05, 0.2, 10), np.linspace(3, 15, 10)
     for edge in ("kovarik", "lattice"):
-        started = time.perf_counter()
+        started = time.process_time()
         table = es.plan_precision(scales, spacings, m_0, m_g, edge=edge)
         assert len(table) == 1_000_000
-        assert time.perf_counter() - started < 2.0
+        assert time.process_time() - started < 2.0
 
 
 def test_planning_imports_neither_numba_nor_scipy():

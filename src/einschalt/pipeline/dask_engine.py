@@ -6,7 +6,7 @@
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.engine import Answer, EngineError, ProcessEndedError
 
-SECONDS_TO_CONNECT = 15
+SECONDS_TO_CONNECT = 30
 EXPECTED = "the address of a running Dask scheduler, such as tcp://10.0.0.5:8786"
 
 

@@ -45,7 +45,7 @@ def batch(blocks, output, *options, **more):
         capture_output=True,
         text=True,
         check=False,
-        timeout=300,
+        timeout=1200,
         **more,
     )
 

@@ -12,11 +12,11 @@ from einschalt.foundations.errors import FileError
 from einschalt.interfaces.batch.folder_lock import LOCK, locked
 
 HOLDER = """
-    import sys, time
+    import sys
     from einschalt.interfaces.batch.folder_lock import locked
     with locked(sys.argv[1]):
         print("held", flush=True)
-        time.sleep(60)
+        sys.stdin.read()
 """
 
 
@@ -25,6 +25,7 @@ def holder(tmp_path):
     """Another process that holds the lock."""
     with subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(HOLDER), tmp_path],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     ) as process:

@@ -31,7 +31,7 @@ def spawn():
             text=True,
             encoding=encoding,
             check=False,
-            timeout=300,
+            timeout=1200,
             **options,
         )
 

@@ -9,6 +9,7 @@ import sys
 import pandas as pd
 import pytest
 
+from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.cli import batch as command
 from einschalt.interfaces.cli.progress import _batch_line
 
@@ -111,12 +112,15 @@ def test_no_blocks(invoke, tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_interruption_ends_with_130_and_is_continued(blocks, tmp_path, spawn):
     call = [sys.executable, "-m", "einschalt", "batch", blocks, "-o", tmp_path]
-    done = subprocess.Popen(
-        [*call, "--workers", "1"], stderr=subprocess.PIPE, text=True
-    )
-    assert done.stderr.readline().startswith("1/3")
-    done.send_signal(signal.SIGINT)
-    _, said = done.communicate(timeout=300)
+    (tmp_path / "south").mkdir()
+    # the second block waits for the lock of its folder: the batch cannot be quicker
+    with locked(tmp_path / "south"):
+        done = subprocess.Popen(
+            [*call, "--workers", "1"], stderr=subprocess.PIPE, text=True
+        )
+        assert done.stderr.readline().startswith("1/3  north done")
+        done.send_signal(signal.SIGINT)
+        _, said = done.communicate()
     assert done.returncode == 130
     assert "interrupted" in said
     assert "Traceback" not in said

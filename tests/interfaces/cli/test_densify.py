@@ -149,16 +149,19 @@ def test_an_output_that_is_a_file_is_said(invoke, block_folder, tmp_path):
 def test_an_interruption_ends_with_130(tmp_path):
     # a block that takes long enough to be interrupted
     block = ROOT / "data_examples" / "neukirchen"
-    done = subprocess.Popen(
-        [sys.executable, "-m", "einschalt", "densify", block, "-o", tmp_path],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    # the first line of progress: the command is at work
-    assert done.stderr.readline()
-    done.send_signal(signal.SIGINT)
-    _, said = done.communicate(timeout=300)
+    for _ in range(10):
+        done = subprocess.Popen(
+            [sys.executable, "-m", "einschalt", "densify", block, "-o", tmp_path],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        # the first line of progress: the command is at work
+        assert done.stderr.readline()
+        done.send_signal(signal.SIGINT)
+        _, said = done.communicate()
+        if done.returncode != 0:  # on a busy computer it may have been quicker
+            break
     assert done.returncode == 130
     assert "interrupted" in said
     assert "Traceback" not in said

@@ -62,7 +62,7 @@ def shell(command, folder, **environment):
         cwd=folder,
         capture_output=True,
         check=False,
-        timeout=300,
+        timeout=1200,
         env={**os.environ, **environment},
     )
 

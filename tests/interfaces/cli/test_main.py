@@ -1,8 +1,8 @@
 """The command as a whole: help, version, start-up, statuses."""
 
+import os
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -68,10 +68,14 @@ def test_help_imports_nothing_heavy(name):
 
 
 def test_help_comes_in_half_a_second(spawn):
+    def processor_seconds():
+        times = os.times()
+        return times.children_user + times.children_system
+
     def duration():
-        started = time.perf_counter()
+        started = processor_seconds()
         assert spawn("--help").returncode == 0
-        return time.perf_counter() - started
+        return processor_seconds() - started
 
     assert min(duration() for _ in range(3)) < 0.5
 

@@ -76,6 +76,7 @@ def test_failing_writer_leaves_the_older_file(tmp_path):
         (errno.ENOSPC, "no space left on device. Free some space, or choose another"),
         (errno.EACCES, "permission denied. Choose a folder that you may write into"),
         (errno.EROFS, "read-only file system. Choose a folder that you may write into"),
+        (errno.ENOLCK, "no locks available. Choose a folder on a file system that"),
     ],
 )
 def test_what_the_system_refuses_is_said(tmp_path, monkeypatch, number, said):

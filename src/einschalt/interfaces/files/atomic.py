@@ -32,6 +32,9 @@ REMEDIES = {
     errno.EEXIST: "Choose another folder: a file has this name",
     errno.EISDIR: "Choose another name: a folder has this one",
     errno.ENAMETOOLONG: "Choose a shorter name",
+    # file systems of clusters, as they are mounted by default
+    errno.ENOLCK: "Choose a folder on a file system that knows locks",
+    errno.ENOSYS: "Choose a folder on a file system that knows locks",
 }
 
 

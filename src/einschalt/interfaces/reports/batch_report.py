@@ -36,10 +36,7 @@ def render_batch(table) -> str:
     return _TEMPLATES.get_template("batch.html.j2").render(
         verdict=_verdict(table),
         headline=_headline(table),
-        failed=[
-            (printable(r.block), _words(r.stage), printable(r.reason), r.remedy)
-            for r in failed.itertuples()
-        ],
+        failed=[_failure(row) for row in failed.itertuples()],
         moved=_moved(moved),
         **_blocks(table),
     )
@@ -102,6 +99,12 @@ def _link(row):
 
 def _whole(value):
     return MISSING if pd.isna(value) else f"{value:d}"
+
+
+def _failure(row):
+    block, reason, remedy = map(printable, (row.block, row.reason, row.remedy))
+    is_ended = not remedy or remedy.endswith(("?", "."))
+    return block, _words(row.stage), reason, remedy if is_ended else f"{remedy}."
 
 
 def _words(name):
