@@ -159,7 +159,7 @@ def test_camera_presets_are_what_planning_takes(camera):
     table = es.plan_precision(
         camera.scale_numbers,
         camera.spacings,
-        camera_presets.DEFAULT_M_0,
+        camera.m_0,
         camera.m_g_um,
         image_format=camera.image_format,
         principal_distance=camera.principal_distance,

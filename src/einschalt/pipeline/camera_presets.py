@@ -5,6 +5,7 @@ from dataclasses import dataclass
 FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
 FILM_SPACINGS = (200.0, 300.0, 400.0)
 FILM_M_G_UM = (10.0, 5.0)
+FILM_M_0 = (0.10, 0.20)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +22,9 @@ class CameraPreset:
     pixel_um : float or None
         Size of a pixel; None for film.
     forward_overlap, side_overlap : float
+    m_0 : tuple of float
+        Usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
+        else what a high flight of the same camera gives [m].
     m_g_um : tuple of float
         Usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
         Kovarik 1971, for digital images 0.3 pixels in each coordinate.
@@ -34,6 +38,7 @@ class CameraPreset:
     pixel_um: float | None = None
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
+    m_0: tuple[float, ...] = FILM_M_0
     m_g_um: tuple[float, ...] = FILM_M_G_UM
     scale_numbers: tuple[float, ...] = FILM_SCALES
     spacings: tuple[float, ...] = FILM_SPACINGS
@@ -58,12 +63,12 @@ def _digital(title, pixels, pixel_um, principal_distance, **usual):
     )
 
 
-LARGE_FORMAT = {"scale_numbers": (15_000.0, 20_000.0, 25_000.0, 30_000.0)}
-UAV = {
-    "forward_overlap": 0.80,
-    "side_overlap": 0.60,
-    "spacings": (10.0, 20.0, 30.0),
+LARGE_FORMAT = {
+    "m_0": (0.05, 0.10),
+    "scale_numbers": (15_000.0, 20_000.0, 25_000.0, 30_000.0),
 }
+UAV = {"forward_overlap": 0.80, "side_overlap": 0.60, "m_0": (0.02, 0.05)}
+"""Flown up to 120 m above ground, where most countries end the open category."""
 CAMERAS = {
     "film_wide": _film("aerial film 23 cm, wide angle", 0.152),
     "film_normal": _film("aerial film 23 cm, normal angle", 0.305),
@@ -77,7 +82,8 @@ CAMERAS = {
         (5_460, 8_192),
         4.4,
         0.035,
-        scale_numbers=(4_000.0, 6_000.0, 8_000.0, 10_000.0),
+        scale_numbers=(2_000.0, 2_500.0, 3_000.0, 3_400.0),
+        spacings=(5.0, 10.0, 15.0),
         **UAV,
     ),
     "uav_one_inch": _digital(
@@ -85,10 +91,10 @@ CAMERAS = {
         (3_648, 5_472),
         2.41,
         0.0088,
-        scale_numbers=(10_000.0, 12_000.0, 14_000.0, 16_000.0),
+        scale_numbers=(8_000.0, 10_000.0, 12_000.0, 13_500.0),
+        spacings=(10.0, 15.0, 20.0),
         **UAV,
     ),
 }
 """By the name that the command line takes. Sizes after the makers' data sheets."""
 DEFAULT_CAMERA = "film_wide"
-DEFAULT_M_0 = (0.10, 0.20)

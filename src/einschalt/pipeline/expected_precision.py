@@ -16,7 +16,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.typesetting import count, length, number, scale, wrapped
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.error_propagation import propagate_values
-from einschalt.pipeline.flight_design import FlightDesign
+from einschalt.pipeline.flight_design import MOST_ON_THE_GROUND, FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block
 from einschalt.stages.results import Result
@@ -144,7 +144,9 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
             remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
         )
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
-    result = densify(block, Settings(coverage_mean=coverage_mean))
+    # a layout has no gross errors to look for
+    settings = Settings(coverage_mean=coverage_mean, screening="off")
+    result = densify(block, settings)
     point_ids = result.model_points["low_flight"]["point_id"]
     of_values = _total(propagate_values(result.propagation, point_ids).covariance)
     values = _values(block, result, of_values)
@@ -253,6 +255,7 @@ def _summary(expected):
     return "\n".join(
         [
             verdict,
+            *_warnings(expected),
             "",
             typesetting.table(rows, header=header),
             wrapped(
@@ -288,13 +291,27 @@ def _coverages(n_coverages):
 def _layout_text(expected):
     design = expected.design
     width, height = design.extent
+    apart = f"{number(design.layout_spacing, 3)} m apart"
+    if design.layout_spacing > design.spacing:
+        apart += f" instead of {design.spacing:g}, which hardly matters"
     high_um = design.noise().high_m_g_um
     return (
-        f"Layout: {width / 1e3:.3g} x {height / 1e3:.3g} km, points {design.spacing:g} "
-        f"m apart; high flight {scale(design.scale_of_high_flight)}, "
-        f"m_g {number(high_um)} µm, {count(expected.n_high_models, 'model')} on "
+        f"Layout: {width / 1e3:.3g} x {height / 1e3:.3g} km, points {apart}; high "
+        f"flight {scale(design.scale_of_high_flight)}, m_g {number(high_um)} µm, "
+        f"{count(expected.n_high_models, 'model')} on "
         f"{count(expected.n_control, 'control point')} of "
         f"{length(design.control_standard_error)}; low flight "
         f"{scale(design.scale_number)}, m_g {number(design.m_g_um)} µm, "
         f"{count(expected.n_low_models, 'model')}, {design.kind}."
     )
+
+
+def _warnings(expected):
+    share = expected.n_control / len(expected.points)
+    if share <= MOST_ON_THE_GROUND:
+        return []
+    said = (
+        f"{expected.n_control} of {len(expected.points)} points are control: little is "
+        "left to be densified. Fly the high flight higher: its models need less then."
+    )
+    return [wrapped(said, first="  ", indent="    ")]

@@ -110,8 +110,7 @@ def describe_effort(expected):
     limits = break_even(expected_parts(flights, design.model), flights)
     said = (
         "An effort pays until the rest of the error is as large as what it reduces: "
-        f"{_settings(limits)}, coverages up to {_amount(limits.n_coverages)}, "
-        f"{_points(limits, design)}."
+        f"{_settings(limits)}, {_coverages(limits, design)}, {_points(limits, design)}."
     )
     header = ["What more would gain (closed estimate)", "cm", "%"]
     text = typesetting.table(rows, header=header, align="lrr")
@@ -122,6 +121,12 @@ def _settings(limits):
     if limits.settings <= 1.0:
         return "more settings in the low flight do not"
     return f"settings in the low flight up to {_amount(limits.settings)} times as many"
+
+
+def _coverages(limits, design):
+    if limits.n_coverages <= design.n_coverages:
+        return "more coverages do not"
+    return f"coverages up to {_amount(limits.n_coverages)}"
 
 
 def _points(limits, design):

@@ -9,6 +9,7 @@ from einschalt.foundations import typesetting
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.plan_costs import PlanCosts
 from einschalt.pipeline.planning import frame_of
 from einschalt.pipeline.planning_arguments import (
@@ -43,8 +44,6 @@ M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
 has its own, since flights do not repeat to the metre."""
-MOST_ON_THE_GROUND = 0.5
-"""Plans that survey more than this part of the points on the ground are none."""
 LIMITS = {
     "measuring": "measuring in the low flight",
     "noise": "noise of the approximate coordinates",
@@ -59,6 +58,9 @@ REMEDIES = {
     "control": "Survey the control better, or give nine points to each model",
 }
 SHOWN = 10
+ONE_COVERAGE = """\
+  One coverage has no other to be compared with: gross errors stay unseen, and only
+  control says how good it was. Two: --n-coverages 2"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -406,6 +408,7 @@ def _summary(search):
     return "\n".join(
         [
             wrapped(verdict, indent="  "),
+            *([ONE_COVERAGE] if best["n_coverages"] == 1 else []),
             "",
             _table(shown.head(SHOWN), search.by),
             *more,

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
-from einschalt.pipeline.camera_presets import DEFAULT_M_0
 from einschalt.pipeline.planning import (
     best_columns,
     break_even_columns,
@@ -85,7 +84,7 @@ def tables(asked: Asked) -> Answer:
     axes = {
         "scale_number": asked.numbers("scale_number", preset.scale_numbers),
         "spacing": asked.numbers("spacing", preset.spacings),
-        "m_0": asked.numbers("m_0", DEFAULT_M_0),
+        "m_0": asked.numbers("m_0", preset.m_0),
         "m_g_um": asked.numbers("m_g_um", preset.m_g_um),
     }
     table = precision_table(axes, flight.model, flight.principal_distance)

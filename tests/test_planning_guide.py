@@ -1,0 +1,62 @@
+"""docs/planning.md: its commands run, and print what stands there."""
+
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli.main import app
+
+ROOT = Path(__file__).parents[1]
+SECTIONS = dict(
+    part.split("\n", 1)
+    for part in (ROOT / "docs" / "planning.md").read_text("utf-8").split("\n## ")[1:]
+)
+FENCED = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+# a scale, or a length with its unit, as prose and tables write them
+FIGURE = re.compile(r"1:\d+|\d+(?:\.\d+)?(?= (?:cm|mm|µm|m)\b)")
+
+
+def run(command):
+    program, *arguments = shlex.split(command)
+    assert program == "einschalt"
+    shown = CliRunner().invoke(app, arguments)
+    assert shown.exit_code == 0, shown.stderr
+    return shown.stdout
+
+
+def python(code):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(compile(code, "planning.md", "exec"), {})
+    return said.getvalue()
+
+
+@pytest.mark.parametrize("title", SECTIONS)
+def test_commands_print_what_stands_below_them(title, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    everything = printed = ""
+    for language, text in FENCED.findall(SECTIONS[title]):
+        if language == "csv":
+            Path("heights.csv").write_text(text, encoding="utf-8")
+        elif language == "text":
+            for excerpt in text.split("…\n"):
+                assert excerpt in printed
+        else:
+            printed = run(text) if language == "sh" else python(text)
+            everything += text + printed
+    for file in re.findall(r"--figure (\S+)", everything):
+        assert Path(file).stat().st_size > 10_000
+    # what the prose says are figures of the commands or of the question
+    prose = FENCED.sub("", SECTIONS[title])
+    question = "".join(re.findall(r"^\*.*\*", prose, re.MULTILINE))
+    known = set(re.findall(r"1:\d+|\d+(?:\.\d+)?", everything + question))
+    assert set(FIGURE.findall(prose)) <= known
+
+
+def test_every_camera_of_the_guide_has_its_example():
+    assert {"Aerial film", "Large-format digital", "UAV"} <= set(SECTIONS)
