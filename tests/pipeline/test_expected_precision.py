@@ -91,7 +91,8 @@ def test_an_oblong_image_covers_what_it_should():
         ({"control_per_model": 4}, "control_per_model = 4"),
         ({"forward_overlap": 0.4}, "forward_overlap = 0.4; expected 0.5 to"),
         ({"coverage_shift": 2}, "coverage_shift = 2"),
-        ({"spacing": 2000}, "points lie on"),
+        ({"width": 500, "height": 500}, "2 x 2 points lie on 500 x 500 m"),
+        ({"spacing": 2000}, "larger than a model at 1:8000"),
     ],
 )
 def test_impossible_designs_are_refused(change, says):
@@ -99,12 +100,27 @@ def test_impossible_designs_are_refused(change, says):
         replace(DESIGN, **change)
 
 
-def test_a_layout_without_points_is_said():
-    design = replace(DESIGN, spacing=900.0, width=9000, height=9000)
-    with pytest.raises(
-        SettingsError, match="no model of the high flight holds 5 points"
-    ):
-        expect_precision(replace(design, scale_number=3000))
+def test_crowded_models_are_laid_out_with_fewer_points():
+    crowded = FlightDesign(
+        scale_number=8000,
+        spacing=30,
+        m_g_um=1.9,
+        image_format=(0.024, 0.036),
+        principal_distance=0.035,
+        forward_overlap=0.8,
+        side_overlap=0.6,
+        width=900,
+        height=900,
+    )
+    assert crowded.layout_spacing == 30.0
+    few = replace(crowded, spacing=10)
+    assert 20.0 < few.layout_spacing < 30.0
+    # the same errors as those of the points that can still be laid out
+    mean = expect_precision(crowded).figures.mean
+    assert expect_precision(few).figures.mean == pytest.approx(mean, rel=0.03)
+    assert "apart instead of 10, which hardly matters" in " ".join(
+        expect_precision(few).summary().split()
+    )
 
 
 def test_something_else_is_refused():
