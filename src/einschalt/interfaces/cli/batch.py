@@ -138,6 +138,10 @@ def batch(
     if not quiet:
         tell(summarize_batch(table, perf_counter() - started))
         tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
+    _end_with_status(table)
+
+
+def _end_with_status(table):
     if (table["outcome"] == "failed").any():
         raise typer.Exit(SOME_FAILED)
 
