@@ -10,7 +10,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.sections import tolerance as tolerance_section
 from einschalt.pipeline.settings import TOLERANCES, Settings
 from einschalt.pipeline.simulated_approximations import onto_given_approximations
-from einschalt.pipeline.simulation import BlockNoise, simulate_block
+from einschalt.pipeline.simulation import simulate_block
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.tolerance import PRESETS
 
@@ -81,9 +81,9 @@ def test_nothing_passes_where_the_claim_does_not_stand(wrong_block):
 
 
 def test_suspects_do_not_pass():
-    noise = BlockNoise(low_gross_error_share=0.02)
-    block = simulate_block("demo", seed=3, noise=noise)
-    result = densify(block, Settings(tolerance=9.0, outliers="snoop"))
+    # one sound point in twenty is a suspect at this significance
+    block = simulate_block("demo", seed=3)
+    result = densify(block, Settings(tolerance=9.0, significance=0.05))
     suspects = result.points["is_suspect"]
     assert result.claim.stands
     assert 0 < suspects.sum() < 20
