@@ -125,7 +125,9 @@ def adjust_block(
     plane = kind if kind in (*PLANE_KINDS, SPATIAL) else "helmert"
     kinds = dict.fromkeys(measured, plane)
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
-    tables = block_tables(block, oriented, kinds)
+    points = {name: o.model_points for name, o in oriented.items()}
+    centres = {name: o.centres for name, o in oriented.items()}
+    tables = block_tables(block, points, kinds, centres)
     options = AdjustmentOptions(
         common=common_terms(measured, families),
         outliers=outliers,
@@ -219,7 +221,10 @@ def adjust_flights(block, settings, flights):
         deformation=settings.model_deformation,
         variance_components=settings.variance_components,
     )
-    return simultaneous_adjustment(block_tables(block, flights, kinds), options)
+    points = {name: flight.model_points for name, flight in flights.items()}
+    centres = {name: flight.centres for name, flight in flights.items()}
+    tables = block_tables(block, points, kinds, centres)
+    return simultaneous_adjustment(tables, options)
 
 
 def point_columns(block, adjusted, two_step):
@@ -322,28 +327,31 @@ def common_terms(flights, families):
     return tuple(CommonTerms(place, families) for place in range(len(flights)))
 
 
-def block_tables(block, oriented, kinds):
+def block_tables(block, model_points, kinds, centres=None):
     """Observations of a block.
 
     Parameters
     ----------
     block : Block
-    oriented : dict of str to RelativeOrientation
-        Of each flight that takes part.
+    model_points : dict of str to DataFrame
+        Of each flight that takes part, after its relative orientation.
     kinds : dict of str to str
         affine, helmert or helmert_3d, of each flight.
+    centres : dict of str to DataFrame, optional
+        Projection centres, which spatial models have in common.
 
     Returns
     -------
     BlockTables
     """
     measured = []
-    for name, flight in oriented.items():
-        points = flight.model_points
+    for name, points in model_points.items():
         error = _standard_errors(block.flights[name], points)
+        rows = points
         if kinds[name] == SPATIAL:
-            points, error = _in_space(name, flight, error)
-        measured.append(MeasuredFlight(name, points, error, kinds[name]))
+            own = None if centres is None else centres[name]
+            rows, error = _in_space(name, points, own, error)
+        measured.append(MeasuredFlight(name, rows, error, kinds[name]))
     return code_block(measured, block.control_points)
 
 
@@ -353,12 +361,11 @@ def _standard_errors(flight, model_points):
     return np.asarray(m_g_um) * METRES_PER_UM * flight.scale_number / SQRT2
 
 
-def _in_space(name, oriented, error):
+def _in_space(name, points, centres, error):
     """Points with projection centres below them, and their errors to begin with."""
-    points, centres = oriented.model_points, oriented.centres
     axes = np.array([1.0, 1.0, HEIGHT_OVER_PLAN])
     errors = error[:, None] * axes
-    if centres.empty:
+    if centres is None or centres.empty:
         return points, errors
     names = ["coverage", "model_id", "point_id", "x", "y", "z"]
     # photographs of both flights may have the same names
