@@ -5,14 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 from scipy.optimize import least_squares
 
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.summary import summarize
+from einschalt.stages.block_tables import MeasuredFlight, code_block
+from einschalt.stages.simultaneous_adjustment import simultaneous_adjustment
 
 POINTS = ["easting", "northing"]
+KIND = "affine"
 
 
 @pytest.fixture(scope="module")
@@ -362,3 +366,66 @@ def test_repeated_settings_weigh_more(block):
     first = es.adjust_block(replace(block, low_flight=four))
     second = es.adjust_block(replace(block, low_flight=half))
     pd.testing.assert_frame_equal(first.points, second.points)
+
+
+def test_reliability_is_that_of_the_single_coordinate(block, adjusted):
+    """MDB = σ δ_0 / √r at 0.1 % and 80 %, and (1 − r) of it stays in the point."""
+    sigma = {
+        name: flight.m_g_um * 1e-6 * flight.scale_number / np.sqrt(2.0)
+        for name, flight in block.flights.items()
+    }
+    rows = adjusted.residuals
+    r = rows["redundancy_number"]
+    delta = stats.norm.ppf(1.0 - 0.0005) + stats.norm.ppf(0.80)
+    bias = rows["flight"].map(sigma) * delta / np.sqrt(r)
+    is_checked = r > 0.01
+    np.testing.assert_allclose(
+        rows["minimal_detectable_bias"][is_checked], bias[is_checked], rtol=1e-4
+    )
+    np.testing.assert_allclose(
+        rows["external_reliability"][is_checked],
+        ((1.0 - r) * bias)[is_checked],
+        rtol=1e-4,
+    )
+
+
+def test_two_models_with_one_common_point_and_control_of_their_own(block):
+    """Each stands by itself, and the common point is the mean of both."""
+    low = block.low_flight.model_points
+    truth = block.truth.set_index("point_id")[POINTS]
+    first, second = [rows for _, rows in low.groupby(["coverage", "model_id"])][:2]
+    common = np.intersect1d(first["point_id"], second["point_id"])
+    assert len(common) > 1
+    second = second[~second["point_id"].isin(common[1:])]
+    apart = [rows[rows["point_id"] != common[0]].head(5) for rows in (first, second)]
+    kept = pd.concat(apart)["point_id"].unique()
+    control = truth.loc[kept].reset_index().assign(standard_error_m=0.03)
+    tables = {
+        "both": pd.concat([first, second]),
+        "first": first,
+        "second": second,
+    }
+    found = {
+        name: simultaneous_adjustment(
+            code_block(
+                [MeasuredFlight("low_flight", table, np.full(len(table), 0.03), KIND)],
+                control,
+            )
+        )
+        for name, table in tables.items()
+    }
+    assert all(f.failures.empty for f in found.values())
+    at = {
+        name: f.points.set_index("point_id").loc[common[0]] for name, f in found.items()
+    }
+    alone = [at["first"], at["second"]]
+    weight = [point["standard_error_easting"] ** -2.0 for point in alone]
+    mean = np.average(
+        [point[POINTS].astype(float) for point in alone], axis=0, weights=weight
+    )
+    np.testing.assert_allclose(
+        at["both"][POINTS].astype(float), mean, rtol=0, atol=1e-8
+    )
+    assert at["both"]["standard_error_easting"] == pytest.approx(
+        sum(weight) ** -0.5, rel=1e-9
+    )

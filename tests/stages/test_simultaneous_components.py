@@ -87,5 +87,7 @@ def test_unknown_word_is_said(block):
 
 def test_the_setting_is_that_of_adjust_block(block):
     settings = es.Settings(method="simultaneous", variance_components="estimated")
-    found = es.densify(block, settings).simultaneous
-    assert found.components["is_estimated"].all()
+    found = es.densify(block, settings)
+    assert found.simultaneous.components["is_estimated"].all()
+    said = "Errors of one coordinate (standard errors that the residuals show): high "
+    assert said in found.summary().replace("\n    ", " ")

@@ -60,7 +60,7 @@ def caution(result) -> str:
 
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures mean, and how far apart the two ways are."""
-    said = [SIMULTANEOUS, *_heights(result)]
+    said = [SIMULTANEOUS, *_estimated(result), *_heights(result)]
     if result.two_step is None:
         said.append(IMPOSSIBLE)
     else:
@@ -68,6 +68,19 @@ def remarks(result) -> tuple[str, ...]:
     if np.isnan(result.figures.mean_total) and result.figures.n_new:
         said.append(UNKNOWN)
     return tuple(said)
+
+
+def _estimated(result):
+    """Sizes of errors with which the block was adjusted, where they were estimated."""
+    components = result.simultaneous.components
+    if result.settings.variance_components == "given":
+        return ()
+    shown = components[components["is_estimated"]]
+    sizes = [
+        f"{name.replace('_', ' ')} {length(size)}"
+        for name, size in zip(shown["group"], shown["standard_error_m"], strict=True)
+    ]
+    return (f"Errors of one coordinate {SHOWN}: {', '.join(sizes) or 'none'}.",)
 
 
 def _heights(result):

@@ -201,10 +201,11 @@ def build_solver(ordering, xy, weights, control, channels) -> Solver:
     """
     design = np.ascontiguousarray(channels.design(xy, ordering.reordered.fans.model))
     weight, is_fixed = control
+    d = design.shape[1]
     return factor_block(
         ordering,
         design,
-        np.repeat(weights[:, None], design.shape[1], axis=1),
+        weights[:, None] if d == 1 else np.repeat(weights[:, None], d, axis=1),
         (channels.control_weight(weight), is_fixed),
         channels,
     )
