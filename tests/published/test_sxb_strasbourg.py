@@ -116,6 +116,26 @@ def test_check_points_enter_nothing_and_differ_as_in_the_bundle(result, publishe
     assert differences[["easting", "northing"]].abs().max().max() <= 0.085
 
 
+def test_one_adjustment_places_all_models_near_the_bundle(block, published):
+    """Spatial models with their projection centres, beside a bundle of all rays."""
+    found = es.densify(block, es.Settings(method="simultaneous"))
+    # two of the models have two control points each: their neighbours hold them
+    assert found.models["is_usable"].all()
+    assert len(found.models) == 10
+    assert set(found.simultaneous.centres["image_id"]) == {
+        *("8811", "8936", "8937", "8938", "9111"),
+    }
+    east, north, height = rms(against_bundle(found, published, "control"))
+    # given with 2 cm in each coordinate, and held with that in both
+    assert max(east, north, height) < 0.02
+    check = against_bundle(found, published, "check")
+    assert check[["easting", "northing"]].abs().max().max() < 0.04
+    adjusted = found.simultaneous.points.set_index("point_id").loc[check.index]
+    away = check["height"] / adjusted["standard_error_height"]
+    assert away.abs().max() < 3.0
+    assert found.simultaneous.s_0 == pytest.approx(1.0, abs=0.15)
+
+
 def test_leave_one_out_over_the_control(block):
     oriented = es.relative_orientation(block.low_flight)
     given = block.approximate_points
