@@ -1,6 +1,6 @@
 """Tables of precision that a result gives on request.
 
-Sources of error, neighbours, control points left out, confidence ellipses.
+Sources of error, reliability, neighbours, control points left out, ellipses.
 """
 
 from abc import abstractmethod
@@ -28,6 +28,10 @@ NEIGHBOUR_COLUMNS = [
     "standard_error_across",
     "standard_error_if_independent",
 ]
+RELIABILITY_COLUMNS = (
+    *("flight", "coverage", "model_id", "point_id"),
+    *("redundancy_number", "minimal_detectable_bias", "external_reliability"),
+)
 ELLIPSE_COLUMNS = ["semi_major", "semi_minor", "azimuth_gon", "confidence"]
 
 
@@ -36,7 +40,8 @@ class PrecisionTables(Result):
 
     It has ``block``, ``settings``, ``points`` and ``errors``; where the errors could
     not be propagated (``errors`` is None), the tables have no rows. Control points are
-    left out with its ``error_model``.
+    left out with its ``error_model``. ``high``, ``low`` and ``simultaneous`` are its
+    fits, each of which may be None.
     """
 
     @cached_property
@@ -56,6 +61,26 @@ class PrecisionTables(Result):
         table = pd.DataFrame({"point_id": self.errors.point_ids, **total, **errors})
         largest = np.argmax(np.column_stack(list(variances.values())), axis=1)
         return table.assign(largest_source=np.array(list(variances))[largest])
+
+    @cached_property
+    def reliability(self):
+        """How large a gross error of each measurement must be to be found, a DataFrame.
+
+        flight, coverage, model_id, point_id, redundancy_number,
+        minimal_detectable_bias, external_reliability (what of an error just below it
+        would stay in the fitted value) [m], per coordinate. In two steps in each model
+        by itself; with ``method = "simultaneous"`` in the whole block.
+        """
+        if self.simultaneous is not None:
+            return self.simultaneous.residuals[list(RELIABILITY_COLUMNS)]
+        fits = {"high_flight": self.high and self.high.transformation}
+        fits["low_flight"] = self.low
+        parts = [
+            fit.reliability.assign(flight=name)
+            for name, fit in fits.items()
+            if fit is not None
+        ]
+        return pd.concat(parts, ignore_index=True)[list(RELIABILITY_COLUMNS)]
 
     @cached_property
     def block_error_sources(self):

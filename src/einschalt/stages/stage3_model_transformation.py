@@ -32,6 +32,11 @@ from einschalt.theory.adjustment.least_squares import (
     standard_error_of_unit_weight,
     total_from_coordinate,
 )
+from einschalt.theory.adjustment.reliability import (
+    external_reliability,
+    minimal_detectable_bias,
+    redundancy_numbers,
+)
 from einschalt.theory.transformation.point_tests import CommonPoints, plan_sums
 
 STAGE = "stage3_model_transformation"
@@ -108,6 +113,24 @@ class ModelTransformation(ModelResult):
             unit_error=self.fit.s_0,
             is_usable=self.models["is_usable"].to_numpy(),
         )
+
+    @cached_property
+    def reliability(self):
+        """How large an error of each fitted point must be to be found, a DataFrame.
+
+        coverage, model_id, point_id, redundancy_number, minimal_detectable_bias,
+        external_reliability (what of it would stay in the point's own fitted value)
+        [m], per coordinate, with the m_0 of all models together.
+        """
+        r = redundancy_numbers(self.fit.leverage[:, :2].mean(axis=1))
+        sigma = self._pooled_s_0 / np.sqrt(self.observed.weights)
+        bias = minimal_detectable_bias(sigma, r)
+        table = self.observed.rows.reset_index(drop=True).assign(
+            redundancy_number=r,
+            minimal_detectable_bias=bias,
+            external_reliability=external_reliability(bias, r),
+        )
+        return of_usable_models(table, self.models, self.observed)
 
     def transform(self, model_points):
         """Transform points, whether they were fitted or not.
