@@ -137,6 +137,8 @@ class DensificationResult(PrecisionTables):
         Stage 5, the means behind the points of the two steps.
     model_points : dict of str to DataFrame
         Of each flight, as they were transformed.
+    orientation_errors : dict of str to OrientationErrors or None
+        Of each flight that was oriented by y-parallaxes.
     propagation : ErrorModel or None
         Operators behind ``errors``.
     iteration : Iteration or None
@@ -166,6 +168,7 @@ class DensificationResult(PrecisionTables):
     seconds: float
     means: CoverageMean | None = None
     model_points: dict | None = None
+    orientation_errors: dict | None = None
     propagation: ErrorModel | None = None
     iteration: Iteration | None = None
     simultaneous: BlockAdjustment | None = None
@@ -186,7 +189,12 @@ class DensificationResult(PrecisionTables):
         first = self.iteration.passes[0]
         points = self.model_points
         model = model_of_both_flights(
-            self.block, points, self.high, first.low, first.means
+            self.block,
+            points,
+            self.high,
+            first.low,
+            first.means,
+            self.orientation_errors,
         )
         return propagate_model(model, first.means)
 
@@ -223,7 +231,8 @@ class DensificationResult(PrecisionTables):
         """
         if self.two_step is not None:
             return self.two_step.components
-        if self.errors is None:
+        # sums of squares know nothing of orientations
+        if self.errors is None or "orientation" in self.errors.parts:
             return None
         first = self.low if self.iteration is None else self.iteration.passes[0].low
         return estimate_components(
@@ -304,10 +313,12 @@ def _in_two_steps(block, settings, flights, said):
     said("error propagation", 0.9)
     model = errors = None
     if can_propagate(block):
-        points = _points_of(block, flights)
-        model = model_of_both_flights(block, points, high, first.low, first.means)
-        model = iterated_model(block, model, iteration, points[FLIGHT_LAST])
-        errors = propagate_model(model, last.means)
+        model = model_of_both_flights(
+            block, measured, high, first.low, first.means, _errors_of(flights)
+        )
+        model = iterated_model(block, model, iteration, measured[FLIGHT_LAST])
+        model = None if model.is_assumed else model
+        errors = None if model is None else propagate_model(model, last.means)
     screening = screen_block(last.means, errors, settings)
     stages = _Stages(flights, gross, high, last, iteration, model, errors, screening)
     return _result(block, settings, stages)
@@ -386,7 +397,8 @@ def _result(block, settings, stages):
         low=low,
         seconds=np.nan,
         means=means,
-        model_points=_points_of(block, stages.flights),
+        model_points={n: flight.model_points for n, flight in stages.flights.items()},
+        orientation_errors=_errors_of(stages.flights),
         propagation=stages.model,
         iteration=stages.iteration,
     )
@@ -417,12 +429,9 @@ def _without_steps(block, settings, flights):
     )
 
 
-def _points_of(block, flights):
-    """Model points of each flight, as they are transformed."""
-    return {
-        name: block.flights[name].to_fit(oriented.model_points)
-        for name, oriented in flights.items()
-    }
+def _errors_of(flights):
+    """Errors of the orientations of each flight."""
+    return {name: oriented.errors for name, oriented in flights.items()}
 
 
 def _silent(_title, _fraction):

@@ -12,6 +12,10 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_UM, ground_from_image_um
+from einschalt.pipeline.orientation_errors import (
+    n_orientation_errors,
+    orientation_chains,
+)
 from einschalt.stages.stage4_error_propagation import (
     FlightOperator,
     GroundSources,
@@ -21,12 +25,13 @@ from einschalt.stages.stage4_error_propagation import (
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.drawn_errors import draw_errors, moved
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.adjustment.propagation import selection, sum_of_chains
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 APPROXIMATE = "approximate_points"
 PLAN = ("easting", "northing")
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
+ORIENTATION = "orientation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +45,20 @@ class HighFlight:
         Approximate coordinates from the values.
     places : ndarray of int
         Which control point stands in each row of the table that was fitted onto.
+    own : dict of str to tuple of sparse arrays
+        Measuring errors from the sources behind them.
     """
 
     operator: FlightOperator
     mean: sparse.sparray
     places: np.ndarray
+    own: dict
 
     @property
     def chains(self):
         """From the sources to the values, dict of str to tuple of sparse arrays."""
-        return {CONTROL: (self.operator.ground,), HIGH: (self.operator.measured,)}
+        measured = {n: (self.operator.measured, *c) for n, c in self.own.items()}
+        return {CONTROL: (self.operator.ground,), **measured}
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +81,10 @@ class ErrorModel:
         Of each source's observations, per coordinate [m]; with a column for each axis
         where they differ.
     is_assumed : bool
-        Whether the approximate coordinates are only assumed to be independent.
+        Whether the approximate coordinates are only assumed to be independent, or
+        orientations to be without errors.
+    own : dict of str to tuple of sparse arrays
+        Measuring errors of the low flight from the sources behind them.
     """
 
     final: sparse.sparray
@@ -82,6 +94,7 @@ class ErrorModel:
     places: np.ndarray
     standard_errors: dict
     is_assumed: bool
+    own: dict
 
     @property
     def n_axes(self):
@@ -91,13 +104,9 @@ class ErrorModel:
     @property
     def chains(self):
         """From the sources to the final points, dict of str to tuple."""
-        return {
-            **{
-                name: (self.final, self.low.ground, *c)
-                for name, c in self.ground.items()
-            },
-            LOW: (self.final, self.low.measured),
-        }
+        through = {n: (self.low.ground, *c) for n, c in self.ground.items()}
+        values = with_own(through, self.low.measured, self.own)
+        return {name: (self.final, *chain) for name, chain in values.items()}
 
     def chains_to_fits(self, flight, observed):
         """From the sources to what a flight was fitted with, ground less measurement.
@@ -118,10 +127,8 @@ class ErrorModel:
         onto = self._chosen(places[observed.ground_rows], operator.ground)
         fitted = self._chosen(observed.row_numbers, operator.measured)
         ground = self.ground if is_low else {CONTROL: ()}
-        return {
-            **{name: (onto, *chain) for name, chain in ground.items()},
-            flight: (-fitted,),
-        }
+        through = {name: (onto, *chain) for name, chain in ground.items()}
+        return with_own(through, -fitted, self.own if is_low else self.high.own)
 
     def _chosen(self, places, operator):
         return selection(places, operator.shape[1] // self.n_axes, self.n_axes)
@@ -144,11 +151,32 @@ class ErrorModel:
         if self.high is not None:
             high = moved(errors, self.high.chains)
         ground = moved(errors, self.ground)
-        low = moved(
-            {**errors, APPROXIMATE: ground},
-            {APPROXIMATE: (self.low.ground,), LOW: (self.low.measured,)},
-        )
+        own = {name: (self.low.measured, *c) for name, c in self.own.items()}
+        through = moved({APPROXIMATE: ground}, {APPROXIMATE: (self.low.ground,)})
+        low = through + moved(errors, own)
         return DrawnBlock(errors, high, ground, low)
+
+
+def with_own(chains, measured, own):
+    """Add to chains what a flight's own errors bring.
+
+    Parameters
+    ----------
+    chains : dict of str to tuple of sparse arrays
+    measured : sparse array
+        From the measuring errors of the flight.
+    own : dict of str to tuple of sparse arrays
+        These from the sources behind them.
+
+    Returns
+    -------
+    dict of str to tuple of sparse arrays
+    """
+    found = dict(chains)
+    for name, chain in own.items():
+        part = (measured, *chain)
+        found[name] = sum_of_chains(found[name], part) if name in found else part
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +201,7 @@ class DrawnBlock:
     low: np.ndarray
 
 
-def model_of_both_flights(block, points, high, low, means):
+def model_of_both_flights(block, points, high, low, means, oriented=None):
     """Errors of control and of both flights, of the sizes that were given.
 
     Parameters
@@ -186,16 +214,22 @@ def model_of_both_flights(block, points, high, low, means):
     low : ModelTransformation
     means : CoverageMean
         Of all values of the low flight, row for row as its model points.
+    oriented : dict of str to OrientationErrors or None, optional
+        Of each flight; without errors where left out.
 
     Returns
     -------
     ErrorModel
-        With the sources ``control``, ``high_flight`` and ``low_flight``.
+        With the sources ``control``, ``high_flight``, ``low_flight`` and, where flights
+        were oriented, ``orientation``.
     """
     control = block.control_points
     is_control = (control["role"] != "check").to_numpy()
     high_points, low_points = points[HIGH], points[LOW]
+    turned = orientation_chains(oriented or {}, {HIGH: high.transformation, LOW: low})
+    # errors that an orientation makes in easting and northing are not alike
     is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
+    is_conformal = is_conformal and not turned
     n_axes = 1 if is_conformal else 2
     control_places = np.flatnonzero(is_control)
     of_high = flight_operator(
@@ -213,15 +247,26 @@ def model_of_both_flights(block, points, high, low, means):
         GroundSources(places, len(high.points)),
         is_conformal=is_conformal,
     )
-    of_both = HighFlight(of_high, approximate, control_places)
+    own = {
+        name: {name: (), **({ORIENTATION: (turned[name],)} if name in turned else {})}
+        for name in (HIGH, LOW)
+    }
+    of_both = HighFlight(of_high, approximate, control_places, own[HIGH])
+    sizes = given_errors(block, points)
+    if turned:
+        sizes[ORIENTATION] = np.ones(n_orientation_errors(oriented))
     return ErrorModel(
         final=mean_operator(means, np.arange(n_low), n_low, n_axes),
         low=of_low,
         ground={name: (approximate, *c) for name, c in of_both.chains.items()},
         high=of_both,
         places=places,
-        standard_errors=given_errors(block, points),
-        is_assumed=any(f.is_oriented_numerically for f in block.flights.values()),
+        standard_errors=sizes,
+        is_assumed=any(
+            flight.is_oriented_numerically and name not in turned
+            for name, flight in block.flights.items()
+        ),
+        own=own[LOW],
     )
 
 
@@ -297,7 +342,9 @@ def assumed_model(result):
     is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
     if not is_plane or "standard_error_m" not in block.control_points:
         return None
-    return model_of_both_flights(block, points, result.high, result.low, result.means)
+    return model_of_both_flights(
+        block, points, result.high, result.low, result.means, result.orientation_errors
+    )
 
 
 def model_of_given_approximations(block, low, means, low_points):
@@ -343,6 +390,7 @@ def model_of_given_approximations(block, low, means, low_points):
             LOW: _with_heights(measured / SQRT2, low, n_axes),
         },
         is_assumed=True,
+        own={LOW: ()},
     )
 
 

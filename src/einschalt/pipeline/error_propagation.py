@@ -27,7 +27,7 @@ def obstacle_to_propagation(block):
     """Say what stands against the propagation of a block's errors.
 
     Given approximate coordinates come with correlations that nobody knows, and models
-    from image coordinates or y-parallaxes share the errors of their orientation.
+    from image coordinates share the errors of their photographs with their neighbours.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def obstacle_to_propagation(block):
         return "the control points have no standard_error_m"
     if not all(flight.transformation in PLANE for flight in flights):
         return "the errors of heights are unknown"
-    if any(flight.is_oriented_numerically for flight in flights):
-        return "models that were oriented here share errors of their orientation"
+    if any(flight.has_images for flight in flights):
+        return "models from images share errors of their photographs"
     return ""
 
 

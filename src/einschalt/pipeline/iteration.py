@@ -265,6 +265,7 @@ def iterated_model(block, model, iteration, low_points):
         places=places_fitted_onto(block, before.means.points["point_id"]),
         standard_errors=steps.sizes(model),
         is_assumed=model.is_assumed,
+        own=model.own,
         state=state,
     )
 
@@ -306,7 +307,8 @@ class _Steps:
         of_low, of_control = self.others[:, :n_low], self.others[:, n_low:]
         none = sparse.csr_array((free.shape[0], n_low))
         own = sparse.vstack([none, of_low], format="csr")
-        state[LOW] = sum_of_chains(state[LOW], (own,))
+        for source, chain in model.own.items():
+            state[source] = sum_of_chains(state[source], (own, *chain))
         if self._has_control_errors:
             held = (sparse.vstack([direct, of_control], format="csr"),)
             known = state.get(CONTROL)

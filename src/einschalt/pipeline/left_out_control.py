@@ -16,7 +16,7 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations.names import encode
-from einschalt.pipeline.error_model import CONTROL, HIGH, LOW
+from einschalt.pipeline.error_model import CONTROL, LOW, with_own
 from einschalt.stages.stage4_error_propagation import propagate
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.propagation import selection
@@ -191,11 +191,14 @@ class _Prediction:
         picked = self.of_misfits @ self.high_fit.picked
         of_high = (self.through @ model.high.mean + picked).tocsr()
         of_control = of_high @ high.ground - self.of_misfits @ on_control - given
-        return {
-            CONTROL: (of_control.tocsr(),),
-            HIGH: (of_high, high.measured),
-            LOW: (self.of_values, model.low.measured),
-        }
+        of_flights = (
+            (of_high, high.measured, model.high.own),
+            (self.of_values, model.low.measured, model.own),
+        )
+        chains = {CONTROL: (of_control.tocsr(),)}
+        for left, measured, own in of_flights:
+            chains = with_own(chains, left @ measured, own)
+        return chains
 
     def differences(self):
         """Predicted less given coordinates, shape (n_points, 2) [m]."""

@@ -275,7 +275,9 @@ def contradicted_figures(result):
             f"of errors as given: {total}, {paper}, {internal}",
             RAISE_M_G,
         )
-    if not figures.mean_internal > WORTH_A_WORD * figures.mean_paper:
+    is_known = result.errors is not None and "orientation" in result.errors.parts
+    # of orientations the budget knows nothing
+    if is_known or not figures.mean_internal > WORTH_A_WORD * figures.mean_paper:
         return None
     return Suggestion(
         f"The coverages differ more than the budget explains: {internal}, {paper}",
@@ -292,7 +294,8 @@ def high_flight_misfit(result):
     degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
     m_g = ground_from_image_um(block.high_flight.m_g_um, block.high_flight.scale_number)
     control = block.control_points["standard_error_m"].to_numpy(dtype=float)
-    explained = np.hypot(m_g, np.sqrt(np.mean(control**2)))
+    bent = _bent_by_orientation(result, block.high_flight.scale_number)
+    explained = np.hypot.reduce([m_g, np.sqrt(np.mean(control**2)), bent])
     m_0 = result.figures.m_0_high
     if degrees == 0 or not m_0 / explained > _upper_ratio(degrees):
         return None
@@ -301,6 +304,15 @@ def high_flight_misfit(result):
         f"{length(explained)} that m_g_um and the control points' errors explain",
         "Look for gross errors in high flight and control, or give larger errors",
     )
+
+
+def _bent_by_orientation(result, scale_number):
+    """What errors of orientations leave in a transformation of the high flight [m]."""
+    rows = result.orientations
+    bent = rows.loc[rows["flight"] == "high_flight", "m_g_orientation_um"]
+    bent = bent.dropna().to_numpy(dtype=float)
+    rms = np.sqrt(np.mean(bent**2)) if len(bent) else 0.0
+    return ground_from_image_um(rms, scale_number)
 
 
 def points_that_differ(result):

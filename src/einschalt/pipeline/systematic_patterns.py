@@ -13,6 +13,7 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
+from einschalt.pipeline.error_model import ORIENTATION
 from einschalt.theory.adjustment.control_information import (
     ControlValues,
     ModelValues,
@@ -141,7 +142,11 @@ def find_patterns(result):
     found = tuple(part for part in affinities if part is not None)
     # what film does to models must not pass for a strain of the network
     affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
-    return SystematicPatterns(found, _strain(block, fits, errors, affine))
+    # orientations bend models: what that makes would pass for strain
+    strain = None
+    if ORIENTATION not in errors:
+        strain = _strain(block, fits, errors, affine)
+    return SystematicPatterns(found, strain)
 
 
 def _affinity(flight, transformation, model, errors):

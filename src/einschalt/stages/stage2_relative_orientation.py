@@ -5,7 +5,7 @@ models are formed. A flight that comes as machine coordinates of oriented models
 through unchanged.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,10 @@ from einschalt.stages.relative_orientation.orient_from_images import (
 )
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
     orient_from_parallaxes,
+)
+from einschalt.stages.relative_orientation.parallax_errors import (
+    OrientationErrors,
+    parallax_errors,
 )
 from einschalt.stages.relative_orientation.parallax_orientation import (
     correct_model_points,
@@ -72,6 +76,9 @@ class RelativeOrientation(Result):
     centres : DataFrame
         coverage, model_id, image_id, x, y, z of the projection centres, as the model
         points; no rows where they are not known.
+    errors : OrientationErrors or None
+        How errors of the orientations move the model points, row for row; None where
+        that is not known.
     """
 
     model_points: pd.DataFrame
@@ -81,6 +88,7 @@ class RelativeOrientation(Result):
     centres: pd.DataFrame = field(
         default_factory=lambda: pd.DataFrame(columns=CENTRE_COLUMNS)
     )
+    errors: OrientationErrors | None = None
 
     def summary(self):
         """Say how many models were oriented, and how well."""
@@ -259,7 +267,19 @@ def _from_parallaxes(flight):
         _orientations(oriented, oriented.models["is_usable"], measuring_error),
         oriented.residuals,
         failures.drop_duplicates(["coverage", "model_id"]).assign(stage=STAGE),
+        errors=_errors_of_points(flight, oriented, corrected.points),
     )
+
+
+def _errors_of_points(flight, oriented, corrected):
+    """How errors of the parallaxes move the corrected points, in their final unit."""
+    to_mm = METRES_PER_UNIT[flight.model_unit] / METRES_PER_MM
+    machine = _scaled(flight.model_points, to_mm).loc[corrected.index]
+    errors = parallax_errors(oriented, machine)
+    if errors is None:
+        return None
+    unit = flight.to_fit(pd.DataFrame({"x": [1.0 / to_mm], "y": [1.0 / to_mm]}))
+    return replace(errors, factors=errors.factors * unit["x"].iloc[0])
 
 
 def _scaled(lengths, factor):

@@ -25,6 +25,11 @@ PROPAGATED = (
     "propagated: errors of control and of both flights, of the sizes given, carried "
     "through every stage with their correlations."
 )
+ORIENTED = (
+    "propagated: errors of control and of both flights, of the sizes given, and of the "
+    "orientations, as sigma_0 of all models has them, carried through every stage with "
+    "their correlations."
+)
 PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
 HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
@@ -85,7 +90,8 @@ def remarks(result) -> tuple[str, ...]:
         return (TOTAL, *two_ways.remarks(result))
     chosen = [TOTAL, PAPER]
     if np.isfinite(result.figures.mean_total):
-        chosen.insert(1, PROPAGATED)
+        is_oriented = result.errors is not None and "orientation" in result.errors.parts
+        chosen.insert(1, ORIENTED if is_oriented else PROPAGATED)
     if coverages_of_low_flight(result) > 1:
         chosen.append(INTERNAL)
         if result.settings.coverage_mean == "all":

@@ -1,0 +1,90 @@
+"""How errors of measured y-parallaxes reach the points of their models.
+
+The parallaxes of a model give five elements with errors of their own, and every point
+of the model is corrected with them: all its points share five errors. Their size comes
+from sigma_0 of all models together, since one model has hardly any redundancy.
+
+See docs/theory/propagation.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.names import encode_pairs
+from einschalt.stages.relative_orientation.parallax_orientation import (
+    models_frame,
+    places_of_models,
+)
+from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.relative_orientation.deformation_error import (
+    correction_derivatives,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class OrientationErrors:
+    """Errors that points of a model share by its orientation.
+
+    Attributes
+    ----------
+    model : ndarray of int, shape (n_points,)
+        Orientation of each model point.
+    factors : ndarray, shape (n_points, 2, 5)
+        Plan coordinates by five independent errors of variance 1, in the unit of the
+        model points.
+    n_models : int
+    """
+
+    model: np.ndarray
+    factors: np.ndarray
+    n_models: int
+
+
+def parallax_errors(orientation, machine_points):
+    """Derive how the errors of the parallaxes move corrected points.
+
+    Parameters
+    ----------
+    orientation : ParallaxOrientation
+    machine_points : DataFrame
+        coverage, model_id, x, y, z as they were read, of models that were oriented; in
+        the unit of the orientation.
+
+    Returns
+    -------
+    OrientationErrors or None
+        None where no model has redundancy: then the size of the errors is not known.
+    """
+    models, adjustment = orientation.models, orientation.adjustment
+    is_checked = np.isfinite(adjustment.sigma_0) & (adjustment.redundancy > 0)
+    if not is_checked.any():
+        return None
+    redundancy = adjustment.redundancy[is_checked]
+    squares = adjustment.sigma_0[is_checked] ** 2 * redundancy
+    size = pooled_standard_error(squares, redundancy)
+    model = _models_of(orientation, machine_points)
+    derivatives = correction_derivatives(
+        machine_points[["x", "y", "z"]].to_numpy(dtype=float),
+        models["base"].to_numpy(dtype=float)[model],
+        adjustment.elements[model],
+        orientation.case,
+    )
+    roots = size * _roots(adjustment.cofactor)
+    factors = np.einsum("nak,nkj->naj", derivatives[:, :2], roots[model])
+    return OrientationErrors(model, factors, len(models))
+
+
+def _models_of(orientation, points):
+    codes = encode_pairs(points["coverage"], points["model_id"])
+    wanted = models_frame(codes.names)
+    if not orientation.has_coverages:
+        wanted = wanted.drop(columns="coverage")
+    place, _ = places_of_models(wanted, orientation.models)
+    return place[codes.codes]
+
+
+def _roots(cofactor):
+    """Matrices R with R Rᵀ = Q; 0 where a model is not determined."""
+    values, vectors = np.linalg.eigh(np.nan_to_num(cofactor))
+    return vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
