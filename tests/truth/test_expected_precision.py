@@ -1,34 +1,47 @@
 """The precision that a plan expects is the precision that a block then has.
 
-Three of the twelve designs, a few runs each; all of them with 30 runs:
-``python -m benchmarks.planned_precision``.
+Three of the twelve designs, a few blocks each; all of them with more:
+``make truth``, part planning.
 """
 
+import numpy as np
 import pytest
-from benchmarks.planned_precision import DESIGNS, estimate, simulated_truth
+from tests.truth.long_form.planning import DESIGNS, true_squares
 
 from einschalt.pipeline.expected_precision import expect_precision
+from einschalt.pipeline.plan_effort import flights_of
+from einschalt.theory.planned_expectation import expected_parts
 
-SHORT = ["film, 200 m", "UltraCam, 300 m", "UAV 36 mm, 200 m"]
+SHORT = ["film 1:6000, 200 m", "UltraCam 1:25000, 300 m", "UAV 36 mm 1:24000, 200 m"]
 SEEDS = range(1, 7)
 
 
 @pytest.mark.parametrize("name", SHORT)
 def test_expected_is_true_within_5_percent(name):
+    figures = expect_precision(DESIGNS[name]).figures
+    squares = [true_squares(name, seed) for seed in SEEDS]
+    mean, edge, centre = np.sqrt(np.mean(squares, axis=0))
+    assert figures.mean == pytest.approx(mean, rel=0.05)
+    assert figures.single_edge == pytest.approx(edge, rel=0.05)
+    assert figures.single_centre == pytest.approx(centre, rel=0.05)
+    # the formula of 1971 is not
+    assert figures.paper_mean < 0.75 * mean
+
+
+@pytest.mark.parametrize("name", ["film 1:8000, 300 m", "DMC III 1:20000, 200 m"])
+def test_the_closed_estimate_is_near_the_propagation(name):
     design = DESIGNS[name]
     figures = expect_precision(design).figures
-    truth = simulated_truth(design, SEEDS)
-    assert figures.mean == pytest.approx(truth.mean, rel=0.05)
-    assert figures.single_edge == pytest.approx(truth.edge, rel=0.05)
-    assert figures.single_centre == pytest.approx(truth.centre, rel=0.05)
-    # the formula of 1971 is not
-    assert figures.paper_mean < 0.75 * truth.mean
-
-
-@pytest.mark.parametrize("name", ["film, 300 m, as Neukirchen", "DMC III, 200 m"])
-def test_the_closed_estimate_is_near_the_propagation(name):
-    figures = expect_precision(DESIGNS[name]).figures
-    parts = estimate(DESIGNS[name])
+    parts = expected_parts(flights_of(design), design.model)
     assert float(parts.mean) == pytest.approx(figures.mean, rel=0.12)
     assert float(parts.edge) == pytest.approx(figures.single_edge, rel=0.12)
     assert float(parts.centre) == pytest.approx(figures.single_centre, rel=0.12)
+
+
+def test_there_are_twelve_designs_of_three_kinds():
+    assert len(DESIGNS) == 12
+    kinds = {name.split()[0] for name in DESIGNS}
+    assert kinds == {"film", "DMC", "UltraCam", "UAV"}
+    assert {100, 400} <= {design.spacing for design in DESIGNS.values()}
+    # as they are asked for, not thinned
+    assert all(d.layout_spacing == d.spacing for d in DESIGNS.values())

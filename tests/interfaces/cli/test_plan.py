@@ -181,6 +181,21 @@ def test_what_does_not_count_is_said(invoke):
     assert "Not used for --target: --m-0, --expect." in shown.stdout
 
 
+def test_terrain_is_judged_for_both_flights_of_a_layout(invoke, tmp_path):
+    heights = tmp_path / "heights.csv"
+    heights.write_text(
+        "model_id,h1,h2,h3,h4,h5,h6\n7/8,600,600,900,900,900,900\n", encoding="utf-8"
+    )
+    shown = invoke(
+        *("plan", "--expect", "--scale", 8000, "--high-scale-number", 16000),
+        *("--width", 4000, "--height", 4000, "--terrain", heights),
+    )
+    assert shown.exit_code == 0, shown.stderr
+    said = shown.stdout[shown.stdout.index("Dangerous surfaces") :]
+    assert "1:8000   1 weak" in said
+    assert "1:16000" in said
+
+
 def test_costs_rank_the_plans(invoke, tmp_path):
     def cheapest(*costs):
         options = ("--target", 0.08, "--spacing", 300, "--output", tmp_path / "p.csv")

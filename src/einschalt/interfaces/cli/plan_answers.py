@@ -3,7 +3,7 @@
 Each answer has a text, and tables and figures that are made only when they are written.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from einschalt.foundations.errors import EinschaltError
@@ -15,7 +15,6 @@ from einschalt.pipeline.planning import (
     frame_of,
     precision_table,
 )
-from einschalt.pipeline.planning_arguments import checked_axis
 from einschalt.pipeline.planning_text import describe_table
 
 SEARCHED_SCALES = 16
@@ -35,11 +34,14 @@ class Answer:
         holds.
     figures : callable
         Gives a dict of name to Figure; the first is the one that a single file holds.
+    scale_numbers : sequence of float
+        Image scales that are in question, for the terrain.
     """
 
     text: str
     tables: Callable
     figures: Callable
+    scale_numbers: Sequence[float]
 
 
 def answer(asked: Asked) -> Answer:
@@ -103,7 +105,8 @@ def tables(asked: Asked) -> Answer:
             "break_even": frame_of(break_even_columns(table)),
         }
 
-    return Answer(describe_table(table, best), frames, figures)
+    scales = table.axes["scale_number"]
+    return Answer(describe_table(table, best), frames, figures, scales)
 
 
 def search(asked: Asked) -> Answer:
@@ -147,7 +150,12 @@ def search(asked: Asked) -> Answer:
         f"{found.summary()}\n\n{checked.summary()}",
         lambda: {"plans": found.plans, **_of_layout(checked.expected)},
         figures,
+        _scales_of(checked.plan),
     )
+
+
+def _scales_of(plan):
+    return [float(plan["scale_number"]), float(plan["high_scale_number"])]
 
 
 def _plans_alone(found, said):
@@ -158,7 +166,8 @@ def _plans_alone(found, said):
         return {"plans": plans_figure(found)}
 
     text = f"{found.summary()}\n\n{said}"
-    return Answer(text, lambda: {"plans": found.plans}, figures)
+    tables = {"plans": found.plans}
+    return Answer(text, lambda: tables, figures, _scales_of(found.nearest))
 
 
 def _frame_of(asked):
@@ -234,6 +243,7 @@ def layout(asked: Asked) -> Answer:
         text,
         lambda: _of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
+        [expected.design.scale_number, expected.design.scale_of_high_flight],
     )
 
 
@@ -305,14 +315,11 @@ def with_terrain(given, file, asked: Asked) -> Answer:
     checked = check_table(raw, TERRAIN_HEIGHTS, source=file.name)
     raise_problems(checked.problems)
     flight = asked.flight
-    scales = checked_axis(
-        "scale_number", asked.numbers("scale_number", flight.preset.scale_numbers)
-    )
     forecast = terrain_forecast.forecast_by_scale(
-        checked.frame, scales, flight.model, flight.principal_distance
+        checked.frame, given.scale_numbers, flight.model, flight.principal_distance
     )
     by_camera = terrain_forecast.forecast_by_camera(
-        checked.frame, scales[0] * flight.principal_distance
+        checked.frame, given.scale_numbers[0] * flight.principal_distance
     )
     said = terrain_forecast.describe_forecast(forecast, by_camera)
     return replace(
