@@ -230,10 +230,17 @@ def chosen_engine(scheduler=None, workers=None, memory_gb=None):
     Raises
     ------
     SettingsError
-        A number that is not allowed.
+        A number that is not allowed, or one for a cluster.
     """
-    engine = LocalEngine(workers, memory_gb=memory_gb)
-    return engine if scheduler is None else DaskEngine(scheduler)
+    if scheduler is None:
+        return LocalEngine(workers, memory_gb=memory_gb)
+    if workers is not None or memory_gb is not None:
+        raise SettingsError(
+            "workers or memory are given beside a scheduler",
+            expected="workers of a cluster with what they got when they were started",
+            remedy="Leave them out, or the scheduler",
+        )
+    return DaskEngine(scheduler)
 
 
 def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):

@@ -94,6 +94,10 @@ def test_settings_that_densify_takes_are_options():
         (["--workers", "0"], "workers = 0; expected a whole number from 1 to 1024"),
         (["--memory", "-1"], "memory_gb = -1.0; expected a number above 0"),
         (["--significance", "2"], "significance = 2.0"),
+        (
+            ["--scheduler", "tcp://a:1", "--workers", "2"],
+            "workers or memory are given beside a scheduler",
+        ),
     ],
 )
 def test_wrong_calls_end_with_2(invoke, blocks, tmp_path, options, said):
