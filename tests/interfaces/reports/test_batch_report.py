@@ -8,7 +8,6 @@ from einschalt.interfaces.reports.batch_report import render_batch
 from einschalt.pipeline.batch import blocks_table
 
 HOSTILE = "<script>alert(1)</script>\x1b[2J"
-SHOWN = "<script>alert(1)</script>\\x1b[2J"
 
 
 class Page(HTMLParser):
