@@ -99,3 +99,31 @@ def test_oriented_flights_pass_unchanged():
     assert found.model_points is flight.model_points
     assert list(found.orientations.columns) == ORIENTATION_COLUMNS
     assert found.summary() == "no relative orientation to compute"
+
+
+def distances_over_base(flight, case):
+    """From both projection centres to the points of a model, its base being 1."""
+    found = relative_orientation(replace(flight, orientation_case=case))
+    first = found.orientations[["coverage", "model_id"]].head(1)
+    points, centres = (
+        table.merge(first) for table in (found.model_points, found.centres)
+    )
+    centres = centres.set_index("image_id")[list("xyz")].to_numpy(dtype=float)
+    way = points[list("xyz")].to_numpy()[:, None] - centres
+    base = np.linalg.norm(centres[1] - centres[0])
+    return centres, np.linalg.norm(way, axis=2) / base
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_projection_centres_belong_to_the_model_in_every_case(flight, case):
+    if not flight.has_images:
+        assert relative_orientation(
+            replace(flight, orientation_case=case)
+        ).centres.empty
+        return
+    centres, found = distances_over_base(flight, case)
+    _, expected = distances_over_base(flight, "dependent_right")
+    # the case turns the system and changes its scale: ratios stay
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    # the base of two photographs that overlap by 60 % of 23 cm, at image scale
+    assert np.linalg.norm(centres[1] - centres[0]) == pytest.approx(92.0, rel=0.1)

@@ -214,22 +214,20 @@ def _from_images(flight, outliers):
 
 
 def _centres(oriented, flight):
-    """Projection centres in the models: the left one is the origin."""
+    """Projection centres in the models, whichever photograph is the reference."""
     names = ["coverage", "model_id"]
     depth = oriented.model_points.groupby(names, sort=False)["z"].mean().abs()
     scale = (flight.principal_distance_mm / depth).rename("scale").reset_index()
-    base = oriented.models[names].reset_index(drop=True)
-    for axis in "xyz":
-        base[axis] = oriented.parameters[f"b{axis}"].to_numpy()
-    models = flight.models.merge(scale, on=names).merge(base, on=names)
-    sides = {"left_image": 0.0, "right_image": models["scale"]}
-    tables = [
-        models[names].assign(
-            image_id=models[side],
-            **{axis: models[axis] * factor for axis in "xyz"},
-        )
-        for side, factor in sides.items()
-    ]
+    cameras = oriented.elements.cameras
+    sides = {"left_image": cameras.left_centre, "right_image": cameras.right_centre}
+    tables = []
+    for side, centre in sides.items():
+        table = oriented.models[names].reset_index(drop=True)
+        table[list("xyz")] = centre
+        table = flight.models[[*names, side]].merge(table, on=names)
+        table = table.merge(scale, on=names).rename(columns={side: "image_id"})
+        table[list("xyz")] = table[list("xyz")].mul(table["scale"], axis=0)
+        tables.append(table)
     return pd.concat(tables, ignore_index=True)[CENTRE_COLUMNS]
 
 
