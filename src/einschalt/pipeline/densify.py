@@ -181,23 +181,6 @@ class DensificationResult(PrecisionTables):
             return pd.DataFrame(columns=COLUMNS).astype({"is_suspect": bool})
         return self.screening.table
 
-    @cached_property
-    def errors_of_one_pass(self):
-        """Propagated errors after the first of several passes, or None."""
-        if self.iteration is None or self.errors is None:
-            return None
-        first = self.iteration.passes[0]
-        points = self.model_points
-        model = model_of_both_flights(
-            self.block,
-            points,
-            self.high,
-            first.low,
-            first.means,
-            self.orientation_errors,
-        )
-        return propagate_model(model, first.means)
-
     @property
     def iterations(self):
         """How far the points moved in each further pass, a DataFrame; see Iteration."""

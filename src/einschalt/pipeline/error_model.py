@@ -223,43 +223,32 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         With the sources ``control``, ``high_flight``, ``low_flight`` and, where flights
         were oriented, ``orientation``.
     """
-    control = block.control_points
-    is_control = (control["role"] != "check").to_numpy()
-    high_points, low_points = points[HIGH], points[LOW]
     turned = orientation_chains(oriented or {}, {HIGH: high.transformation, LOW: low})
-    # errors that an orientation makes in easting and northing are not alike
-    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
-    is_conformal = is_conformal and not turned
-    n_axes = 1 if is_conformal else 2
-    control_places = np.flatnonzero(is_control)
-    of_high = flight_operator(
-        high.transformation,
-        high_points,
-        GroundSources(control_places, len(control)),
-        is_conformal=is_conformal,
-    )
-    n_high, n_low = len(high_points), len(low_points)
-    approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
-    places = places_fitted_onto(block, high.points["point_id"])
-    of_low = flight_operator(
-        low,
-        low_points,
-        GroundSources(places, len(high.points)),
-        is_conformal=is_conformal,
-    )
     own = {
         name: {name: (), **({ORIENTATION: (turned[name],)} if name in turned else {})}
         for name in (HIGH, LOW)
     }
-    of_both = HighFlight(of_high, approximate, control_places, own[HIGH])
+    # errors that an orientation makes in easting and northing are not alike
+    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
+    is_conformal = is_conformal and not turned
+    of_high = _high_flight(
+        block, points[HIGH], high, own[HIGH], is_conformal=is_conformal
+    )
+    n_axes, n_low = of_high.operator.n_axes, len(points[LOW])
+    places = places_fitted_onto(block, high.points["point_id"])
     sizes = given_errors(block, points)
     if turned:
         sizes[ORIENTATION] = np.ones(n_orientation_errors(oriented))
     return ErrorModel(
         final=mean_operator(means, np.arange(n_low), n_low, n_axes),
-        low=of_low,
-        ground={name: (approximate, *c) for name, c in of_both.chains.items()},
-        high=of_both,
+        low=flight_operator(
+            low,
+            points[LOW],
+            GroundSources(places, len(high.points)),
+            is_conformal=is_conformal,
+        ),
+        ground={name: (of_high.mean, *c) for name, c in of_high.chains.items()},
+        high=of_high,
         places=places,
         standard_errors=sizes,
         is_assumed=any(
@@ -268,6 +257,21 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         ),
         own=own[LOW],
     )
+
+
+def _high_flight(block, points, high, own, *, is_conformal):
+    """How errors enter the values of the high flight and their means."""
+    control = block.control_points
+    places = np.flatnonzero((control["role"] != "check").to_numpy())
+    operator = flight_operator(
+        high.transformation,
+        points,
+        GroundSources(places, len(control)),
+        is_conformal=is_conformal,
+    )
+    n_points = len(points)
+    mean = mean_operator(high.means, np.arange(n_points), n_points, operator.n_axes)
+    return HighFlight(operator, mean, places, own)
 
 
 def given_errors(block, points):

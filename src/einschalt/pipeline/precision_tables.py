@@ -12,7 +12,11 @@ import pandas as pd
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.pipeline.error_propagation import obstacle_to_propagation
+from einschalt.pipeline.error_model import model_of_both_flights
+from einschalt.pipeline.error_propagation import (
+    obstacle_to_propagation,
+    propagate_model,
+)
 from einschalt.pipeline.left_out_control import leave_out_control, left_out_table
 from einschalt.stages.results import Result
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
@@ -202,6 +206,23 @@ class PrecisionTables(Result):
         self._require_errors()
         places = _places(self.points["point_id"], pairs)
         return self.errors.covariance_at(places)[:, :2, :2]
+
+    @cached_property
+    def errors_of_one_pass(self):
+        """Propagated errors after the first of several passes, or None."""
+        if self.iteration is None or self.errors is None:
+            return None
+        first = self.iteration.passes[0]
+        points = self.model_points
+        model = model_of_both_flights(
+            self.block,
+            points,
+            self.high,
+            first.low,
+            first.means,
+            self.orientation_errors,
+        )
+        return propagate_model(model, first.means)
 
     @cached_property
     def left_out_control(self):
