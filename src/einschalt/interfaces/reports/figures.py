@@ -123,7 +123,8 @@ def _draw_new_ellipses(sheet, result, points):
     if len(shown) < len(ellipses):
         said += f", at {len(shown)} of {len(ellipses)} points"
     below = {"ha": "right", "va": "top", "fontsize": 8.5}
-    low = -0.34 / sheet.size_in[1]  # beside the name of the axis
+    low = -0.28 / sheet.size_in[1]  # on one line with the name of the axis
+    sheet.axes.set_xlabel(sheet.axes.get_xlabel(), loc="left")
     sheet.axes.text(1.0, low, said, transform=sheet.axes.transAxes, **below)
 
 
