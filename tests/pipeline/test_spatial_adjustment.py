@@ -248,6 +248,27 @@ def test_models_mirrored_in_plan_do_not_converge(block):
         es.adjust_block(mirrored(block, "x"), kind="helmert_3d")
 
 
+def test_models_without_relief_of_their_own_are_no_traceback(block):
+    low = block.low_flight.model_points.assign(z=0.0)
+    flat = replace(block, low_flight=replace(block.low_flight, model_points=low))
+    with pytest.raises(GeometryError, match="does not converge; expected models that"):
+        es.adjust_block(flat, kind="helmert_3d")
+
+
+@pytest.mark.parametrize("n_control", [4, 5])
+def test_control_in_one_corner_holds_the_block(block, n_control):
+    control = block.control_points[block.control_points["role"] == "control"]
+    along = control[PLANE].sum(axis=1).to_numpy()
+    few = control.iloc[np.argsort(along)[:n_control]]
+    corner = replace(block, control_points=few, may_be_unmeasured=True)
+    points = es.adjust_block(corner, kind="helmert_3d").points
+    assert len(points) == len(block.truth)
+    error = errors(points, block.truth)
+    size = np.hypot(*error[:, :2].T) / points["standard_error_total"]
+    assert np.sqrt(np.mean(size**2)) < 2.0
+    assert np.abs(error[:, 2] / points["standard_error_height"]).max() < 4.5
+
+
 def test_models_mirrored_in_height_show_it(block):
     found = es.adjust_block(mirrored(block, "z"), kind="helmert_3d").components
     factor = found.set_index("group")["factor"]

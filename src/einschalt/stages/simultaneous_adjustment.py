@@ -244,9 +244,28 @@ def simultaneous_adjustment(tables, options=None):
     Raises
     ------
     GeometryError
-        Nothing of the block can be determined.
+        Nothing of the block can be determined, or spatial models do not converge.
     """
-    options = options or AdjustmentOptions()
+    try:
+        return _adjust_tables(tables, options or AdjustmentOptions())
+    except np.linalg.LinAlgError as error:
+        raise GeometryError(
+            "The points of the models do not determine the deformation that they share",
+            expected="points in many places of the models",
+            remedy="Leave deformation out, or models of the kind affine",
+            stage=STAGE,
+        ) from error
+    except ArithmeticError as error:
+        raise GeometryError(
+            "The simultaneous adjustment of the spatial models does not converge",
+            expected="models that stand upright but for some degrees, without "
+            "exchanged names of points",
+            remedy='Set method = "pipeline", and look at the residuals of its models',
+            stage=STAGE,
+        ) from error
+
+
+def _adjust_tables(tables, options):
     part, verdicts = _determined_part(tables)
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
@@ -275,25 +294,9 @@ def simultaneous_adjustment(tables, options=None):
 
 def _adjusted(part, options):
     """Adjust what can be determined, without projection centres."""
-    try:
-        if isinstance(part.observations, SpatialObservations):
-            return adjust_spatially(part.observations)
-        return adjust(part.observations, _terms(part, options))
-    except np.linalg.LinAlgError as error:
-        raise GeometryError(
-            "The points of the models do not determine the deformation that they share",
-            expected="points in many places of the models",
-            remedy="Leave deformation out, or models of the kind affine",
-            stage=STAGE,
-        ) from error
-    except ArithmeticError as error:
-        raise GeometryError(
-            "The simultaneous adjustment of the spatial models does not converge",
-            expected="models that stand upright but for some degrees, without gross "
-            "errors in control",
-            remedy='Set method = "pipeline", and look at the residuals of its models',
-            stage=STAGE,
-        ) from error
+    if isinstance(part.observations, SpatialObservations):
+        return adjust_spatially(part.observations)
+    return adjust(part.observations, _terms(part, options))
 
 
 @dataclass(frozen=True, eq=False)
