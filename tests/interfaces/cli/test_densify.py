@@ -32,6 +32,7 @@ FILES = {
         ("weighting", command.Weighting),
         ("outliers", command.Outliers),
         ("model_deformation", command.ModelDeformation),
+        ("variance_components", command.VarianceComponents),
         ("residual_distribution", command.Distribution),
     ],
 )
