@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint format bench fuzz faults clean clean-cache
+.PHONY: demo test truth lint format bench fuzz faults clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -10,6 +10,10 @@ demo: .venv/installed
 
 test: .venv/installed-test
 	$(BIN)/python -m pytest
+
+# 200 blocks with known truth, some minutes; writes docs/truth.md
+truth: .venv/installed-test
+	$(BIN)/python -m tests.truth.long_form
 
 lint: .venv/installed-test
 	$(BIN)/ruff check .

@@ -1,6 +1,6 @@
 """Wrong claims are called out, right ones are not: the short form.
 
-The long form is 100 blocks of each kind; its figures stand in docs/theory/claim.md.
+The long form is 100 blocks of each kind; its figures stand in docs/truth.md.
 """
 
 import pytest

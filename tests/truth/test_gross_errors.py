@@ -1,6 +1,6 @@
 """Gross errors do no harm once they are looked for: the short form.
 
-The long form is fifty blocks for each flight; run by itself.
+The long form has more blocks and all treatments; its figures stand in docs/truth.md.
 """
 
 from importlib import import_module

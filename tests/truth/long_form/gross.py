@@ -20,7 +20,7 @@ from einschalt.pipeline.simulation import simulate_block
 from einschalt.pipeline.simultaneous import adjust_block
 from einschalt.theory.adjustment.reliability import noncentrality
 
-N_BLOCKS = 50
+N_BLOCKS = 25
 SHARE, SIZE_UM = 0.01, 50.0
 FLIGHTS = ("high", "low")
 WAYS = ("keep", "snoop", "huber", "tukey")
