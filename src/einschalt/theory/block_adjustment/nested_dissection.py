@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-LEAF = 10  # models: smaller parts are eliminated as a whole
+LEAF = 5  # models: smaller parts are eliminated as a whole
 GOOD_CUT = 0.35  # of the smaller half; above, other directions are tried as well
 
 
