@@ -20,7 +20,7 @@ from einschalt.pipeline.simulation import simulate_block
 from einschalt.theory.planned_expectation import expected_parts
 
 # by the first word of a design: so many that the figures are known to 0.01
-N_BLOCKS = {"film": 40, "DMC": 32, "UltraCam": 32, "UAV": 72}
+N_BLOCKS = {"film": 40, "DMC": 32, "UltraCam": 48, "UAV": 100}
 WITHIN_5_PERCENT = {"low": 0.95, "high": 1.05}
 
 
