@@ -7,7 +7,7 @@ from pathlib import Path
 PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
     *("precision", "components", "gross", "claim"),
-    *("simultaneous", "deformation"),
+    *("simultaneous", "deformation", "planning"),
 )
 OPENING = """\
 # Is what is claimed what is so?
@@ -32,7 +32,7 @@ SHOWN = (
     ("simultaneous adjustment, film", "simultaneous", "simultaneous_truth"),
     ("deformations that models share", "deformation", "model_deformation"),
     ("relative orientation", "–", "relative_orientation"),
-    ("precision that planning expects", "–", "expected_precision"),
+    ("precision that planning expects", "planning", "expected_precision"),
 )
 
 

@@ -50,8 +50,8 @@ def tables():
             f"Gross errors in one per cent of a flight's measurements, {size}",
             "Root mean square of the errors of the final points over that of the same "
             "blocks without gross errors: of all points, and of those whose gross "
-            "errors could be found (at most 1.05). The next table says which could not; "
-            "points of models that are left without redundancy are not counted either.",
+            "errors could be found (at most 1.05): the next table names the others. "
+            "Models that are left without redundancy cannot check their points.",
             ("flight", "mode", "outliers", "all points", "that have the redundancy"),
             [row for flight in FLIGHTS for row in _ratio_rows(flight, blocks[flight])],
         ),
