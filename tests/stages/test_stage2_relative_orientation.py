@@ -127,3 +127,17 @@ def test_projection_centres_belong_to_the_model_in_every_case(flight, case):
     np.testing.assert_allclose(found, expected, rtol=1e-9)
     # the base of two photographs that overlap by 60 % of 23 cm, at image scale
     assert np.linalg.norm(centres[1] - centres[0]) == pytest.approx(92.0, rel=0.1)
+
+
+def test_models_without_coverage_are_of_the_first(flight):
+    names = ("model_points", "y_parallaxes", "models", "base")
+    tables = {n: t for n in names if hasattr(t := getattr(flight, n), "columns")}
+    first = {
+        name: table[table["coverage"] == "1"].drop(columns="coverage")
+        for name, table in tables.items()
+        if "coverage" in table
+    }
+    found = relative_orientation(replace(flight, **first))
+    assert set(found.orientations["coverage"]) == {"1"}
+    assert set(found.model_points["coverage"]) == {"1"}
+    assert len(found.failures) == 0

@@ -231,6 +231,17 @@ def number_word(amount):
     return NUMBER_WORDS[amount] if 0 <= amount < len(NUMBER_WORDS) else f"{amount:d}"
 
 
+def at_least(metres):
+    """Write a height that must not be undercut: rounded up to ten metres.
+
+    Examples
+    --------
+    >>> at_least(1324.2)
+    '1330'
+    """
+    return f"{10 * math.ceil(metres / 10.0):d}"
+
+
 def names(ids: Iterable[str], most: int = 5) -> str:
     """Write a list of names, shortened to the first few.
 

@@ -4,7 +4,7 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.shown_names import shortened
-from einschalt.foundations.typesetting import fixed, number, scale, wrapped
+from einschalt.foundations.typesetting import at_least, fixed, number, scale, wrapped
 from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (
     EDGE,
@@ -117,7 +117,7 @@ def describe_forecast(forecast, by_camera):
     groups = list(forecast.groupby("scale_number"))[:MOST_SCALES]
     more = forecast["scale_number"].nunique() - MOST_SCALES
     worst = [(scale_number, _worst(models)) for scale_number, models in groups]
-    height = worst[0][1]["flying_height"]
+    height = by_camera["flying_height"].iloc[0]
     return "\n".join(
         [
             HEAD,
@@ -163,6 +163,6 @@ def _table(rows, first):
 def _advice(scale_number, worst):
     text = f"{scale(scale_number)}: model {worst['model_id']} is {worst['verdict']}"
     if worst["safe_flying_height"] > worst["flying_height"]:
-        height = number(worst["safe_flying_height"])
+        height = at_least(worst["safe_flying_height"])
         text += f"; fly {height} m above its valley, or with a wider angle"
     return wrapped(f"{text}.", first="  ", indent="    ")

@@ -12,6 +12,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
+from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
 from einschalt.stages.relative_orientation.orient_from_images import (
     OUTLIERS,
@@ -130,6 +131,7 @@ def relative_orientation(flight, *, outliers="keep"):
     """
     _require_flight(flight)
     require_choice("outliers", outliers, OUTLIERS)
+    flight = _with_coverages(flight)
     if flight.image_points is not None:
         return _from_images(flight, outliers)
     if flight.y_parallaxes is not None:
@@ -140,6 +142,17 @@ def relative_orientation(flight, *, outliers="keep"):
         pd.DataFrame(columns=["coverage", *KEYS]),
         pd.DataFrame(columns=FAILURE_COLUMNS),
     )
+
+
+def _with_coverages(flight):
+    """The flight with "1" as coverage of its models where they have none."""
+    given = {name: getattr(flight, name) for name in ("model_points", "models")}
+    missing = {
+        name: with_coverage(table)
+        for name, table in given.items()
+        if table is not None and "coverage" not in table
+    }
+    return replace(flight, **missing) if missing else flight
 
 
 def _require_flight(flight):

@@ -266,7 +266,7 @@ def test_terrain(invoke, terrain, tmp_path):
         surfaces.loc["0012", "inflation"], 1 / (1 - 0.3 * (1 + 1.52**2)), rtol=1e-7
     )
     assert "3 models: 2 critical, 1 safe" in shown.stdout
-    assert "Fly 2000 m above the valley" in shown.stdout
+    assert "Fly 1990 m above the valley" in shown.stdout
     assert "terrain reaches the flying height" in shown.stdout
 
 

@@ -222,7 +222,7 @@ def test_forecast_of_a_valley_and_its_remedy():
     np.testing.assert_allclose(models.loc["flat", "inflation"], 1.0)
     assert models.loc["ridge", "inflation"] < 1.0
     np.testing.assert_allclose(models["critical_depth"], 302.08, atol=0.005)
-    assert "Fly 1700 m above the valley" in str(forecast)
+    assert "Fly 1660 m above the valley" in str(forecast)
     # and there it is safe indeed, if only just
     height = models.loc["valley", "safe_flying_height"]
     higher = FlightPlan(**WIDE, flying_height=height + 1.0)

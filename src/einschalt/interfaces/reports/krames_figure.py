@@ -130,15 +130,22 @@ class _Construction:
         return np.isfinite(distance) & (distance <= FARTHEST * self.size)
 
     @property
+    def _near(self):
+        """G where it is drawn, NaN where it lies as far as infinity."""
+        return np.where(self.has_point, [self.Y, self.Z], np.nan)
+
+    @property
     def on_perpendicular(self):
         """Height of the perpendicular from G above or below each point, (2, 3)."""
-        return self.Z[:, None] + self.y / self.z * (self.Y[:, None] - self.y)
+        Y, Z = self._near
+        return Z[:, None] + self.y / self.z * (Y[:, None] - self.y)
 
     @property
     def feet(self):
         """Feet of the perpendiculars, on the rays and on the circle, (2, 3, 2)."""
         points = np.stack([self.y, self.z], axis=-1)
-        along = self.y * self.Y[:, None] + self.z * self.Z[:, None]
+        Y, Z = self._near
+        along = self.y * Y[:, None] + self.z * Z[:, None]
         return points * (along / (self.y**2 + self.z**2))[..., None]
 
 

@@ -420,7 +420,7 @@ FORECAST_COLUMNS = [
 def _warning(row):
     text = f"model {row.Index}, {row.verdict}: {row.reason}."
     if np.isfinite(row.inflation) and row.safe_flying_height > row.flying_height:
-        height = typesetting.number(row.safe_flying_height)
+        height = typesetting.at_least(row.safe_flying_height)
         text += f" Fly {height} m above the valley, or with a wider-angle camera."
     elif row.over_correction_n < 0.0:
         text += " Beyond the dangerous circle: over-corrections go the other way."

@@ -42,6 +42,10 @@ AGAINST_X = (
     "the base points against x. Where it was not flown that way, left and right image "
     "are exchanged, or the images are mirrored."
 )
+EXCHANGED = (
+    "the base points against x: left and right image are exchanged, or the images "
+    "mirrored, unless it was flown that way"
+)
 POOLED = "sigma_0 (an image coordinate, all models together)"
 NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
 LARGE = "sigma_0 is more than three times the median. Look for gross errors."
@@ -142,7 +146,19 @@ class ImageOrientation(ModelResult):
         surfaces = surface_table(examination, self.models["model_id"])
         reason = self.models["reason"].to_numpy()
         surfaces.loc[is_failed, "reason"] = reason[is_failed]
+        # nothing is wrong with their surfaces, but nobody should overlook it
+        is_against = self.is_against_x & (surfaces["reason"] == "").to_numpy()
+        surfaces.loc[is_against, "reason"] = EXCHANGED
         return surfaces
+
+    @property
+    def is_against_x(self):
+        """Models whose base points against x of the left image, ndarray of bool.
+
+        Left and right image are exchanged, or the images mirrored, where they were not
+        flown that way.
+        """
+        return self.is_oriented & (self.pairs.orientation.base[:, 0] < -COS_45)
 
     @property
     def estimates(self):
@@ -300,7 +316,7 @@ def _problems(result, good):
     for is_it, text in (
         (good["is_ambiguous"], AMBIGUOUS),
         (good["n_in_front"] < good["n_points"], SOME_BEHIND),
-        (_is_against_x(result, good), AGAINST_X),
+        (result.is_against_x[good.index], AGAINST_X),
         (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
         (_is_near_surface(result, good), NEAR_SURFACE),
     ):
@@ -308,11 +324,6 @@ def _problems(result, good):
             names = typesetting.names(good.loc[is_it, "model_id"])
             problems.append(f"model {names}: {text}")
     return [*problems, *_suspects(result)]
-
-
-def _is_against_x(result, good):
-    x = result.pairs.orientation.base[good.index, 0]
-    return pd.Series(x < -COS_45, index=good.index)
 
 
 def _suspects(result):
