@@ -1,12 +1,13 @@
 """Designs of flights, and their expected precision."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import einschalt as es
-from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.errors import EinschaltError, GeometryError, SettingsError
 from einschalt.pipeline.expected_precision import expect_precision, zones_of
 from einschalt.pipeline.flight_design import FlightDesign
 
@@ -126,3 +127,21 @@ def test_crowded_models_are_laid_out_with_fewer_points():
 def test_something_else_is_refused():
     with pytest.raises(SettingsError, match="a FlightDesign"):
         expect_precision({"scale_number": 8000})
+
+
+@pytest.mark.parametrize("n_coverages", [1, 2, 3])
+def test_the_rule_of_1971_knows_how_many_coverages_there_are(n_coverages):
+    expected = expect_precision(replace(DESIGN, n_coverages=n_coverages))
+    rule = expected.formula
+    mean = np.hypot(rule.M_centre, rule.M_edge) / np.sqrt(2.0 * n_coverages)
+    table = expected.summary()
+    (row,) = re.findall(
+        r"^  (?:one coverage|mean of \w+ coverages) .*$", table, re.MULTILINE
+    )
+    assert float(row.split()[-1]) == pytest.approx(100 * mean, abs=0.051)
+
+
+def test_an_area_of_control_alone_is_refused():
+    small = replace(DESIGN, width=900.0, height=900.0, control_per_model=9)
+    with pytest.raises(GeometryError, match="all points of the area would be control"):
+        expect_precision(small)

@@ -190,3 +190,12 @@ def test_of_infeasible_plans_the_nearest_that_can_be_laid_out_is_checked():
     assert not checked.is_kept
     nearest = found.plans.sort_values("reached").head(6)
     assert checked.plan["reached"] in nearest["reached"].to_numpy()
+
+
+@pytest.mark.parametrize(
+    "change", [{"control_standard_error": -0.03}, {"high_over_low_m_g": 0.0}]
+)
+def test_nonsense_of_what_is_at_hand_is_refused(change):
+    (name,) = change
+    with pytest.raises(SettingsError, match=name):
+        PlanFrame(**change)

@@ -174,3 +174,11 @@ def test_ranges_name_arguments():
 
     names = set(inspect.signature(es.plan_precision).parameters)
     assert set(planning_arguments.RANGES) - names == {"target"}
+
+
+def test_numbers_of_any_kind():
+    one = es.plan_precision(8000, np.array(300), 0.1, np.float32(10))
+    same = es.plan_precision(8000, 300, 0.1, 10)
+    assert one["M_edge"].to_list() == same["M_edge"].to_list()
+    with pytest.raises(SettingsError, match="a whole number of 1329 bits"):
+        es.plan_precision(8000, 300, 0.1, 10**400)

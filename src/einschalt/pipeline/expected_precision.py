@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import count, length, number, scale, wrapped
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.error_propagation import propagate_values
@@ -20,7 +20,7 @@ from einschalt.pipeline.flight_design import MOST_ON_THE_GROUND, FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block
 from einschalt.stages.results import Result
-from einschalt.theory.precision_planning import PlannedPrecision
+from einschalt.theory.precision_planning import PlannedPrecision, mean_of_coverages
 
 # places in a model, −½ to ½ from edge to edge, as DensificationResult has them
 CENTRE_WITHIN, EDGE_BEYOND, CORNER_BEYOND = 0.2, 0.4, 0.35
@@ -147,6 +147,12 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
     # a layout has no gross errors to look for
     settings = Settings(coverage_mean=coverage_mean, screening="off")
     result = densify(block, settings)
+    if not (result.points["role"] == "new").any():
+        raise GeometryError(
+            "all points of the area would be control points",
+            expected="some that are to be densified",
+            remedy="Give a smaller spacing, or a larger area",
+        )
     point_ids = result.model_points["low_flight"]["point_id"]
     of_values = _total(propagate_values(result.propagation, point_ids).covariance)
     values = _values(block, result, of_values)
@@ -236,12 +242,15 @@ def _figures(result, values, m_0):
 def _summary(expected):
     figures, formula = expected.figures, expected.formula
     coverages = _coverages(expected.design.n_coverages)
+    of_mean = mean_of_coverages(
+        formula.M_centre, formula.M_edge, expected.design.n_coverages
+    )
     n_new = int((expected.points["role"] == "new").sum())
     rows = [
         _row("one model, middle", "single_centre", figures, formula.M_centre),
         _row("one model, edge", "single_edge", figures, formula.M_edge),
         _row("one model, corner", "single_corner", figures, np.nan),
-        _row(coverages, "mean", figures, formula.M_double),
+        _row(coverages, "mean", figures, float(of_mean)),
     ]
     header = ["[cm, total]", "expected", "formula", "rule of 1971"]
     parts = ", ".join(

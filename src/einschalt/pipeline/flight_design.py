@@ -93,7 +93,7 @@ class FlightDesign:
             ("m_g_um", self.high_m_g_um),
         ):
             if value is not None:
-                checked_number(name, value)
+                _checked_of_high_flight(name, value)
         if self.scale_of_high_flight <= self.scale_number:
             raise SettingsError(
                 f"high_scale_number = {self.scale_of_high_flight:g}, with a low flight "
@@ -213,3 +213,10 @@ class FlightDesign:
             self.m_g_um * METRES_PER_UM,
             self.model,
         )
+
+
+def _checked_of_high_flight(name, value):
+    try:
+        checked_number(name, value)
+    except SettingsError as error:
+        raise error.with_facts(found=f"high_{error.found}") from None

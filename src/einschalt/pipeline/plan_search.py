@@ -6,7 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.errors import (
+    GeometryError,
+    SettingsError,
+    raise_problems,
+)
 from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.flight_design import MOST_ON_THE_GROUND
@@ -19,7 +23,7 @@ from einschalt.pipeline.planning_arguments import (
     planned_model,
     require_reasonable_size,
 )
-from einschalt.pipeline.value_ranges import Range
+from einschalt.pipeline.value_ranges import Range, problems_in
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 from einschalt.theory.planned_expectation import (
@@ -58,6 +62,9 @@ REMEDIES = {
     "control": "Survey the control better, or give nine points to each model",
 }
 SHOWN = 10
+SEVERAL_COVERAGES = (
+    "  With several coverages it is the error of their mean, alike at every place."
+)
 ONE_COVERAGE = """\
   One coverage has no other to be compared with: gross errors stay unseen, and only
   control says how good it was. Two: --n-coverages 2"""
@@ -137,6 +144,12 @@ class PlanSearch(Result):
         return _summary(self)
 
 
+ALLOWED_IN_FRAME = {
+    "control_standard_error": Range(0, 10, "metres"),
+    "high_over_low_m_g": Range(0.01, 100),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
     """What is at hand: camera, transformation, control, and what things cost.
@@ -164,6 +177,10 @@ class PlanFrame:
     control_standard_error: float = 0.03
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
+
+    def __post_init__(self):
+        """Check what no planned model knows."""
+        raise_problems(problems_in(self, ALLOWED_IN_FRAME))
 
 
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
@@ -266,12 +283,7 @@ def _precisions(given, frame, model):
     is_possible = (n_points > LEAST_POINTS[model.kind]) & (
         in_high_model >= given["control_per_model"]
     )
-    if not is_possible.any():
-        raise GeometryError(
-            f"at most {n_points.max():.2g} points lie in a model",
-            expected=f"more than {LEAST_POINTS[model.kind]} for {model.kind}",
-            remedy="Give a smaller spacing, or larger scale numbers",
-        )
+    _require_points(n_points, in_high_model, given, model)
     columns = {name: values[is_possible] for name, values in given.items()}
     columns["high_scale_number"] = (
         columns.pop("high_over_low") * columns["scale_number"]
@@ -296,6 +308,25 @@ def _precisions(given, frame, model):
     }
     columns["limited_by"] = _limits(parts)
     return columns
+
+
+def _require_points(n_points, in_high_model, given, model):
+    """Refuse choices of which none has models with enough points."""
+    least = LEAST_POINTS[model.kind]
+    remedy = "Give a smaller spacing, or larger scale numbers"
+    is_determined = n_points > least
+    if not is_determined.any():
+        raise GeometryError(
+            f"at most {n_points.max():.2g} points lie in a model",
+            expected=f"more than {least} for {model.kind}",
+            remedy=remedy,
+        )
+    if not (is_determined & (in_high_model >= given["control_per_model"])).any():
+        raise GeometryError(
+            f"at most {in_high_model.max():.2g} points lie in a high-flight model",
+            expected=f"{given['control_per_model'].min():.0f} that can be control",
+            remedy=remedy,
+        )
 
 
 def _expected(columns, m_g, frame, model) -> ExpectedParts:
@@ -373,7 +404,9 @@ def _reached(columns, where, by):
         for place in ("centre", "edge", "mean")
     )
     single = {"centre": centre, "edge": edge, "everywhere": np.maximum(centre, edge)}
-    return np.where(columns["n_coverages"] == 1, single[where], mean)
+    reached = np.where(columns["n_coverages"] == 1, single[where], mean)
+    # models that do not determine their edge promise nothing
+    return np.where(np.isfinite(np.maximum(centre, edge)), reached, np.inf)
 
 
 def _is_efficient(cost, error):
@@ -408,7 +441,7 @@ def _summary(search):
     return "\n".join(
         [
             wrapped(verdict, indent="  "),
-            *([ONE_COVERAGE] if best["n_coverages"] == 1 else []),
+            ONE_COVERAGE if best["n_coverages"] == 1 else SEVERAL_COVERAGES,
             "",
             _table(shown.head(SHOWN), search.by),
             *more,

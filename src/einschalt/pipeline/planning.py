@@ -278,8 +278,10 @@ forward_overlap, side_overlap
     is_few = table["n_points"] < FEW_POINTS
     few = (
         f"{is_few.sum()} of {is_few.size} best scales leave fewer than "
-        f"{FEW_POINTS:.0f} points in a model: see edge = lattice"
+        f"{FEW_POINTS:.0f} points in a model"
     )
+    if edge != "lattice":
+        few += ": see edge = lattice"
     return frame_of(table, (few,) if is_few.any() else ())
 
 
@@ -325,8 +327,8 @@ def break_even_columns(table):
     Returns
     -------
     dict of str to ndarray, shape (n_combinations,)
-        scale_number, spacing, m_0, m_g_um; ``settings``, of a point (or coverages) up
-        to which measuring decides at the edge; ``spacing_at_break_even`` [m], down to
+        scale_number, spacing, m_0, m_g_um; ``settings``, of a point, up to
+        which measuring decides at the edge; ``spacing_at_break_even`` [m], down to
         which denser points gain there.
     """
     columns = table.columns()

@@ -6,7 +6,9 @@ from numbers import Real
 
 import numpy as np
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.number_texts import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
 from einschalt.pipeline.value_ranges import Range
 from einschalt.theory.planned_leverage import KINDS, LEAST_POINTS
@@ -67,6 +69,8 @@ def checked_axis(name, values):
 micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
     """
     is_many = isinstance(values, Iterable) and not isinstance(values, str | bytes)
+    if getattr(values, "ndim", 1) == 0:  # an array that is one number
+        values, is_many = values.item(), False
     listed = list(values) if is_many else [values]
     if not listed:
         raise SettingsError(
@@ -86,11 +90,13 @@ micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
 
 
 def _is_number(value):
-    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+    is_real = isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+    # a whole number can be longer than a float
+    return is_real and not (isinstance(value, int) and abs(value) > LARGEST_NUMBER)
 
 
 def _shown(value):
-    return f"{float(value):g}" if _is_number(value) else repr(value)
+    return f"{float(value):g}" if _is_number(value) else described(value)
 
 
 def checked_number(name, value):

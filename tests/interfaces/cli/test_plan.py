@@ -230,7 +230,6 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
         (("--target", "0.05", "--costs", "image=-1"), "image = -1"),
         (("--figure", "plan.doc"), "'.doc' is none of a figure"),
         (("--figure", "no/such/folder/plan.png"), "plan.png"),
-        (("--target", "5"), ""),
         (("--target", "50"), "5 cm are 0.05"),
         (("--target", "-1"), "target = -1"),
         (("--target", "0.05", "--control-per-model", "6"), "expected 5 or 9"),
@@ -244,7 +243,6 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
 )
 def test_other_nonsense_is_refused(options, says, invoke):
     shown = invoke("plan", *options)
+    assert shown.exit_code == 2
     assert "Traceback" not in shown.stderr
-    if says:
-        assert shown.exit_code == 2
-        assert says in " ".join(shown.stderr.split())
+    assert says in " ".join(shown.stderr.split())
