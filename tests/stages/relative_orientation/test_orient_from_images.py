@@ -485,3 +485,29 @@ def test_models_that_failed_have_no_precision(faulty_pairs):
     assert len(oriented.model_precision) == 30
     assert oriented.model_precision.notna().all().all()
     assert oriented.model_covariance("line").shape == (0, 0)
+
+
+def test_rays_that_do_not_meet_have_a_reason(image_pairs):
+    is_wrong = image_pairs["model_id"] == "1/2"
+    names = image_pairs.loc[is_wrong, ["x_right", "y_right"]].to_numpy()
+    image_pairs.loc[is_wrong, ["x_right", "y_right"]] = names[::-1]
+    oriented = orient_from_images(image_pairs, C)
+    surfaces = oriented.dangerous_surface
+    if oriented.is_oriented[list(surfaces.index).index("1/2")]:
+        assert "no measuring is so poor" in surfaces.loc["1/2", "reason"]
+        assert "model 1/2: sigma_0 is above 0.1 mm" in " ".join(
+            oriented.summary().split()
+        )
+    assert surfaces.loc["1/2", "reason"] != ""
+    assert (surfaces.drop("1/2")["reason"] == "").all()
+
+
+def test_exchanged_images_have_a_reason(image_pairs):
+    left, right = ["x_left", "y_left"], ["x_right", "y_right"]
+    is_wrong = image_pairs["model_id"] == "1/2"
+    image_pairs.loc[is_wrong, left + right] = image_pairs.loc[
+        is_wrong, right + left
+    ].to_numpy()
+    surfaces = orient_from_images(image_pairs, C).dangerous_surface
+    assert "left and right image are exchanged" in surfaces.loc["1/2", "reason"]
+    assert (surfaces.drop("1/2")["reason"] == "").all()

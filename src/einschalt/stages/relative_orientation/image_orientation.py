@@ -33,6 +33,8 @@ from einschalt.theory.relative_orientation.orientation_elements import (
 
 # sigma_0 of a model against that of all models that is worth a word
 LARGE_SIGMA = 3.0
+# no comparator and no matching is worse: such rays do not belong to each other
+HOPELESS_SIGMA = 0.1  # mm
 AMBIGUOUS = (
     "another orientation fits about as well; the one nearer to the normal case was "
     "taken. Measure more points, at different heights."
@@ -45,6 +47,10 @@ AGAINST_X = (
 EXCHANGED = (
     "the base points against x: left and right image are exchanged, or the images "
     "mirrored, unless it was flown that way"
+)
+DO_NOT_MEET = (
+    "sigma_0 is above 0.1 mm, and no measuring is so poor: its points have gross "
+    "errors or wrong names, or principal distance or unit are wrong"
 )
 POOLED = "sigma_0 (an image coordinate, all models together)"
 NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
@@ -147,9 +153,16 @@ class ImageOrientation(ModelResult):
         reason = self.models["reason"].to_numpy()
         surfaces.loc[is_failed, "reason"] = reason[is_failed]
         # nothing is wrong with their surfaces, but nobody should overlook it
-        is_against = self.is_against_x & (surfaces["reason"] == "").to_numpy()
-        surfaces.loc[is_against, "reason"] = EXCHANGED
+        for is_it, text in (
+            (self.is_oriented & self._is_hopeless, DO_NOT_MEET),
+            (self.is_against_x, EXCHANGED),
+        ):
+            surfaces.loc[is_it & (surfaces["reason"] == "").to_numpy(), "reason"] = text
         return surfaces
+
+    @property
+    def _is_hopeless(self):
+        return (self.models["sigma_0"] > HOPELESS_SIGMA).to_numpy()
 
     @property
     def is_against_x(self):
@@ -317,6 +330,7 @@ def _problems(result, good):
         (good["is_ambiguous"], AMBIGUOUS),
         (good["n_in_front"] < good["n_points"], SOME_BEHIND),
         (result.is_against_x[good.index], AGAINST_X),
+        (good["sigma_0"] > HOPELESS_SIGMA, f"{DO_NOT_MEET}."),
         (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
         (_is_near_surface(result, good), NEAR_SURFACE),
     ):
