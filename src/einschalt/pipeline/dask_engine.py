@@ -3,6 +3,8 @@
 ``dask[distributed]`` is the optional extra ``cluster``; nothing else imports it.
 """
 
+import gc
+
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.engine import Answer, EngineError, ProcessEndedError
 
@@ -62,12 +64,16 @@ class DaskEngine:
             return distributed.Client(
                 self.scheduler, timeout=SECONDS_TO_CONNECT, set_as_default=False
             )
-        except (OSError, ValueError, TypeError) as error:
-            raise SettingsError(
-                f"no scheduler answers at {self.scheduler!r}",
-                expected=EXPECTED,
-                remedy="Start it with: dask scheduler",
-            ) from error
+        except (OSError, ValueError, TypeError):
+            pass  # said below, where nothing holds what is left of the client
+        # it ends here: left to itself it may end while another thread starts, and each
+        # would wait for the other
+        gc.collect()
+        raise SettingsError(
+            f"no scheduler answers at {self.scheduler!r}",
+            expected=EXPECTED,
+            remedy="Start it with: dask scheduler",
+        )
 
     def _answer(self, future, place, distributed):
         if future.status == "finished":
