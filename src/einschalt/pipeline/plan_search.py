@@ -280,10 +280,7 @@ def _precisions(given, frame, model):
     n_points = model.n_points(given["scale_number"], given["spacing"])
     # control is chosen among the points
     in_high_model = given["high_over_low"] ** 2 * n_points
-    is_possible = (n_points > LEAST_POINTS[model.kind]) & (
-        in_high_model >= given["control_per_model"]
-    )
-    _require_points(n_points, in_high_model, given, model)
+    is_possible = _with_enough_points(n_points, in_high_model, given, model)
     columns = {name: values[is_possible] for name, values in given.items()}
     columns["high_scale_number"] = (
         columns.pop("high_over_low") * columns["scale_number"]
@@ -310,8 +307,8 @@ def _precisions(given, frame, model):
     return columns
 
 
-def _require_points(n_points, in_high_model, given, model):
-    """Refuse choices of which none has models with enough points."""
+def _with_enough_points(n_points, in_high_model, given, model):
+    """Combinations whose models hold enough points; refused where there is none."""
     least = LEAST_POINTS[model.kind]
     remedy = "Give a smaller spacing, or larger scale numbers"
     is_determined = n_points > least
@@ -321,12 +318,14 @@ def _require_points(n_points, in_high_model, given, model):
             expected=f"more than {least} for {model.kind}",
             remedy=remedy,
         )
-    if not (is_determined & (in_high_model >= given["control_per_model"])).any():
+    is_possible = is_determined & (in_high_model >= given["control_per_model"])
+    if not is_possible.any():
         raise GeometryError(
             f"at most {in_high_model.max():.2g} points lie in a high-flight model",
             expected=f"{given['control_per_model'].min():.0f} that can be control",
             remedy=remedy,
         )
+    return is_possible
 
 
 def _expected(columns, m_g, frame, model) -> ExpectedParts:
