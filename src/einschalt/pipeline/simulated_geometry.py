@@ -39,6 +39,7 @@ RANGES = {
     "unusable_rim": Range(0, 0.1, "metres", likely_slip=IN_MM),
     "n_coverages": Range(1, 4, is_whole=True),
     "coverage_shift": Range(0, 1, "of a base"),
+    "control_reach": Range(0.5, 1.3, "of the half neat model"),
     "n_check": Range(0, MOST_POINTS, is_whole=True),
     "least_points_per_model": Range(3, 1000, is_whole=True),
     "centre_easting": Range(-1e9, 1e9, "metres"),
@@ -84,7 +85,12 @@ class BlockGeometry:
         Whether every second coverage is flown across the others, northward.
     control_per_model : {5, 9}
         High-flight control: the points nearest to the corners and the centre of each
-        neat model (or to its border inside the block), or to 3 x 3 places in it.
+        neat model (or to its border inside the block), or to 3 x 3 places in it. In a
+        machine each model is measured on its own control alone; a photograph shows
+        that of its neighbours too.
+    control_reach : float
+        How far from the centre of a neat model its control is wanted, 1 at its corners.
+        A little beyond them, not all models that meet there take the same point.
     n_check : int
         How many new points have given coordinates too, in the role ``check``.
     least_points_per_model : int
@@ -139,6 +145,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     high_cross_flight: bool = False
     low_cross_flight: bool = False
     control_per_model: int = 5
+    control_reach: float = 1.02
     n_check: int = 0
     least_points_per_model: int = 6
     centre_easting: float = 15_100.0

@@ -4,7 +4,7 @@ All positions are easting, northing from the centre of the area. The axes of a f
 are *along* and *across*: along its strips, and to the left of that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -368,10 +368,10 @@ def _with_enough(centre, point, least):
 def choose_control(geometry, layout, position):
     """Choose the control points of each model of the high flight.
 
-    Wanted are the corners and the centre (or 3 x 3 places) of the neat model, moved to
-    the border of the block where they lie outside: so neighbouring models, and those of
-    the other coverage, share their control. The nearest point of the model that is
-    still free is taken.
+    Wanted are the corners and the centre (or 3 x 3 places) of the neat model, enlarged
+    by ``control_reach`` and moved to the border of the block where they lie outside: so
+    neighbouring models, and those of the other coverage, share most of their control.
+    The nearest point of the model that is still free is taken.
 
     Parameters
     ----------
@@ -386,7 +386,7 @@ def choose_control(geometry, layout, position):
     ndarray of int, shape (n_models, 5 or 9)
         Positions of the control points.
     """
-    half = _neat_half(geometry, layout)
+    half = geometry.control_reach * _neat_half(geometry, layout)
     extent = np.array(geometry.half_extent)
     start = np.searchsorted(layout.model, np.arange(layout.n_models))
     is_free = np.ones(len(layout.model), dtype=bool)
@@ -399,6 +399,25 @@ def choose_control(geometry, layout, position):
         is_free[nearest] = False
         chosen.append(layout.point[nearest])
     return np.column_stack(chosen)
+
+
+def leave_control_of_others(layout, control) -> FlightLayout:
+    """Leave out of each model the control that was chosen for other models.
+
+    Parameters
+    ----------
+    layout : FlightLayout
+        Of the high flight.
+    control : ndarray of int, shape (n_models, 5 or 9)
+        Positions of each model's control points.
+
+    Returns
+    -------
+    FlightLayout
+    """
+    is_own = (control[layout.model] == layout.point[:, None]).any(axis=1)
+    is_kept = is_own | ~np.isin(layout.point, control)
+    return replace(layout, model=layout.model[is_kept], point=layout.point[is_kept])
 
 
 def _neat_half(geometry, layout):

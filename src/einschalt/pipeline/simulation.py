@@ -18,6 +18,7 @@ from einschalt.pipeline.simulated_geometry import BlockGeometry
 from einschalt.pipeline.simulated_layout import (
     choose_control,
     lay_flight,
+    leave_control_of_others,
     name_points,
     scatter_points,
     shape_terrain,
@@ -227,8 +228,13 @@ def _set_scene(geometry, noise, streams):
     position = scatter_points(geometry, streams["points"])
     terrain = shape_terrain(geometry, streams["terrain"])
     layouts = {flight: lay_flight(geometry, flight, position) for flight in FLIGHTS}
+    control = choose_control(geometry, layouts["high_flight"], position)
     is_control = np.zeros(len(position), dtype=bool)
-    is_control[choose_control(geometry, layouts["high_flight"], position)] = True
+    is_control[control] = True
+    if geometry.measurement != "images":
+        layouts["high_flight"] = leave_control_of_others(
+            layouts["high_flight"], control
+        )
     return _Scene(
         geometry,
         noise,

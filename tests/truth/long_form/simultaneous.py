@@ -7,10 +7,8 @@ that all models share.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pandas as pd
 from tests.truth.long_form.calibration import (
     HEAD,
-    PLANE,
     errors_of,
     figures_of,
     sums_of,
@@ -26,9 +24,6 @@ FILM = 2e-4
 REACHED_CM = {"low": 2.6, "high": 2.8}
 LOSS = {"low": 0.97, "high": 1.03}
 NONE, COMMON = "none", "helmert with common affinity"
-# an independent simulation of the same area has 129 control points, and 2.73 cm
-MORE_CONTROL = 129
-CONTROL_ERROR = 0.03
 
 
 @dataclass(frozen=True)
@@ -40,8 +35,6 @@ class Case:
     film : float
     kind : str
         Transformation of the models.
-    n_control : int, optional
-        Where it is not the preset's.
     bounds : dict
         Of the error of the points [cm].
     is_modelled : bool
@@ -50,7 +43,6 @@ class Case:
 
     film: float
     kind: str
-    n_control: int | None = None
     bounds: dict = field(default_factory=dict)
     is_modelled: bool = True
 
@@ -59,14 +51,12 @@ class Case:
         """What stands in the table."""
         film = "2 · 10⁻⁴" if self.film else NONE
         kind = COMMON if self.kind == FILM_AFFINITY else self.kind
-        control = f", {self.n_control} control points" if self.n_control else ""
-        return film, f"{kind}{control}"
+        return film, kind
 
 
 CASES = {
-    "affine, 129": Case(0.0, "affine", MORE_CONTROL, REACHED_CM),
-    "affine, 129, film": Case(FILM, "affine", MORE_CONTROL, REACHED_CM),
-    "affine": Case(0.0, "affine"),
+    "affine": Case(0.0, "affine", REACHED_CM),
+    "affine, film": Case(FILM, "affine", REACHED_CM),
     "helmert": Case(0.0, "helmert"),
     "helmert, film": Case(FILM, "helmert", is_modelled=False),
     "common affinity, film": Case(FILM, FILM_AFFINITY),
@@ -85,8 +75,7 @@ def tables():
         Table(
             f"Simultaneous adjustment, {N_BLOCKS} blocks of the preset neukirchen",
             "Root mean square of the total errors of all points: 2.7 ± 0.1 cm with "
-            f"affine models where {MORE_CONTROL} points are control, as in the "
-            "independent simulation that has 2.73 cm (the preset has 93). "
+            "affine models; an independent simulation of the same area has 2.73. "
             "Helmert models with one common affinity per flight are to be within 3 % "
             "of helmert models of film without affinity. Then, where the models take "
             "the film up, the mean squared error over its covariance, divided by 2 "
@@ -116,7 +105,6 @@ def study(seed, cases=tuple(CASES)):
         case = CASES[name]
         noise = replace(PRESETS["neukirchen"].noise, film_affinity=case.film)
         block = simulate_block("neukirchen", seed=seed, noise=noise)
-        block = with_control(block, case.n_control, seed)
         points = adjust_block(block, kind=case.kind).points
         covariance = np.empty((len(points), 2, 2))
         covariance[:, 0, 0] = points["standard_error_easting"] ** 2
@@ -124,36 +112,6 @@ def study(seed, cases=tuple(CASES)):
         covariance[:, 0, 1] = covariance[:, 1, 0] = points["covariance_en"]
         sums[name] = sums_of(errors_of(points, block.truth), covariance)
     return sums
-
-
-def with_control(block, n_control, seed):
-    """The block with further control points, drawn from its new points.
-
-    Parameters
-    ----------
-    block : SimulatedBlock
-    n_control : int or None
-        In all; None leaves the block as it is.
-    seed : int
-
-    Returns
-    -------
-    SimulatedBlock
-    """
-    if n_control is None:
-        return block
-    given, rng = block.control_points, np.random.default_rng(seed)
-    is_new = ~block.truth["point_id"].isin(given["point_id"])
-    rows = rng.permutation(np.flatnonzero(is_new))[: n_control - len(given)]
-    further = block.truth[["point_id", *PLANE]].iloc[rows]
-    error = rng.normal(0.0, CONTROL_ERROR / np.sqrt(2.0), (len(rows), 2))
-    further = further.assign(
-        **dict(zip(PLANE, (further[PLANE].to_numpy() + error).T, strict=True)),
-        standard_error_m=CONTROL_ERROR,
-        role="control",
-    )
-    control = pd.concat([given, further], ignore_index=True)
-    return replace(block, control_points=control)
 
 
 def root_mean_square_cm(sums, **bounds):
