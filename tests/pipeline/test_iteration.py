@@ -94,9 +94,15 @@ def test_held_control_makes_points_better_and_the_claim_knows_it():
     assert np.mean(normalised[5]) == pytest.approx(1.0, abs=3.0 * scatter)
 
 
+def test_claim_after_the_last_pass_stands():
+    blocks = [simulate_block("demo", seed=seed) for seed in range(5)]
+    stand = [densify(block, Settings(iterations=4)).claim.stands for block in blocks]
+    # one block of a hundred is called out by chance: two of five once in a thousand
+    assert sum(stand) >= 4
+
+
 def test_tables_and_tests_are_those_of_the_last_pass(demo_block):
     result = densify(demo_block, Settings(iterations=4))
-    assert result.claim.stands
     assert "control points" not in [test.name for test in result.claim.tests]
     table = result.error_sources
     np.testing.assert_allclose(

@@ -118,7 +118,8 @@ def test_points_that_a_model_needs_are_not_left_out(demo_block):
     high = replace(
         demo_block.high_flight, model_points=points.drop(dropped).reset_index(drop=True)
     )
-    result = densify(replace(demo_block, high_flight=high))
+    block = replace(demo_block, high_flight=high, may_be_unmeasured=True)
+    result = densify(block)
     left_out = set(result.control_left_out["point_id"])
     assert left_out
     assert not left_out & kept

@@ -47,7 +47,8 @@ def test_gross_errors_are_named_worst_first(block):
     result = densify(block)
     gross = set(block.gross_errors[KEY].itertuples(index=False, name=None))
     found = suspects(result)
-    assert len(found & gross) >= 0.7 * len(gross)
+    # models alone find three of four (six seeds); less two binomial errors of forty
+    assert len(found & gross) >= 0.61 * len(gross)
     assert len(found - gross) <= 2
     said = suspect_observations(result)
     rows = result.residuals.loc[result.residuals["is_suspect"]]

@@ -7,11 +7,13 @@ from einschalt.pipeline.simulated_layout import (
     Raster,
     choose_control,
     lay_flight,
+    leave_control_of_others,
     name_points,
     scatter_points,
     shape_terrain,
     turn,
 )
+from einschalt.pipeline.simulation import simulate_block
 
 
 def laid(geometry, flight="high_flight", seed=0):
@@ -123,13 +125,28 @@ def test_control_is_the_nearest_points_and_each_once():
     assert control.shape == (67, 5)
     assert all(len(set(points)) == 5 for points in control)
     middle = np.flatnonzero((np.abs(layout.centre) < 3000.0).all(axis=1))
-    half = 15_000 * np.array([0.046, 0.0805])
+    half = geometry.control_reach * 15_000 * np.array([0.046, 0.0805])
     for model in middle:
         for place, chosen in zip(
             [(-1, 1), (1, 1), (0, 0), (-1, -1), (1, -1)], control[model], strict=True
         ):
             wanted = layout.centre[model] + half * np.array(place)
             assert np.hypot(*(position - wanted).T).argmin() == chosen
+
+
+@pytest.mark.parametrize("shares_control", [True, False])
+def test_control_of_the_neighbours_is_measured_or_not(shares_control):
+    geometry = BlockGeometry(width=3000.0, height=3000.0, shares_control=shares_control)
+    block = simulate_block("demo", seed=1, geometry=geometry)
+    points = block.high_flight.model_points
+    is_control = points["point_id"].isin(block.control_points["point_id"])
+    count = is_control.groupby([points["coverage"], points["model_id"]]).sum()
+    assert (count > 5).all() if shares_control else (count == 5).all()
+    # the rest is measured either way
+    position, layout = laid(geometry, seed=0)
+    kept = leave_control_of_others(layout, choose_control(geometry, layout, position))
+    new = np.setdiff1d(layout.point, choose_control(geometry, layout, position))
+    assert np.isin(kept.point, new).sum() == np.isin(layout.point, new).sum()
 
 
 def test_nine_control_points_are_three_by_three():

@@ -38,6 +38,23 @@ def with_control(block, **columns):
     return replace(block, control_points=block.control_points.assign(**columns))
 
 
+def test_control_too_sparse_for_any_model_is_enough_for_all_of_them():
+    block = es.simulate_block("neukirchen", seed=1)
+    few = block.control_points.iloc[::12].reset_index(drop=True)
+    block = replace(block, control_points=few)
+    assert len(few) == 11
+    assert len(block.model_problems) == 67  # all of the high flight
+    points = es.densify(block, es.Settings(method="simultaneous")).points
+    true = block.truth.set_index("point_id").loc[points["point_id"], POINTS].to_numpy()
+    error = points[POINTS].to_numpy() - true
+    # eleven points hang together more than a hundred: one block scatters by 15 %
+    claimed = np.sqrt((points["standard_error_total"] ** 2).mean())
+    assert np.sqrt((error**2).sum(axis=1).mean()) == pytest.approx(claimed, rel=0.3)
+    assert claimed < 0.065
+    with pytest.raises(es.EinschaltError, match="simultaneous adjustment ties models"):
+        es.densify(block)
+
+
 def test_equals_a_plain_least_squares_of_scipy(block, adjusted):
     """Every model and point an unknown, from the tables alone."""
     flights = {"high_flight": block.high_flight, "low_flight": block.low_flight}

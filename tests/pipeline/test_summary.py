@@ -66,12 +66,12 @@ def test_one_coverage_of_given_points_is_too_small_only_conditionally(
 def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):
     figures = replace(good_result.figures, mean_total=0.0537, mean_paper=0.0367)
     assert verdict(replace(good_result, figures=figures)) == (
-        "Demo (simulated): 80 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
+        "Demo (simulated): 77 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
         "after Kovarik's budget)"
     )
     figures = replace(figures, mean_total=np.nan)
     assert verdict(replace(good_result, figures=figures)) == (
-        "Demo (simulated): 80 new points, 3.7 cm after Kovarik's budget (total, mean "
+        "Demo (simulated): 77 new points, 3.7 cm after Kovarik's budget (total, mean "
         "of two coverages)"
     )
 

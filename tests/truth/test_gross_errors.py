@@ -41,8 +41,9 @@ def test_points_with_the_redundancy_to_find_them_lose_little(runs):
 
 
 def test_what_was_missed_lies_below_its_minimal_detectable_bias(runs):
-    sums = {name: sum(run[name] for run in runs) for name in ("gross", "found")}
-    missed = sum(run["missed"] for run in runs)
-    expected = sum(run["expected"] for run in runs)
+    names = ("gross", "found", "missed", "expected")
+    gross, found, missed, expected = (sum(run[name] for run in runs) for name in names)
     assert missed <= poisson.isf(0.001, expected)
-    assert sums["found"] > 0.85 * sums["gross"]
+    assert found > 0.98 * (found + missed)
+    # the others are one of two measurements of a point, or beside another gross error
+    assert found + missed > 0.75 * gross

@@ -412,7 +412,10 @@ class _Check:
             )
 
         places = np.flatnonzero(is_lost)
-        if is_lost.sum() < is_first.sum():
+        # all models together may have enough control for the simultaneous adjustment
+        n_known = table["point_id"][has_ground].nunique()
+        is_tied = ground == "control_points" and n_known >= least
+        if is_lost.sum() < is_first.sum() or is_tied:
             self.models += [problem(place) for place in places]
         else:
             rest = "no model has enough common points"

@@ -176,6 +176,9 @@ class FlightDesign:
             n_coverages=self.n_coverages,
             coverage_shift=self.coverage_shift,
             control_per_model=self.control_per_model,
+            # as few points as possible, each measured wherever it shows
+            control_reach=1.0,
+            shares_control=True,
             least_points_per_model=LEAST_POINTS_PER_MODEL,
             transformation=self.kind,
         )

@@ -59,7 +59,8 @@ def find_gross_measurements(block, model_points, settings) -> GrossMeasurements:
     -------
     GrossMeasurements
         All measurements of a point in the high flight where they contradict each other
-        and none is confirmed. None of a flight that cannot be adjusted simultaneously.
+        and none is confirmed, and the only one of a control point. None of a flight
+        that cannot be adjusted simultaneously.
     """
     found = [no_gross_measurements()]
     if settings.outliers != "keep":
@@ -128,7 +129,9 @@ def _chosen(residuals, control_points, flight, significance):
     if flight != HIGH:
         # the approximate coordinates tell, model by model
         return suspect & is_refused & has_witness
-    # the point can do without approximate coordinates; where all measurements of a
+    # the point can do without approximate coordinates; where several measurements of a
     # control point contradict it, its given coordinates are wrong
     is_control = point_id.isin(control_points["point_id"])
-    return (suspect & is_refused & has_witness) | (is_disputed & ~is_control)
+    is_several = residuals["p_value"].groupby(point_id).transform("count") > 1
+    is_given_wrong = is_control & is_several
+    return (suspect & is_refused & has_witness) | (is_disputed & ~is_given_wrong)

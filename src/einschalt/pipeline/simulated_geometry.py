@@ -85,9 +85,10 @@ class BlockGeometry:
         Whether every second coverage is flown across the others, northward.
     control_per_model : {5, 9}
         High-flight control: the points nearest to the corners and the centre of each
-        neat model (or to its border inside the block), or to 3 x 3 places in it. In a
-        machine each model is measured on its own control alone; a photograph shows
-        that of its neighbours too.
+        neat model (or to its border inside the block), or to 3 x 3 places in it.
+    shares_control : bool
+        Whether the control of its neighbours is measured in a model too, where it
+        shows; in photographs it always is.
     control_reach : float
         How far from the centre of a neat model its control is wanted, 1 at its corners.
         A little beyond them, not all models that meet there take the same point.
@@ -145,6 +146,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
     high_cross_flight: bool = False
     low_cross_flight: bool = False
     control_per_model: int = 5
+    shares_control: bool = False
     control_reach: float = 1.02
     n_check: int = 0
     least_points_per_model: int = 6
@@ -237,7 +239,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         return self.mean_height + self.principal_distance * scale_number
 
     def _problems_of_choice(self):
-        for name in ("high_cross_flight", "low_cross_flight"):
+        for name in ("high_cross_flight", "low_cross_flight", "shares_control"):
             value = getattr(self, name)
             if not isinstance(value, bool):
                 found = f"BlockGeometry: {name} = {described(value)}"

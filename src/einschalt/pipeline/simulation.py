@@ -231,7 +231,7 @@ def _set_scene(geometry, noise, streams):
     control = choose_control(geometry, layouts["high_flight"], position)
     is_control = np.zeros(len(position), dtype=bool)
     is_control[control] = True
-    if geometry.measurement != "images":
+    if not geometry.shares_control and geometry.measurement != "images":
         layouts["high_flight"] = leave_control_of_others(
             layouts["high_flight"], control
         )

@@ -196,10 +196,11 @@ def require_usable(transformation, flight, stage):
     if transformation.is_usable:
         return
     failures = transformation.failures
+    together = ". The simultaneous adjustment ties models to each other and needs less"
     raise GeometryError(
         f"no model of the {flight} could be transformed: {failures['reason'].iloc[0]}",
         expected="at least one usable model",
-        remedy=failures["remedy"].iloc[0],
+        remedy=failures["remedy"].iloc[0] + together,
         model=name_some(failures["model_id"]),
         stage=stage,
     )
