@@ -388,8 +388,7 @@ class _Check:
         has_ground = is_among(table["point_id"], known)
         model = row_codes([table[name] for name in MODEL_KEY])
         is_first = ~pd.Series(model).duplicated().to_numpy()
-        n_models = model.max(initial=-1) + 1
-        common = np.bincount(model[has_ground], minlength=n_models)[model]
+        common = np.bincount(model, weights=has_ground)[model].astype(int)
         word = self.checked[flight_name].transformation
         least = KINDS[word].least_points if is_choice(word, KINDS) else 1
         is_lost = is_first & (common < least)
@@ -413,10 +412,10 @@ class _Check:
 
         places = np.flatnonzero(is_lost)
         # all models together may have enough control for the simultaneous adjustment
-        n_known = table["point_id"][has_ground].nunique()
-        is_tied = ground == "control_points" and n_known >= least
-        if is_lost.sum() < is_first.sum() or is_tied:
+        is_enough = table["point_id"][has_ground].nunique() >= least
+        if is_lost.sum() < is_first.sum() or (ground == "control_points" and is_enough):
             self.models += [problem(place) for place in places]
         else:
-            rest = "no model has enough common points"
-            self.problems += tables.listed(places, problem, rest, file)
+            self.problems += tables.listed(
+                places, problem, "no model has enough common points", file
+            )
