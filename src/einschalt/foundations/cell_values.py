@@ -13,6 +13,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.number_texts import LARGEST_NUMBER, say_number
+from einschalt.foundations.shown_names import shortened
 
 LARGEST_BITS = 1000  # of a whole number that a float can hold
 
@@ -79,9 +80,10 @@ def choices(raw, column):
     expected = " or ".join(column.choices)
 
     def say(value):
-        near = get_close_matches(str(value).strip().casefold(), column.choices, n=1)
+        word = shortened(str(value).strip())
+        near = get_close_matches(word.casefold(), column.choices, n=1)
         mend = f"Write {near[0]}" if near else f"Write one of {expected}"
-        return f"{str(value)!r} is unknown", expected, mend
+        return f"'{word}' is unknown", expected, mend
 
     return text.to_numpy(dtype=object), is_bad, say
 

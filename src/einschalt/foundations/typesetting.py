@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.shown_names import printable, shortened
 from einschalt.foundations.units import METRES_PER_UNIT
 
 MISSING = "–"
@@ -301,7 +301,10 @@ def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> st
       high  1:15000
       low    1:8000
     """
-    lines = [list(header), *map(list, rows)] if header else [list(row) for row in rows]
+    # names from files must neither break a line nor steer a terminal
+    lines = [
+        list(map(printable, line)) for line in ((header, *rows) if header else rows)
+    ]
     if not lines:
         return ""
     align = align or "l" + "r" * (len(lines[0]) - 1)
