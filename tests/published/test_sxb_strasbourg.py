@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 import einschalt as es
+from einschalt.pipeline.error_propagation import propagate_values
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
 FOLDER = Path(__file__).parents[2] / "data_examples" / "sxb_strasbourg"
@@ -190,6 +191,31 @@ def test_readme_tells_every_point(result, published):
         np.testing.assert_allclose(
             numbers(differences), to_given + to_bundle, rtol=0, atol=HALF_MM
         )
+
+
+def test_readme_tells_what_the_propagation_claims(result):
+    new = result.points[result.points["role"] == "new"]
+    total, height = new["standard_error_total"], new["standard_error_height"]
+    assert total.median() == pytest.approx(0.16, abs=0.005)
+    assert height.median() == pytest.approx(0.79, abs=0.005)
+    assert rms(total) == pytest.approx(0.49, abs=0.005)
+    values = propagate_values(
+        result.error_model, result.model_points["low_flight"]["point_id"]
+    ).covariance
+    is_poor = result.model_points["low_flight"]["model_id"] == "8936-8938"
+    poor = np.median(np.diagonal(values[is_poor], axis1=1, axis2=2), axis=0)
+    assert np.sqrt(poor[2]) == pytest.approx(25.0, abs=0.5)
+    tests = {test.name: test for test in result.claim.tests}
+    section = README.read_text(encoding="utf-8").split("the propagation claims\n")[1]
+    rows = re.findall(r"\| (.+?) \| ([\d.]+) cm \| ([\d.]+) cm \| ([\d.]+) \|", section)
+    names = {"residuals at the control": "residuals of the low flight"}
+    assert len(rows) == 3
+    for name, observed, predicted, p_value in rows:
+        test = tests[names.get(name, name)]
+        found = [100 * test.observed, 100 * test.predicted, test.p_value]
+        told = [float(observed), float(predicted), float(p_value)]
+        assert (np.abs(np.subtract(told, found)) < [0.051, 0.051, 0.0051]).all()
+    assert result.claim.stands
 
 
 def base_height_ratio(block):

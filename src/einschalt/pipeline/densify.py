@@ -16,10 +16,7 @@ from einschalt.pipeline.block_figures import (
 )
 from einschalt.pipeline.claim_tests import examine_claim
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
-from einschalt.pipeline.error_model import (
-    ErrorModel,
-    model_of_both_flights,
-)
+from einschalt.pipeline.error_model import PLAN, ErrorModel, model_of_block
 from einschalt.pipeline.error_propagation import can_propagate, propagate_model
 from einschalt.pipeline.gross_measurements import (
     GrossMeasurements,
@@ -48,7 +45,10 @@ from einschalt.pipeline.simultaneous import (
 from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.systematic_patterns import find_patterns
 from einschalt.pipeline.tolerance import with_tolerance
-from einschalt.pipeline.variance_components import estimate_components
+from einschalt.pipeline.variance_components import (
+    estimate_components,
+    has_plain_measurements,
+)
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.model_screening import screen_models
 from einschalt.stages.results import FAILURE_COLUMNS
@@ -137,8 +137,8 @@ class DensificationResult(PrecisionTables):
         Stage 5, the means behind the points of the two steps.
     model_points : dict of str to DataFrame
         Of each flight, as they were transformed.
-    orientation_errors : dict of str to OrientationErrors or None
-        Of each flight that was oriented by y-parallaxes.
+    orientation_errors : dict of str to OrientationErrors, ImageErrors or None
+        Of each flight that was oriented by y-parallaxes or formed from images.
     propagation : ErrorModel or None
         Operators behind ``errors``.
     iteration : Iteration or None
@@ -214,8 +214,7 @@ class DensificationResult(PrecisionTables):
         """
         if self.two_step is not None:
             return self.two_step.components
-        # sums of squares know nothing of orientations
-        if self.errors is None or "orientation" in self.errors.parts:
+        if self.errors is None or not has_plain_measurements(self):
             return None
         first = self.low if self.iteration is None else self.iteration.passes[0].low
         return estimate_components(
@@ -296,7 +295,7 @@ def _in_two_steps(block, settings, flights, said):
     said("error propagation", 0.9)
     model = errors = None
     if can_propagate(block):
-        model = model_of_both_flights(
+        model = model_of_block(
             block, measured, high, first.low, first.means, _errors_of(flights)
         )
         model = iterated_model(block, model, iteration, measured[FLIGHT_LAST])
@@ -436,6 +435,7 @@ def _with_totals(points, errors):
     if errors is None:
         return points
     covariance = errors.covariance
+    n_axes = covariance.shape[1]
     place = points.columns.get_loc("standard_error_paper")
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     columns = {
@@ -444,6 +444,8 @@ def _with_totals(points, errors):
         "covariance_en": covariance[:, 0, 1],
         "standard_error_total": np.sqrt(east + north),
     }
+    if n_axes > len(PLAN):
+        columns["standard_error_height"] = np.sqrt(covariance[:, 2, 2])
     before, after = points.iloc[:, :place], points.iloc[:, place:]
     return pd.concat([before, pd.DataFrame(columns), after], axis=1)
 

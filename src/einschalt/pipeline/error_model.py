@@ -9,13 +9,11 @@ a budget could hold, and it is there to be tested.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy import sparse
 
-from einschalt.foundations.units import METRES_PER_UM, ground_from_image_um
-from einschalt.pipeline.orientation_errors import (
-    n_orientation_errors,
-    orientation_chains,
-)
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.own_errors import ORIENTATION, own_errors
 from einschalt.stages.stage4_error_propagation import (
     FlightOperator,
     GroundSources,
@@ -26,12 +24,11 @@ from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.drawn_errors import draw_errors, moved
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.propagation import selection, sum_of_chains
-from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 APPROXIMATE = "approximate_points"
 PLAN = ("easting", "northing")
+LEAST_APART = 1e-4  # metres
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
-ORIENTATION = "orientation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +211,7 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
     low : ModelTransformation
     means : CoverageMean
         Of all values of the low flight, row for row as its model points.
-    oriented : dict of str to OrientationErrors or None, optional
+    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
         Of each flight; without errors where left out.
 
     Returns
@@ -223,43 +220,32 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         With the sources ``control``, ``high_flight``, ``low_flight`` and, where flights
         were oriented, ``orientation``.
     """
-    turned = orientation_chains(oriented or {}, {HIGH: high.transformation, LOW: low})
-    own = {
-        name: {name: (), **({ORIENTATION: (turned[name],)} if name in turned else {})}
-        for name in (HIGH, LOW)
-    }
-    # errors that an orientation makes in easting and northing are not alike
-    is_conformal = {high.transformation.kind, low.kind} <= set(CONFORMAL)
-    is_conformal = is_conformal and not turned
-    of_high = _high_flight(
-        block, points[HIGH], high, own[HIGH], is_conformal=is_conformal
-    )
-    n_axes, n_low = of_high.operator.n_axes, len(points[LOW])
+    fits = {HIGH: high.transformation, LOW: low}
+    own = own_errors(block, fits, oriented or {})
+    of_high = _high_flight(block, points[HIGH], high, own)
     places = places_fitted_onto(block, high.points["point_id"])
-    sizes = given_errors(block, points)
-    if turned:
-        sizes[ORIENTATION] = np.ones(n_orientation_errors(oriented))
+    sources = GroundSources(places, len(high.points))
     return ErrorModel(
-        final=mean_operator(means, np.arange(n_low), n_low, n_axes),
-        low=flight_operator(
-            low,
-            points[LOW],
-            GroundSources(places, len(high.points)),
-            is_conformal=is_conformal,
-        ),
+        **_of_low_flight(low, means, points[LOW], own, sources),
         ground={name: (of_high.mean, *c) for name, c in of_high.chains.items()},
         high=of_high,
-        places=places,
-        standard_errors=sizes,
-        is_assumed=any(
-            flight.is_oriented_numerically and name not in turned
-            for name, flight in block.flights.items()
-        ),
-        own=own[LOW],
+        standard_errors=_with_orientations(given_errors(block, points), own),
+        is_assumed=not own.is_complete,
     )
 
 
-def _high_flight(block, points, high, own, *, is_conformal):
+def _of_low_flight(low, means, points, own, sources):
+    """Fields of the model that concern the low flight."""
+    n_values = len(points)
+    return {
+        "final": mean_operator(means, np.arange(n_values), n_values, own.n_axes),
+        "low": flight_operator(low, points, sources, is_conformal=own.n_axes == 1),
+        "places": sources.places,
+        "own": own.chains[LOW],
+    }
+
+
+def _high_flight(block, points, high, own):
     """How errors enter the values of the high flight and their means."""
     control = block.control_points
     places = np.flatnonzero((control["role"] != "check").to_numpy())
@@ -267,11 +253,18 @@ def _high_flight(block, points, high, own, *, is_conformal):
         high.transformation,
         points,
         GroundSources(places, len(control)),
-        is_conformal=is_conformal,
+        is_conformal=own.n_axes == 1,
     )
     n_points = len(points)
     mean = mean_operator(high.means, np.arange(n_points), n_points, operator.n_axes)
-    return HighFlight(operator, mean, places, own)
+    return HighFlight(operator, mean, places, own.chains[HIGH])
+
+
+def _with_orientations(sizes, own):
+    """Sizes of the errors of all sources, those of orientations among them."""
+    if not own.n_orientation:
+        return sizes
+    return {**sizes, ORIENTATION: np.ones(own.n_orientation)}
 
 
 def given_errors(block, points):
@@ -289,7 +282,7 @@ def given_errors(block, points):
         ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
     """
     return {
-        CONTROL: block.control_points["standard_error_m"].to_numpy() / SQRT2,
+        CONTROL: control_errors(block.control_points),
         **{
             name: _measuring_errors(block.flights[name], points[name])
             for name in points
@@ -297,9 +290,29 @@ def given_errors(block, points):
     }
 
 
+def control_errors(control_points):
+    """Errors of given coordinates; a height has that of a coordinate if none is given.
+
+    Parameters
+    ----------
+    control_points : DataFrame
+        With ``standard_error_m``.
+
+    Returns
+    -------
+    ndarray, shape (n_points,)
+        Per coordinate [m].
+    """
+    return control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
+
+
 def _measuring_errors(flight, model_points):
-    """Error of each measured coordinate on the ground [m]; m_g is total."""
-    m_g_um = flight.m_g_um_of(model_points)
+    """Error of each measured coordinate on the ground [m]; m_g is total.
+
+    What is measured in images are their points.
+    """
+    measured = flight.image_points if flight.has_images else model_points
+    m_g_um = flight.m_g_um_of(measured)
     return m_g_um * METRES_PER_UM * flight.scale_number / SQRT2
 
 
@@ -324,6 +337,29 @@ def places_fitted_onto(block, point_ids):
     return np.flatnonzero(~point_ids.isin(check).to_numpy())
 
 
+def approximations_are_control(block):
+    """Whether all approximate coordinates are the given ones of control points.
+
+    Then their errors are those of control: independent, and of known size.
+
+    Parameters
+    ----------
+    block : Block
+
+    Returns
+    -------
+    bool
+    """
+    known, control = block.approximate_points, block.control_points
+    if known is None or control is None:
+        return False
+    axes = [n for n in (*PLAN, "height") if n in known and n in control]
+    given = control.set_index("point_id")[axes].reindex(known["point_id"])
+    apart = known[axes].to_numpy(dtype=float) - given.to_numpy(dtype=float)
+    is_named = known["point_id"].isin(control["point_id"]).to_numpy()
+    return bool((is_named & (np.nan_to_num(np.abs(apart)) < LEAST_APART).all(1)).all())
+
+
 def assumed_model(result):
     """Model of errors of a block whose errors cannot be propagated.
 
@@ -334,68 +370,95 @@ def assumed_model(result):
     Returns
     -------
     ErrorModel or None
-        None where control points have no standard errors, or heights of the high
-        flight enter.
+        None where control points have no standard errors, or heights of a machine
+        enter from the high flight.
     """
-    block, points = result.block, result.model_points
-    if result.high is None:
-        return model_of_given_approximations(
-            block, result.low, result.means, points[LOW]
-        )
-    kinds = result.high.transformation.kind, result.low.kind
-    is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
-    if not is_plane or "standard_error_m" not in block.control_points:
-        return None
-    return model_of_both_flights(
-        block, points, result.high, result.low, result.means, result.orientation_errors
+    block = result.block
+    if result.high is not None:
+        kinds = result.high.transformation.kind, result.low.kind
+        is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
+        if not is_plane or "standard_error_m" not in block.control_points:
+            return None
+    return model_of_block(
+        block,
+        result.model_points,
+        result.high,
+        result.low,
+        result.means,
+        result.orientation_errors,
     )
 
 
-def model_of_given_approximations(block, low, means, low_points):
+def model_of_block(block, points, high, low, means, oriented):
+    """Errors of everything that a block was made of.
+
+    Parameters
+    ----------
+    block, points, high, low, means, oriented
+        As in :func:`model_of_both_flights`; ``high`` is None where approximate
+        coordinates were given.
+
+    Returns
+    -------
+    ErrorModel
+    """
+    if high is None:
+        return model_of_given_approximations(block, points[LOW], low, means, oriented)
+    return model_of_both_flights(block, points, high, low, means, oriented)
+
+
+def model_of_given_approximations(block, low_points, low, means, oriented=None):
     """Errors of the low flight and of approximate points that share nothing.
 
     Parameters
     ----------
     block : Block
         One with ``approximate_points``.
-    low : ModelTransformation
-    means : CoverageMean
     low_points : DataFrame
         Model points of the low flight, as they were transformed.
+    low : ModelTransformation
+    means : CoverageMean
+    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
+        Of the low flight; without errors where left out.
 
     Returns
     -------
     ErrorModel
         With the sources ``approximate_points`` and ``low_flight``. Where no error of
-        the former was stated, it is what m_0 leaves beside m_g.
+        the former was stated, it is what m_0 leaves beside m_g. Where they are control
+        points, these are the source.
     """
-    is_conformal = low.kind in CONFORMAL
-    n_axes = 1 if is_conformal else len(KINDS[low.kind].target)
-    n_ground = len(block.approximate_points)
-    places = places_fitted_onto(block, block.approximate_points["point_id"])
-    of_low = flight_operator(
-        low, low_points, GroundSources(places, n_ground), is_conformal=is_conformal
-    )
-    measured = ground_from_image_um(
-        block.low_flight.m_g_um_of(low_points), block.low_flight.scale_number
-    )
-    stated = block.approximate_m_0_m
-    if stated is None:
-        stated = np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
-    n_low = len(low_points)
+    own = own_errors(block, {LOW: low}, oriented or {})
+    known = block.approximate_points
+    sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
+    names = known["point_id"]
+    is_control = approximations_are_control(block)
+    is_control = is_control and "standard_error_m" in block.control_points
+    if is_control:
+        control, source = block.control_points, CONTROL
+        rows = pd.Index(control["point_id"]).get_indexer(names)
+        n_sources, size = len(control), control_errors(control)
+    else:
+        rows, n_sources, source = np.arange(len(known)), len(known), APPROXIMATE
+        size = np.full(n_sources, _stated_error(block, low, low_points) / SQRT2)
+    measured = _measuring_errors(block.low_flight, low_points)
+    if not block.low_flight.has_images:
+        measured = _with_heights(measured, low, own.n_axes)
     return ErrorModel(
-        final=mean_operator(means, np.arange(n_low), n_low, n_axes),
-        low=of_low,
-        ground={APPROXIMATE: (selection(np.arange(n_ground), n_ground, n_axes),)},
+        **_of_low_flight(low, means, low_points, own, sources),
+        ground={source: (selection(rows, n_sources, own.n_axes),)},
         high=None,
-        places=places,
-        standard_errors={
-            APPROXIMATE: np.full(n_ground, stated / SQRT2),
-            LOW: _with_heights(measured / SQRT2, low, n_axes),
-        },
-        is_assumed=True,
-        own={LOW: ()},
+        standard_errors=_with_orientations({source: size, LOW: measured}, own),
+        is_assumed=not (is_control and own.is_complete),
     )
+
+
+def _stated_error(block, low, low_points):
+    """TOTAL error of given approximate points [m]."""
+    if block.approximate_m_0_m is not None:
+        return block.approximate_m_0_m
+    measured = _measuring_errors(block.low_flight, low_points) * SQRT2
+    return np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
 
 
 def _with_heights(plan_errors, low, n_axes):

@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from einschalt.pipeline.error_model import approximations_are_control
 from einschalt.stages.stage4_error_propagation import propagate
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.propagation import selection
-
-PLANE = [name for name, kind in KINDS.items() if len(kind.target) == 2]
 
 
 def can_propagate(block):
@@ -26,8 +25,8 @@ def can_propagate(block):
 def obstacle_to_propagation(block):
     """Say what stands against the propagation of a block's errors.
 
-    Given approximate coordinates come with correlations that nobody knows, and models
-    from image coordinates share the errors of their photographs with their neighbours.
+    Given approximate coordinates come with correlations that nobody knows, unless they
+    are those of control points.
 
     Parameters
     ----------
@@ -39,15 +38,19 @@ def obstacle_to_propagation(block):
         Empty where nothing does.
     """
     flights = block.flights.values()
-    if block.high_flight is None:
+    if block.high_flight is None and not approximations_are_control(block):
         return "given approximate coordinates share errors of unknown size"
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
-    if not all(flight.transformation in PLANE for flight in flights):
+    if len({len(KINDS[flight.transformation].target) for flight in flights}) > 1:
+        return "one flight is transformed in space, and the other one in plan"
+    if any(_has_unknown_heights(flight) for flight in flights):
         return "the errors of heights are unknown"
-    if any(flight.has_images for flight in flights):
-        return "models from images share errors of their photographs"
     return ""
+
+
+def _has_unknown_heights(flight):
+    return len(KINDS[flight.transformation].target) > 2 and not flight.has_images
 
 
 def propagate_model(model, means):

@@ -87,7 +87,8 @@ def leave_out_control(result):
     names = result.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
     chains = parts.chains()
     found = propagate(names, chains, model.standard_errors, model.n_axes)
-    return LeftOutControl(names, parts.differences(), chains, found.covariance)
+    covariance = found.covariance[:, : len(PLAN), : len(PLAN)]
+    return LeftOutControl(names, parts.differences(), chains, covariance)
 
 
 def left_out_table(left_out, significance):
@@ -203,13 +204,14 @@ class _Prediction:
     def differences(self):
         """Predicted less given coordinates, shape (n_points, 2) [m]."""
         result = self.result
-        given = result.block.control_points[PLAN].to_numpy(dtype=float)[self.rows]
+        axes = [*PLAN, "height"] if self.n_axes > len(PLAN) else PLAN
+        given = result.block.control_points[axes].to_numpy(dtype=float)[self.rows]
         origin = given.mean(axis=0)
         points = result.model_points[LOW]
-        values = np.zeros((len(points), 2))
+        values = np.zeros((len(points), len(axes)))
         fitted = result.low.transform(points.iloc[self.used])
-        values[self.used] = fitted[PLAN].to_numpy() - origin
-        ground = result.high.points[PLAN].to_numpy() - origin
+        values[self.used] = fitted[axes].to_numpy() - origin
+        ground = result.high.points[axes].to_numpy() - origin
         # models that are not usable have no part, but would spread their NaN
         misfits = np.nan_to_num(result.high.transformation.fit.residuals)
         found = (
@@ -219,7 +221,7 @@ class _Prediction:
         )
         if self.n_axes == 1:
             found = np.column_stack([found.real, found.imag])
-        return np.reshape(found, (-1, 2)) - (given - origin)
+        return (np.reshape(found, given.shape) - (given - origin))[:, : len(PLAN)]
 
     def _flat(self, vectors):
         return vectors @ [1.0, 1j] if self.n_axes == 1 else vectors.ravel()

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 N_ELEMENTS = 5
-# one error more that moves nothing: the operators have blocks of two columns
+# one error more that moves nothing: the operators have blocks of two or three columns
 N_COLUMNS = 6
 
 
@@ -21,9 +21,9 @@ def orientation_chains(flights, fits):
     Returns
     -------
     dict of str to csr_array
-        Of each flight that was oriented, shape (2 n_points, n_columns): its measuring
-        errors on the ground [m] from independent errors of variance 1, those of all
-        flights side by side.
+        Of each flight that was oriented, shape (n_axes · n_points, n_columns): its
+        measuring errors on the ground [m] from independent errors of variance 1, those
+        of all flights side by side.
     """
     oriented = {name: errors for name, errors in flights.items() if errors is not None}
     widths = [N_COLUMNS * errors.n_models for errors in oriented.values()]
@@ -34,31 +34,33 @@ def orientation_chains(flights, fits):
     }
 
 
-def n_orientation_errors(flights):
-    """Count the sources of two columns that the operators have.
+def n_orientation_errors(flights, n_axes):
+    """Count the sources of ``n_axes`` columns that the operators have.
 
     Parameters
     ----------
     flights : dict of str to OrientationErrors or None
+    n_axes : int
 
     Returns
     -------
     int
     """
     oriented = [errors for errors in flights.values() if errors is not None]
-    return sum(N_COLUMNS // 2 * errors.n_models for errors in oriented)
+    return sum(N_COLUMNS // n_axes * errors.n_models for errors in oriented)
 
 
 def _operator(errors, fit, first_column, width):
     models = fit.observed.models
-    linear = fit.fit.solution.linear[models.codes]
-    on_ground = np.einsum("nab,nbk->nak", linear, errors.factors)
-    n_points = len(on_ground)
-    rows = 2 * np.arange(n_points)[:, None, None] + np.arange(2)[None, :, None]
+    linear = fit.fit.linear[models.codes]
+    n_points, n_axes = linear.shape[:2]
+    on_ground = np.einsum("nab,nbk->nak", linear, errors.factors[:, :n_axes])
+    axes = np.arange(n_axes)[None, :, None]
+    rows = n_axes * np.arange(n_points)[:, None, None] + axes
     elements = np.arange(N_ELEMENTS)[None, None, :]
     columns = first_column + N_COLUMNS * errors.model[:, None, None] + elements
-    shape = (n_points, 2, N_ELEMENTS)
+    shape = (n_points, n_axes, N_ELEMENTS)
     places = [np.broadcast_to(part, shape).ravel() for part in (rows, columns)]
     # models that are not usable have no part
     values = np.nan_to_num(on_ground).ravel()
-    return sparse.csr_array((values, tuple(places)), shape=(2 * n_points, width))
+    return sparse.csr_array((values, tuple(places)), shape=(n_axes * n_points, width))

@@ -12,7 +12,7 @@ import pandas as pd
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.pipeline.error_model import model_of_both_flights
+from einschalt.pipeline.error_model import model_of_block
 from einschalt.pipeline.error_propagation import (
     obstacle_to_propagation,
     propagate_model,
@@ -214,7 +214,7 @@ class PrecisionTables(Result):
             return None
         first = self.iteration.passes[0]
         points = self.model_points
-        model = model_of_both_flights(
+        model = model_of_block(
             self.block,
             points,
             self.high,

@@ -275,8 +275,10 @@ def contradicted_figures(result):
             f"of errors as given: {total}, {paper}, {internal}",
             RAISE_M_G,
         )
-    is_known = result.errors is not None and "orientation" in result.errors.parts
     # of orientations the budget knows nothing
+    is_known = result.errors is not None and any(
+        flight.is_oriented_numerically for flight in result.block.flights.values()
+    )
     if is_known or not figures.mean_internal > WORTH_A_WORD * figures.mean_paper:
         return None
     return Suggestion(

@@ -13,7 +13,8 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
-from einschalt.pipeline.error_model import ORIENTATION
+from einschalt.pipeline.error_model import PLAN
+from einschalt.pipeline.own_errors import ORIENTATION
 from einschalt.theory.adjustment.control_information import (
     ControlValues,
     ModelValues,
@@ -129,7 +130,7 @@ def find_patterns(result):
         Without any where the errors of the block cannot be propagated.
     """
     block, model, components = result.block, result.propagation, result.components
-    if model is None:
+    if model is None or model.high is None or model.n_axes > len(PLAN):
         return SystematicPatterns((), None)
     errors = dict(model.standard_errors)
     for flight in block.flights if components is not None else ():
@@ -144,7 +145,8 @@ def find_patterns(result):
     affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
     # orientations bend models: what that makes would pass for strain
     strain = None
-    if ORIENTATION not in errors:
+    has_images = any(flight.has_images for flight in block.flights.values())
+    if ORIENTATION not in errors and not has_images:
         strain = _strain(block, fits, errors, affine)
     return SystematicPatterns(found, strain)
 

@@ -12,8 +12,10 @@ import numpy as np
 
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
-from einschalt.pipeline.error_model import given_errors
+from einschalt.pipeline.block_facts import FLIGHTS
+from einschalt.pipeline.error_model import PLAN, given_errors
 from einschalt.pipeline.gross_measurements import is_gross
+from einschalt.pipeline.own_errors import ORIENTATION
 from einschalt.stages.model_screening import suspect_rows
 from einschalt.stages.stage4_error_propagation import (
     GroundSources,
@@ -60,6 +62,28 @@ class BlockComponents:
     control: Component
     high_flight: Component
     low_flight: Component
+
+
+def has_plain_measurements(result):
+    """Whether machine coordinates of both flights, in plan, are all that was measured.
+
+    What is looked for in models one by one knows nothing of image points that models
+    share, and of orientations.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    bool
+    """
+    flights = result.block.flights
+    is_plain = ORIENTATION not in result.errors.parts and not any(
+        flight.has_images for flight in flights.values()
+    )
+    n_axes = result.errors.covariance.shape[1]
+    return is_plain and len(flights) == len(FLIGHTS) and n_axes == len(PLAN)
 
 
 def estimate_components(block, high, low, gross_measurements):

@@ -14,6 +14,10 @@ from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
+from einschalt.stages.relative_orientation.image_errors import (
+    ImageErrors,
+    image_errors,
+)
 from einschalt.stages.relative_orientation.orient_from_images import (
     OUTLIERS,
     orient_from_images,
@@ -77,9 +81,9 @@ class RelativeOrientation(Result):
     centres : DataFrame
         coverage, model_id, image_id, x, y, z of the projection centres, as the model
         points; no rows where they are not known.
-    errors : OrientationErrors or None
-        How errors of the orientations move the model points, row for row; None where
-        that is not known.
+    errors : OrientationErrors, ImageErrors or None
+        How errors of the orientations, or of the image points, move the model points,
+        row for row; None where that is not known.
     """
 
     model_points: pd.DataFrame
@@ -89,7 +93,7 @@ class RelativeOrientation(Result):
     centres: pd.DataFrame = field(
         default_factory=lambda: pd.DataFrame(columns=CENTRE_COLUMNS)
     )
-    errors: OrientationErrors | None = None
+    errors: OrientationErrors | ImageErrors | None = None
 
     def summary(self):
         """Say how many models were oriented, and how well."""
@@ -216,13 +220,14 @@ def _from_images(flight, outliers):
         outliers=outliers,
     )
     _require_points(oriented.model_points, oriented.failures)
-    points = _at_image_scale(oriented.model_points, flight.principal_distance_mm)
+    enlargement = _to_image_scale(oriented.model_points, flight.principal_distance_mm)
     return RelativeOrientation(
-        points,
+        _scaled(oriented.model_points, enlargement),
         _orientations(oriented, oriented.converged, oriented.measuring_error),
         oriented.residuals,
         oriented.failures.assign(stage=STAGE),
         _centres(oriented, flight),
+        image_errors(oriented, flight, enlargement.to_numpy()),
     )
 
 
@@ -249,12 +254,10 @@ def _given(**options):
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _at_image_scale(points, principal_distance):
+def _to_image_scale(points, principal_distance):
     # a base of 1 says nothing of the scale: bring each model to the mean image scale
     depth = points.groupby(["coverage", "model_id"])["z"].transform("mean").abs()
-    factor = principal_distance / depth
-    scaled = {axis: points[axis] * factor for axis in "xyz"}
-    return points.assign(**scaled)
+    return principal_distance / depth
 
 
 def _from_parallaxes(flight):

@@ -30,6 +30,8 @@ from einschalt.theory.transformation.sensitivity import (
 )
 
 POINTS_AT_ONCE = 5000
+# numbers of a full matrix: 160 MB
+NUMBERS_AT_ONCE = 20_000_000
 PAIRS_AT_ONCE = 20_000
 # share of entries from which a product is no longer kept sparse
 FULL = 0.1
@@ -242,12 +244,19 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     n_points = next(iter(chains.values()))[0].shape[0] // n_axes
     found = {source: [] for source in chains}
     # in ranges of points: the product as a whole would hold some hundred blocks a point
-    for places in np.array_split(np.arange(n_points), -(-n_points // POINTS_AT_ONCE)):
+    for places in np.array_split(np.arange(n_points), _n_ranges(chains, n_points)):
         for source, rows in _rows_of(chains, places, n_axes):
             part = point_covariances(rows, standard_errors[source], n_axes)
             found[source].append(_real_axes(part) if n_axes == 1 else part)
     parts = {source: np.concatenate(of_source) for source, of_source in found.items()}
     return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
+
+
+def _n_ranges(chains, n_points):
+    """Into how many ranges the points are divided, so that memory suffices."""
+    width = max(matrix.shape[1] for chain in chains.values() for matrix in chain)
+    height = next(iter(chains.values()))[0].shape[0]
+    return max(1, -(-n_points // POINTS_AT_ONCE), -(-height * width // NUMBERS_AT_ONCE))
 
 
 def _rows_of(chains, places, n_axes):

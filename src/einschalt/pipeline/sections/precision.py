@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import lengths, number_word
+from einschalt.foundations.typesetting import length, lengths, number_word
 from einschalt.pipeline.sections import two_ways
 from einschalt.pipeline.sections.section import Section
 from einschalt.pipeline.sections.verdict import mean_of
@@ -30,10 +30,16 @@ ORIENTED = (
     "orientations, as sigma_0 of all models has them, carried through every stage with "
     "their correlations."
 )
+FROM_IMAGES = (
+    "propagated: errors of control and of the image points of both flights, of the "
+    "sizes given, carried through relative orientation and every stage; models that "
+    "share a photograph share the errors of its points."
+)
 PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
 HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
 GIVEN_SHARED = "neighbouring approximate points share errors, which is not known here"
+MODELS_SHARE = "what a model lacks on its control points, all of its points share"
 BOTH_SHARE = "{} coverages share the approximate coordinates"
 BELIEVE_PROPAGATED = (
     "Believe the propagated figure: it alone counts the errors that points and "
@@ -90,15 +96,31 @@ def remarks(result) -> tuple[str, ...]:
         return (TOTAL, *two_ways.remarks(result))
     chosen = [TOTAL, PAPER]
     if np.isfinite(result.figures.mean_total):
-        is_oriented = result.errors is not None and "orientation" in result.errors.parts
-        chosen.insert(1, ORIENTED if is_oriented else PROPAGATED)
+        chosen.insert(1, _propagated(result))
     if coverages_of_low_flight(result) > 1:
         chosen.append(INTERNAL)
         if result.settings.coverage_mean == "all":
             chosen.append(SINGLE)
     if "height" in result.points:
-        chosen.append(HEIGHTS)
+        chosen.append(_heights(result.points))
     return tuple(chosen)
+
+
+def _propagated(result):
+    """Say which errors are carried to the points."""
+    if any(flight.has_images for flight in result.block.flights.values()):
+        return FROM_IMAGES
+    is_oriented = result.errors is not None and "orientation" in result.errors.parts
+    return ORIENTED if is_oriented else PROPAGATED
+
+
+def _heights(points):
+    """Say how good heights are, where that is known."""
+    is_new = points["role"] == "new"
+    if "standard_error_height" not in points or not is_new.any():
+        return HEIGHTS
+    size = length(np.sqrt(np.mean(points.loc[is_new, "standard_error_height"] ** 2)))
+    return f"Heights of the new points: {size} (propagated, RMS)."
 
 
 def too_small(result) -> str:
@@ -110,6 +132,8 @@ def too_small(result) -> str:
     shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
     if result.block.high_flight is not None:
         return TOO_SMALL.format(", and ".join([HIGH_SHARED, *shared]))
+    if np.isfinite(result.figures.mean_total):
+        return TOO_SMALL.format(", and ".join([MODELS_SHARE, *shared]))
     if shared:
         return TOO_SMALL.format(f"{shared[0]}; more so where {GIVEN_SHARED}")
     return f"standard_error_paper is too small where {GIVEN_SHARED}."

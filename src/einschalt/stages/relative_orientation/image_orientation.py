@@ -1,6 +1,6 @@
 """What the orientation of models by image coordinates gives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_table,
 )
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
+from einschalt.theory.relative_orientation.condition_tests import StereoPairs
 from einschalt.theory.relative_orientation.coplanarity import ORIENTED
 from einschalt.theory.relative_orientation.coplanarity_condition import COS_45
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
@@ -29,6 +30,9 @@ from einschalt.theory.relative_orientation.model_precision import (
 )
 from einschalt.theory.relative_orientation.orientation_elements import (
     OrientationElements,
+)
+from einschalt.theory.relative_orientation.orientation_influence import (
+    orientation_influence,
 )
 
 # sigma_0 of a model against that of all models that is worth a word
@@ -62,6 +66,32 @@ LESS_WEIGHT = "They have less weight: measure them again."
 # weights that fell so far that the point hardly counts
 SMALL_WEIGHT = 0.5
 MOST_LISTED = 12
+
+
+@dataclass(frozen=True, eq=False)
+class ImageInfluence:
+    """Derivatives of the points of oriented models by all image coordinates.
+
+    A point moves with its own four image coordinates e_i, and with the orientation of
+    its model, by ``by_image[i] @ e_i + gain[i] @ sum over j of by_point[j] @ e_j``, the
+    sum over all points of the model.
+
+    Attributes
+    ----------
+    model : ndarray of int, shape (n_points,)
+        Place of each point's model among all pairs.
+    by_image : ndarray, shape (n_points, 3, 4)
+        By x', y', x", y" of the point, the orientation held [unit of the base / mm].
+    gain : ndarray, shape (n_points, 3, 6)
+        By base direction and turn of the right camera.
+    by_point : ndarray, shape (n_points, 6, 4)
+        Of base direction and turn by the image coordinates [1/mm].
+    """
+
+    model: np.ndarray
+    by_image: np.ndarray
+    gain: np.ndarray
+    by_point: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,6 +129,10 @@ class ImageOrientation(ModelResult):
         coverage, model_id, stage, reason, remedy.
     pairs : OrientedPairs
         What ``model_precision`` is computed from.
+    points : StereoPairs
+        Image coordinates of all points that took part.
+    factors : ndarray, shape (n_points,)
+        Of the weights of ``points``; less than 1 after a robust norm.
     """
 
     case: str
@@ -110,6 +144,8 @@ class ImageOrientation(ModelResult):
     model_points: pd.DataFrame
     failures: pd.DataFrame
     pairs: OrientedPairs
+    points: StereoPairs
+    factors: np.ndarray
 
     @property
     def is_oriented(self):
@@ -280,6 +316,22 @@ class ImageOrientation(ModelResult):
         index = pd.MultiIndex.from_product(names, names=["point_id", "axis"])
         sigma_0 = self.models["sigma_0"].iloc[place]
         return pd.DataFrame(covariance * sigma_0**2, index=index, columns=index)
+
+    @cached_property
+    def image_influence(self):
+        """How image coordinates move the model points, row for row: ImageInfluence.
+
+        Of the rigorous estimator.
+        """
+        rows = self.is_oriented[self.points.model]
+        used, orientation = self.points.chosen(rows), self.pairs.orientation
+        adjusted = replace(used, image=used.image + orientation.residuals[rows])
+        return ImageInfluence(
+            used.model,
+            self._precision.by_image,
+            self._precision.gain,
+            orientation_influence(orientation, adjusted, self.factors[rows]),
+        )
 
     @cached_property
     def _precision(self):

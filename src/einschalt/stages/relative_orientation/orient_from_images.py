@@ -142,14 +142,7 @@ def orient_from_images(
     models = _models_table(measured.names, pairs, case, used)
     length = _base_lengths(base_length, models)
     elements = orientation_elements(pairs, length, case)
-    model = form_model(
-        used.image,
-        used.start,
-        used.distance,
-        elements.cameras,
-        RULES[estimator],
-        pairs.residuals,
-    )
+    xyz = _model_points(used, elements, RULES[estimator], pairs.residuals)
     index = pd.Index(models["model_id"], name="model_id")
     is_good = pairs.status == ORIENTED
     return ImageOrientation(
@@ -162,11 +155,13 @@ def orient_from_images(
             **_residuals(points, is_out, pairs, factors),
             **_tests(points, is_wrong, is_out, pairs),
         )[is_good[points.model]].reset_index(drop=True),
-        model_points=_points_table(measured.keys[~is_out], model.xyz)[
+        model_points=_points_table(measured.keys[~is_out], xyz)[
             is_good[used.model]
         ].reset_index(drop=True),
         failures=_failures(models, pairs.status),
         pairs=OrientedPairs(pairs, length, case, used.distance),
+        points=used,
+        factors=factors,
     )
 
 
@@ -182,6 +177,12 @@ def _orient(points, estimator, outliers):
         return points.orient(estimator), np.ones(len(points.image))
     robust = orient_robustly(points, outliers)
     return robust.orientation, robust.factors
+
+
+def _model_points(points, elements, rule, residuals):
+    """Places of all points in their models."""
+    where = (points.image, points.start, points.distance)
+    return form_model(*where, elements.cameras, rule, residuals).xyz
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,8 +30,8 @@ class OrientationErrors:
     ----------
     model : ndarray of int, shape (n_points,)
         Orientation of each model point.
-    factors : ndarray, shape (n_points, 2, 5)
-        Plan coordinates by five independent errors of variance 1, in the unit of the
+    factors : ndarray, shape (n_points, 3, 5)
+        Coordinates by five independent errors of variance 1, in the unit of the
         model points.
     n_models : int
     """
@@ -71,7 +71,7 @@ def parallax_errors(orientation, machine_points):
         orientation.case,
     )
     roots = size * _roots(adjustment.cofactor)
-    factors = np.einsum("nak,nkj->naj", derivatives[:, :2], roots[model])
+    factors = np.einsum("nak,nkj->naj", derivatives, roots[model])
     return OrientationErrors(model, factors, len(models))
 
 

@@ -44,11 +44,15 @@ class ModelPrecision(NamedTuple):
         Derivatives G of the point by base direction and turn of the right camera.
     orientation_part : ndarray, shape (n_points, 3, 3)
         G C G.T.
+    by_image : ndarray, shape (n_points, 3, 4)
+        Derivatives (A.T A)^-1 A.T of the point by its own image coordinates, the
+        orientation held [unit of the base / mm].
     """
 
     image_part: np.ndarray
     gain: np.ndarray
     orientation_part: np.ndarray
+    by_image: np.ndarray
 
     @property
     def cofactor(self):
@@ -141,6 +145,7 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
         np.empty((len(xyz), 3, 3)),
         np.empty((len(xyz), 3, N_CHANGES)),
         np.empty((len(xyz), 3, 3)),
+        np.empty((len(xyz), 3, 4)),
     )
     over_segments(
         _propagate,
@@ -174,6 +179,7 @@ def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, o
             _multiply(by_place.T, by_place, 1.0, normals)
             _multiply(by_place.T, by_change, -1.0, right_sides)
             _invert(normals, out.image_part[i])
+            _multiply(out.image_part[i], by_place.T, 1.0, out.by_image[i])
             _multiply(out.image_part[i], right_sides, 1.0, out.gain[i])
             _multiply(out.gain[i], cofactors[k], 1.0, right_sides)
             _multiply(right_sides, out.gain[i].T, 1.0, out.orientation_part[i])

@@ -95,12 +95,13 @@ class SpatialFit:
     @cached_property
     def parameters(self):
         """Parameters te, tn, th, scale, ω, φ, κ, shape (n_models, 7)."""
-        turned = np.einsum("mij,mj->mi", self._matrix, self.centroid_model)
+        turned = np.einsum("mij,mj->mi", self.linear, self.centroid_model)
         shift = self.centroid_ground - turned
         return np.column_stack([shift, self.scale, angles_of(self.rotation)])
 
     @property
-    def _matrix(self):
+    def linear(self):
+        """Scale times rotation, shape (n_models, 3, 3)."""
         return self.scale[:, None, None] * self.rotation
 
     def apply(self, model, xyz):
@@ -118,7 +119,7 @@ class SpatialFit:
             Easting, northing, height [m].
         """
         offset = xyz - self.centroid_model[model]
-        turned = np.einsum("nij,nj->ni", self._matrix[model], offset)
+        turned = np.einsum("nij,nj->ni", self.linear[model], offset)
         return self.centroid_ground[model] + turned
 
     def invert(self, model, enh):
@@ -152,7 +153,7 @@ class SpatialFit:
             Times s_0² it is the covariance of easting, northing, height [m²].
         """
         offset = xyz - self.centroid_model[model]
-        arm = np.einsum("nij,nj->ni", self._matrix[model], offset)
+        arm = np.einsum("nij,nj->ni", self.linear[model], offset)
         turn = cross_matrix(-arm)
         radial = arm / self.scale[model][:, None]
         q = turn @ self.cofactor_rotation[model] @ np.swapaxes(turn, 1, 2)
@@ -176,7 +177,7 @@ class SpatialFit:
         matrix : ndarray, shape (3, 3)
         shift : ndarray, shape (3,)
         """
-        matrix = self._matrix[model]
+        matrix = self.linear[model]
         return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
 

@@ -158,6 +158,11 @@ class PlaneFit:
         """TOTAL standard error of unit weight, √2 s_0 [m], shape (n_models,)."""
         return total_from_coordinate(self.s_0)
 
+    @property
+    def linear(self):
+        """Matrix of each model without its shift, shape (n_models, 2, 2)."""
+        return self.solution.linear
+
     def apply(self, model, xy):
         """Transform points.
 

@@ -1,0 +1,80 @@
+"""How errors of image points reach the points of models that are formed of them.
+
+A point of a model moves with its own four image coordinates, and with those of all
+points of the model through its orientation. Neighbouring models share a photograph, and
+with it the errors of its points: so the sources are image points, not model points.
+
+See docs/theory/propagation.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.names import encode, encode_pairs, pair_up
+from einschalt.stages.relative_orientation.image_orientation import ImageInfluence
+
+SIDES = ("left_image", "right_image")
+
+
+@dataclass(frozen=True, eq=False)
+class ImageErrors:
+    """Errors of image points behind the points of models.
+
+    Attributes
+    ----------
+    influence : ImageInfluence
+        Row for row as the model points, lengths in their unit.
+    sources : ndarray of int, shape (n_points, 2)
+        Row of the table of image points that was the left and the right one.
+    n_sources : int
+        Rows of that table.
+    n_models : int
+        Pairs, oriented or not.
+    """
+
+    influence: ImageInfluence
+    sources: np.ndarray
+    n_sources: int
+    n_models: int
+
+
+def image_errors(oriented, flight, enlargement):
+    """Find the image points behind all model points of a flight.
+
+    Parameters
+    ----------
+    oriented : ImageOrientation
+        Of the flight.
+    flight : Flight
+        With ``image_points`` and ``models``.
+    enlargement : ndarray, shape (n_points,)
+        Of the model points, from the unit of the base to their own.
+
+    Returns
+    -------
+    ImageErrors
+    """
+    points, models = oriented.model_points, flight.models
+    table = flight.image_points
+    known = encode_pairs(table["image_id"], table["point_id"])
+    row_of = np.empty(len(known), dtype=np.int64)
+    row_of[known.codes] = np.arange(len(table))
+    names = encode_pairs(models["coverage"], models["model_id"])
+    row_of_model = np.empty(len(names), dtype=np.int64)
+    row_of_model[names.codes] = np.arange(len(models))
+    asked = encode_pairs(points["coverage"], points["model_id"])
+    place = row_of_model[names.locate(asked)[asked.codes]]
+    point = encode(points["point_id"])
+    sources = []
+    for side in SIDES:
+        image = encode(models[side].to_numpy(dtype=object)[place])
+        wanted = pair_up(image, point)
+        sources.append(row_of[known.locate(wanted)[wanted.codes]])
+    found, stretch = oriented.image_influence, enlargement[:, None, None]
+    influence = ImageInfluence(
+        found.model, found.by_image * stretch, found.gain * stretch, found.by_point
+    )
+    return ImageErrors(
+        influence, np.column_stack(sources), len(table), len(oriented.models)
+    )
