@@ -140,8 +140,16 @@ MODEL_POINTS = Schema(
         _number("y", "millimetres"),
         _number("z", "millimetres", is_required=False),
         _number("n_settings", "numbers", is_required=False, is_positive=True),
+        _number("settings_spread", MODEL_UNIT, is_required=False, may_be_missing=True),
     ),
     key=("coverage", "model_id", "point_id"),
+)
+# as it was measured: points may be set several times, and their settings numbered
+SETTING = "setting"
+MEASURED_MODEL_POINTS = replace(
+    MODEL_POINTS,
+    columns=(*MODEL_POINTS.columns, Column(SETTING, "id", is_required=False)),
+    key=(*MODEL_POINTS.key, SETTING),
 )
 Y_PARALLAXES = Schema(
     "y_parallaxes",
@@ -269,7 +277,7 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     coded = {}
     if key and all(name in columns for name in key):
         coded = {name: encode(columns[name]) for name in key}
-        problems += _check_key(checked, coded, source)
+        problems += _check_key(checked, coded, source, schema)
     return CheckedTable(checked, tuple(problems), tuple(notes), coded)
 
 
@@ -404,7 +412,7 @@ def _cell(frame, name, place):
     return None if pd.isna(value) else cell_values.whole_text(value).strip() or None
 
 
-def _check_key(frame, coded, source):
+def _check_key(frame, coded, source, schema):
     codes = row_codes(list(coded.values()))
     is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
     if not is_doubled.any():
@@ -414,11 +422,15 @@ def _check_key(frame, coded, source):
     firsts = np.flatnonzero(~pd.Series(codes).duplicated(keep="first").to_numpy())
     first_of = dict(zip(codes[firsts], firsts, strict=True))
 
+    remedy = "Delete one of the two, or rename it"
+    if SETTING in schema.key and SETTING not in coded:
+        remedy = f"{remedy}; or number repeated settings in a column '{SETTING}'"
+
     def problem(place):
         return TableError(
             f"the row repeats row {frame.index[first_of[codes[place]]]}",
             expected=f"each {' + '.join(coded)} once",
-            remedy="Delete one of the two, or rename it",
+            remedy=remedy,
             file=source,
             **whereabouts(frame, place),
         )

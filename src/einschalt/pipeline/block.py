@@ -33,8 +33,10 @@ class Flight:
     Attributes
     ----------
     model_points : DataFrame, optional
-        coverage, model_id, point_id, x, y [, z] [, n_settings], in ``model_unit``. x
-        and y are means of ``n_settings`` settings, of one where the column is missing.
+        coverage, model_id, point_id, x, y [, z] [, n_settings] [, settings_spread], in
+        ``model_unit``. x and y are means of ``n_settings`` settings, of one where the
+        column is missing, which scatter about them by ``settings_spread`` (total). Or
+        one row for each ``setting`` of a point: a block has their means.
     scale_number : float
         Denominator of the image scale.
     m_g_um : float

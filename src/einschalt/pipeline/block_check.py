@@ -25,24 +25,17 @@ from einschalt.pipeline.parallax_check import (
     models_without_parallaxes,
     parallax_problems,
 )
+from einschalt.pipeline.repeated_settings import average_settings, settings_problems
 from einschalt.pipeline.scale_check import (
+    UNIT_WORDS,
     coordinate_problems,
+    extent_problems,
     scale_problems,
     standard_error_problems,
 )
 from einschalt.stages.transformation_kinds import KINDS
 
-LARGEST_MODEL_MM = 5000.0
-SMALLEST_MODEL_MM = 2.0
 MODEL_KEY = ["coverage", "model_id"]
-USUAL_MODEL_MM = (20.0, 2000.0)
-MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
-UNIT_WORDS = {
-    "mm": "millimetres",
-    "um": "micrometres",
-    "m": "metres",
-    "cm": "centimetres",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,16 +92,6 @@ def _ground_schema(schema, flight):
     """Schema of the points onto which a flight is transformed."""
     is_spatial = is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
     return schema.requiring("height") if is_spatial else schema
-
-
-def _unit_remedy(widest, has_unit):
-    """Guess in which unit the widest model was given."""
-    smallest, largest = USUAL_MODEL_MM
-    for unit, words in UNIT_WORDS.items():
-        if smallest <= widest * MM_PER_UNIT[unit] <= largest:
-            mend = f"Set model_unit = '{unit}'" if has_unit else "Give millimetres"
-            return f"Did you give {words}? {mend}"
-    return "Convert the coordinates to millimetres"
 
 
 class _Check:
@@ -176,10 +159,14 @@ class _Check:
             for key, schema in parts.items()
             if getattr(flight, key) is not None
         }
+        if self._sound(table := f"{name}.model_points"):
+            points = given["model_points"]
+            self.problems += settings_problems(points, self._file(table))
+            given["model_points"] = average_settings(points)
         return replace(flight, **given)
 
     def _model_points_schema(self, flight):
-        schema = self._in_unit(tables.MODEL_POINTS, flight)
+        schema = self._in_unit(tables.MEASURED_MODEL_POINTS, flight)
         is_spatial = is_choice(flight.transformation, ("helmert_3d",))
         if not is_spatial and flight.y_parallaxes is None:
             return schema
@@ -241,26 +228,7 @@ class _Check:
             self._extent(table, frame[~is_lost], "image_id", "mm")
 
     def _extent(self, table, frame, key, unit):
-        keys = [name for name in ("coverage", key) if name in frame]
-        groups = frame.groupby(keys, sort=False)[["x", "y"]]
-        spread = (groups.transform("max") - groups.transform("min")).max(axis=1)
-        # single points have no extent, so the flight is judged by its largest model
-        place = int(spread.to_numpy().argmax())
-        widest = spread.iloc[place]
-        extent = widest * MM_PER_UNIT[unit]
-        if SMALLEST_MODEL_MM <= extent <= LARGEST_MODEL_MM or not extent > 0:
-            return
-        facts = tables.whereabouts(frame, place)
-        self.problems.append(
-            ConsistencyError(
-                f"the widest {key.removesuffix('_id')} extends over {extent:.6g} mm",
-                expected=f"{SMALLEST_MODEL_MM:g} to {LARGEST_MODEL_MM:g} mm",
-                remedy=_unit_remedy(widest, key == "model_id"),
-                file=self._file(table),
-                row=facts["row"],
-                model=facts["model"],
-            )
-        )
+        self.problems += extent_problems(frame, key, unit, self._file(table))
 
     def images(self):
         """Models whose images were not measured."""

@@ -34,6 +34,7 @@ from einschalt.pipeline.iteration import (
 from einschalt.pipeline.low_pass import LowPass, pass_low_flight
 from einschalt.pipeline.observation_precision import observation_precision
 from einschalt.pipeline.precision_tables import PrecisionTables
+from einschalt.pipeline.repeated_settings import m_g_of_repeated_settings
 from einschalt.pipeline.residual_distribution import distributed, require_control
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simultaneous import (
@@ -220,6 +221,11 @@ class DensificationResult(PrecisionTables):
         return estimate_components(
             self.block, self.high, first, self.gross_measurements
         )
+
+    @cached_property
+    def repeated_settings(self):
+        """What points that were set several times say of m_g, a DataFrame."""
+        return m_g_of_repeated_settings(self)
 
     @cached_property
     def patterns(self):

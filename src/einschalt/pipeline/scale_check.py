@@ -8,10 +8,70 @@ import numpy as np
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, TableError
+from einschalt.foundations.units import METRES_PER_UNIT
 
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
+LARGEST_MODEL_MM = 5000.0
+SMALLEST_MODEL_MM = 2.0
+USUAL_MODEL_MM = (20.0, 2000.0)
+MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
+UNIT_WORDS = {
+    "mm": "millimetres",
+    "um": "micrometres",
+    "m": "metres",
+    "cm": "centimetres",
+}
+
+
+def extent_problems(frame, key, unit, file):
+    """Say of the widest model or image that it cannot have the unit that is named.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Coordinates x, y of models or images.
+    key : {"model_id", "image_id"}
+    unit : str
+        Of x and y.
+    file : str
+        Said in messages.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    keys = [name for name in ("coverage", key) if name in frame]
+    groups = frame.groupby(keys, sort=False)[["x", "y"]]
+    spread = (groups.transform("max") - groups.transform("min")).max(axis=1)
+    # single points have no extent, so the flight is judged by its largest model
+    place = int(spread.to_numpy().argmax())
+    widest = spread.iloc[place]
+    extent = widest * MM_PER_UNIT[unit]
+    if SMALLEST_MODEL_MM <= extent <= LARGEST_MODEL_MM or not extent > 0:
+        return []
+    facts = tables.whereabouts(frame, place)
+    return [
+        ConsistencyError(
+            f"the widest {key.removesuffix('_id')} extends over {extent:.6g} mm",
+            expected=f"{SMALLEST_MODEL_MM:g} to {LARGEST_MODEL_MM:g} mm",
+            remedy=_unit_remedy(widest, key == "model_id"),
+            file=file,
+            row=facts["row"],
+            model=facts["model"],
+        )
+    ]
+
+
+def _unit_remedy(widest, has_unit):
+    """Guess in which unit the widest model was given."""
+    smallest, largest = USUAL_MODEL_MM
+    for unit, words in UNIT_WORDS.items():
+        if smallest <= widest * MM_PER_UNIT[unit] <= largest:
+            mend = f"Set model_unit = '{unit}'" if has_unit else "Give millimetres"
+            return f"Did you give {words}? {mend}"
+    return "Convert the coordinates to millimetres"
 
 
 def coordinate_problems(frame, file):

@@ -27,6 +27,7 @@ from einschalt.pipeline.suspect_suggestions import (
     control_that_contradicts,
     coverages_that_differ,
     gross_measurements,
+    settings_that_scatter,
     suspect_observations,
     wrong_measuring_errors,
 )
@@ -70,6 +71,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         high_flight_misfit(result),
         contradicted_figures(result),
         wrong_measuring_errors(result),
+        settings_that_scatter(result),
         film_affinity(result),
         network_strain(result),
         gross_measurements(result),

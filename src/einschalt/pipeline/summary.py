@@ -13,6 +13,7 @@ from einschalt.pipeline.sections import (
     neighbours,
     patterns,
     precision,
+    repeated_settings,
     tolerance,
 )
 from einschalt.pipeline.sections.verdict import verdict
@@ -31,6 +32,7 @@ SECTIONS = (
     control_strain,
     distribution,
     flights,
+    repeated_settings,
     patterns,
 )
 """Modules whose ``section(result)`` makes a part of summary.txt, in their order."""

@@ -11,6 +11,7 @@ from einschalt.foundations.typesetting import (
     number,
     round_by_error,
 )
+from einschalt.pipeline.repeated_settings import spread_of_points
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 
 # a standard error of variance components is itself uncertain, and a difference of a
@@ -135,6 +136,43 @@ def wrong_measuring_errors(result):
     return Suggestion(
         "; ".join(problems), "Give that figure, if no gross error made it"
     )
+
+
+def settings_that_scatter(result):
+    """Repeated settings of a point that lie farther apart than m_g allows."""
+    flights = result.repeated_settings
+    larger = flights[flights["is_larger"]]
+    if larger.empty:
+        return scattered_points(result)
+    said = "; ".join(
+        f"m_g_um of the {flight.flight.replace('_', ' ')} is given as "
+        f"{number(flight.m_g_um)}, but repeated settings scatter by "
+        f"{shown_settings(flight)}"
+        for flight in larger.itertuples()
+    )
+    return Suggestion(said, "Give at least that figure, if no gross error made it")
+
+
+def scattered_points(result):
+    """Single points whose settings lie farther apart than m_g allows."""
+    points = spread_of_points(result)
+    n_tested = points["p_value"].notna().sum()
+    found = points[points["p_value"] * n_tested < SIGNIFICANCE].sort_values("p_value")
+    if found.empty:
+        return None
+    return Suggestion(
+        f"{count(len(found), 'point')} with settings up to "
+        f"{number(found['spread_um'].max())} µm apart in the image (total, one "
+        "setting), which chance does not explain, worst first (flight, coverage, "
+        f"model, point): {names(_observations(found), 4)}",
+        "Set them again: their mean is wrong",
+    )
+
+
+def shown_settings(flight):
+    """Write m_g from repeated settings with its standard error."""
+    value, error = round_by_error(flight.m_g_settings_um, flight.standard_error_um)
+    return f"{value} ± {error}"
 
 
 def _is_wrong(component):

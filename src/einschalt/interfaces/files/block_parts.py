@@ -3,7 +3,7 @@
 from einschalt.foundations import tables
 
 FLIGHT_TABLES = {
-    "model_points": tables.MODEL_POINTS,
+    "model_points": tables.MEASURED_MODEL_POINTS,
     "y_parallaxes": tables.Y_PARALLAXES,
     "base": tables.MODEL_BASES,
     "image_points": tables.IMAGE_POINTS,

@@ -33,6 +33,7 @@ IF_ANY = (
     "ellipses",
     "control_left_out",
     "iterations",
+    "repeated_settings",
 )
 FIRST_COLUMNS = {
     "points": (
@@ -95,6 +96,7 @@ FIRST_COLUMNS = {
     "ellipses": ("point_id", "easting", "northing"),
     "control_left_out": ("point_id", "difference_easting", "difference_northing"),
     "iterations": ("iteration", "largest_move", "point_id", "move_rms"),
+    "repeated_settings": ("flight", "n_points", "n_settings", "redundancy"),
     "failures": ("flight", "coverage", "model_id", "stage", "reason", "remedy"),
 }
 # what people read: 0.1 mm of a coordinate, 0.01 mm of an error; Parquet has it all
