@@ -17,18 +17,19 @@ from einschalt.pipeline.gross_measurements import (
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulated_noise import BlockNoise
 from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.stages.stage2_relative_orientation import relative_orientation
 
 KEY = ["flight", "coverage", "model_id", "point_id"]
 SNOOPED = Settings(outliers="snoop")
 FLIGHTS = ("high_flight", "low_flight")
 
 
-def points_of(block):
-    return {name: flight.points_to_fit for name, flight in block.flights.items()}
+def flights_of(block):
+    return {name: relative_orientation(f) for name, f in block.flights.items()}
 
 
 def found_in(block, settings=SNOOPED):
-    return find_gross_measurements(block, points_of(block), settings).table
+    return find_gross_measurements(block, flights_of(block), settings).table
 
 
 def rows(table):
@@ -55,7 +56,7 @@ def test_nearly_all_are_found_and_little_else(spoilt):
     assert found.columns.tolist() == COLUMNS
     assert len(rows(found) & true) >= 0.95 * len(true)
     # good ones: the partner of a wrong one where a point was measured twice
-    counts = points_of(spoilt)[flight]["point_id"].value_counts()
+    counts = spoilt.flights[flight].model_points["point_id"].value_counts()
     good = rows(found) - true
     assert all(counts[point] == 2 for *_, point in good)
     assert {point for *_, point in good} <= {point for *_, point in true}
@@ -225,6 +226,6 @@ def test_without_high_flight_the_low_one_is_searched():
     )
     found = rows(densify(alone, SNOOPED).gross_measurements)
     # of two measurements of a point either may be wrong
-    counts = points_of(block)["low_flight"]["point_id"].value_counts()
+    counts = block.low_flight.model_points["point_id"].value_counts()
     true = {row for row in rows(block.gross_errors) if counts[row[-1]] > 2}
     assert len(found & true) >= 0.97 * len(true)

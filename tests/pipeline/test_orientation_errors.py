@@ -12,6 +12,7 @@ from einschalt.pipeline.simulation import PRESETS, BlockNoise, simulate_block
 
 PLAN = ["easting", "northing"]
 FLIGHTS = ("high_flight", "low_flight")
+SIMULTANEOUS = Settings(method="simultaneous")
 
 
 def block_of(measurement="parallaxes", seed=0, **noise):
@@ -118,8 +119,8 @@ def test_sources_tables_and_tests_hold_together():
     assert result.claim.stands
     assert not result.claim.is_assumed
     assert result.left_out_control.normalized_square < 3.0
-    assert result.components is None
     assert result.patterns.strain is None
+    assert "Strain was not looked for: errors of the orientations" in result.summary()
     assert "of the orientations, as sigma_0" in remarks(result)[1]
     assert "relative orientation" in result.summary()
 
@@ -135,3 +136,71 @@ def test_parallaxes_without_redundancy_leave_the_size_unknown():
     result = densify(replace(block, **flights))
     assert result.orientation_errors == dict.fromkeys(FLIGHTS)
     assert result.errors is None
+    adjusted = densify(replace(block, **flights), SIMULTANEOUS)
+    assert "standard_error_total" not in adjusted.points
+    assert "y-parallaxes without redundancy do not show" in one_line(adjusted)
+
+
+def one_line(result):
+    return " ".join(result.summary().split())
+
+
+@pytest.mark.parametrize("y_parallax_um", [5.0, 20.0])
+def test_points_adjusted_simultaneously_have_the_errors_that_are_claimed(
+    y_parallax_um,
+):
+    squares, ratios = [], []
+    for seed in range(12):
+        block = block_of(seed=seed, y_parallax_um=y_parallax_um)
+        result = densify(block, SIMULTANEOUS)
+        points = result.points[result.points["role"] == "new"]
+        truth = block.truth.set_index("point_id").loc[points["point_id"], PLAN]
+        error = points[PLAN].to_numpy() - truth.to_numpy()
+        covariance = np.empty((len(points), 2, 2))
+        for k, name in enumerate(("easting", "northing")):
+            covariance[:, k, k] = points[f"standard_error_{name}"] ** 2
+        covariance[:, 0, 1] = covariance[:, 1, 0] = points["covariance_en"]
+        inverse = np.linalg.inv(covariance)
+        squares.append(np.einsum("ni,nij,nj->n", error, inverse, error).mean() / 2.0)
+        two_step = result.two_step.figures.mean_total
+        ratios.append(result.figures.mean_total / two_step)
+        assert 0.9 < result.simultaneous.s_0 < 1.1
+    scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))
+    assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * scatter)
+    assert scatter < 0.15
+    assert np.mean(ratios) < (0.75 if y_parallax_um < 10.0 else 0.55)
+    assert "of the orientations, as sigma_0 of all models has them" in one_line(result)
+
+
+def test_orientations_that_were_adjusted_are_no_larger_than_their_errors():
+    block = block_of(seed=4, y_parallax_um=20.0)
+    found = densify(block, SIMULTANEOUS).simultaneous.solution
+    assert found.orientation.shape == (found.observations.n_models, 5)
+    # the models know of some of the elements more than the parallaxes do
+    assert 0.3 < np.sqrt(np.mean(found.orientation**2)) < 1.1
+
+
+def test_images_have_no_standard_errors_in_the_simultaneous_adjustment_either():
+    result = densify(block_of("images"), SIMULTANEOUS)
+    assert "standard_error_total" not in result.points
+    assert "models from images share errors of their photographs" in one_line(result)
+
+
+def test_good_measurements_of_models_with_bad_parallaxes_are_no_gross_errors():
+    for seed in range(4):
+        block = block_of(seed=seed, y_parallax_um=40.0)
+        result = densify(block, Settings(outliers="snoop"))
+        # one model in a thousand loses a point
+        assert len(result.gross_measurements) <= 1
+
+
+def test_measuring_errors_are_estimated_beside_those_of_orientations():
+    z = []
+    for seed in range(8):
+        block = block_of(seed=seed, y_parallax_um=15.0)
+        given = replace(block.low_flight, m_g_um=7.5)
+        found = densify(replace(block, low_flight=given)).components
+        for component, true in ((found.high_flight, 7.5), (found.low_flight, 5.0)):
+            z.append((component.estimated - true) / component.standard_error)
+    assert abs(np.mean(z)) < 3.3 / np.sqrt(len(z))
+    assert np.sqrt(np.mean(np.square(z))) < 1.0 + 3.3 / np.sqrt(2 * len(z))

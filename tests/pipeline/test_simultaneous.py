@@ -319,7 +319,8 @@ def test_errors_of_unknown_size_give_no_standard_errors(block):
         replace(block, control_points=control), es.Settings(method="simultaneous")
     )
     assert "standard_error_total" not in found.points
-    assert "no standard errors are given" in summarize(found).replace("\n    ", " ")
+    said = summarize(found).replace("\n    ", " ")
+    assert "No standard errors are given: the control points have no standard" in said
     control = found.simultaneous.control
     assert (control[["difference_easting", "difference_northing"]] == 0.0).all(
         axis=None

@@ -47,8 +47,8 @@ from einschalt.pipeline.summary import summarize
 from einschalt.pipeline.systematic_patterns import find_patterns
 from einschalt.pipeline.tolerance import with_tolerance
 from einschalt.pipeline.variance_components import (
+    can_tell_components,
     estimate_components,
-    has_plain_measurements,
 )
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.model_screening import screen_models
@@ -215,12 +215,10 @@ class DensificationResult(PrecisionTables):
         """
         if self.two_step is not None:
             return self.two_step.components
-        if self.errors is None or not has_plain_measurements(self):
+        if self.errors is None or not can_tell_components(self):
             return None
         first = self.low if self.iteration is None else self.iteration.passes[0].low
-        return estimate_components(
-            self.block, self.high, first, self.gross_measurements
-        )
+        return estimate_components(self, first)
 
     @cached_property
     def repeated_settings(self):
@@ -282,8 +280,8 @@ def densify(block, settings=None, *, progress=None):
 
 def _in_two_steps(block, settings, flights, said):
     said("approximate coordinates", 0.3)
+    gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
-    gross = find_gross_measurements(block, measured, settings)
     high = _high_flight(block, measured, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
@@ -322,7 +320,8 @@ def _in_one_adjustment(block, settings, flights, said):
         two_step = None
     said("simultaneous adjustment", 0.97)
     adjusted = adjust_flights(block, settings, flights)
-    points = _with_roles(point_columns(block, adjusted, two_step), block.control_points)
+    points = point_columns(block, flights, adjusted, two_step)
+    points = _with_roles(points, block.control_points)
     points = distribute_adjusted(block, settings, points)
     start = two_step or _without_steps(block, settings, flights)
     failures = _joined_failures(

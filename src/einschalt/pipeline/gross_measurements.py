@@ -44,14 +44,14 @@ class GrossMeasurements:
     rows: dict
 
 
-def find_gross_measurements(block, model_points, settings) -> GrossMeasurements:
+def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
     """Find the measurements that contradict the other models of their flight.
 
     Parameters
     ----------
     block : Block
-    model_points : dict of str to DataFrame
-        Of each flight after stage 2.
+    flights : dict of str to RelativeOrientation
+        Every flight after stage 2.
     settings : Settings
         Nothing is looked for with ``outliers = "keep"``.
 
@@ -65,12 +65,13 @@ def find_gross_measurements(block, model_points, settings) -> GrossMeasurements:
     found = [no_gross_measurements()]
     if settings.outliers != "keep":
         found = [
-            _refused(block, name, points, settings.significance)
-            for name, points in model_points.items()
+            _refused(block, name, flight, settings.significance)
+            for name, flight in flights.items()
         ]
     table = pd.concat(found, ignore_index=True)
     rows = {
-        name: is_gross(table, name, points) for name, points in model_points.items()
+        name: is_gross(table, name, flight.model_points)
+        for name, flight in flights.items()
     }
     return GrossMeasurements(table, rows)
 
@@ -101,12 +102,12 @@ def is_gross(table, flight, model_points):
     return rows.isin(pd.MultiIndex.from_frame(own))
 
 
-def _refused(block, name, model_points, significance):
+def _refused(block, name, flight, significance):
     """Gross errors of one flight."""
     transformation = block.flights[name].transformation
     if block.control_points is None or transformation not in PLANE_KINDS:
         return no_gross_measurements()
-    tables = block_tables(block, {name: model_points}, {name: transformation})
+    tables = block_tables(block, {name: flight}, {name: transformation})
     options = AdjustmentOptions(outliers="snoop", significance=significance)
     try:
         residuals = simultaneous_adjustment(tables, options).residuals

@@ -11,6 +11,7 @@ from einschalt.stages.block_tables import (
     MeasuredFlight,
     code_block,
 )
+from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous_adjustment import (
     DEFORMATIONS,
@@ -27,6 +28,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
 )
 
 FILM_AFFINITY = "helmert_film_affinity"
+PLAN = ("x", "y")
 PLANE_KINDS = ("affine", "helmert")
 # height over plan to begin with: c / b of a wide-angle camera at 60 per cent overlap
 HEIGHT_OVER_PLAN = 1.65
@@ -125,9 +127,7 @@ def adjust_block(
     plane = kind if kind in (*PLANE_KINDS, SPATIAL) else "helmert"
     kinds = dict.fromkeys(measured, plane)
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
-    points = {name: o.model_points for name, o in oriented.items()}
-    centres = {name: o.centres for name, o in oriented.items()}
-    tables = block_tables(block, points, kinds, centres)
+    tables = block_tables(block, oriented, kinds)
     options = AdjustmentOptions(
         common=common_terms(measured, families),
         outliers=outliers,
@@ -221,18 +221,17 @@ def adjust_flights(block, settings, flights):
         deformation=settings.model_deformation,
         variance_components=settings.variance_components,
     )
-    points = {name: flight.model_points for name, flight in flights.items()}
-    centres = {name: flight.centres for name, flight in flights.items()}
-    tables = block_tables(block, points, kinds, centres)
+    tables = block_tables(block, flights, kinds)
     return simultaneous_adjustment(tables, options)
 
 
-def point_columns(block, adjusted, two_step):
+def point_columns(block, flights, adjusted, two_step):
     """Adjusted points with the columns of every densified point.
 
     Parameters
     ----------
     block : Block
+    flights : dict of str to RelativeOrientation
     adjusted : BlockAdjustment
     two_step : DensificationResult or None
 
@@ -245,7 +244,7 @@ def point_columns(block, adjusted, two_step):
         errors are left out where the size of a source of error is not known.
     """
     points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
-    if not _has_known_errors(block):
+    if not _has_known_errors(block, flights):
         points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
     place = points.columns.get_loc("n_models")
     beside = _of_two_steps(points["point_id"], two_step)
@@ -272,11 +271,42 @@ def _of_two_steps(point_id, two_step):
     return two_step.points.set_index("point_id")[names].reindex(point_id)
 
 
-def _has_known_errors(block):
+def _has_known_errors(block, flights):
     """Whether every source of error has a known size, as in two steps."""
-    return "standard_error_m" in block.control_points and not any(
-        flight.is_oriented_numerically for flight in block.flights.values()
+    is_unknown = any(
+        flight.is_oriented_numerically
+        and (
+            not isinstance(flights[name].errors, OrientationErrors)
+            or flight.transformation == SPATIAL
+        )
+        for name, flight in block.flights.items()
     )
+    return "standard_error_m" in block.control_points and not is_unknown
+
+
+def unknown_error(result):
+    """Say which source of error has a size that the adjustment does not know.
+
+    Parameters
+    ----------
+    result : DensificationResult
+        One whose points have no standard errors.
+
+    Returns
+    -------
+    str
+    """
+    block, flights = result.block, result.block.flights.values()
+    if "standard_error_m" not in block.control_points:
+        return "the control points have no standard_error_m"
+    if any(flight.has_images for flight in flights):
+        return "models from images share errors of their photographs"
+    is_oriented = [f for f in flights if f.is_oriented_numerically]
+    if any(flight.transformation == SPATIAL for flight in is_oriented):
+        return "what errors of orientations make of heights is unknown"
+    if result.settings.residual_distribution != "none":
+        return "points were moved by the distribution of residuals"
+    return "y-parallaxes without redundancy do not show the errors of the orientations"
 
 
 def distribute_adjusted(block, settings, points):
@@ -327,31 +357,31 @@ def common_terms(flights, families):
     return tuple(CommonTerms(place, families) for place in range(len(flights)))
 
 
-def block_tables(block, model_points, kinds, centres=None):
+def block_tables(block, flights, kinds):
     """Observations of a block.
 
     Parameters
     ----------
     block : Block
-    model_points : dict of str to DataFrame
-        Of each flight that takes part, after its relative orientation.
+    flights : dict of str to RelativeOrientation
+        Those that take part, after stage 2: their points, with the errors of their
+        orientations, and the projection centres that spatial models have in common.
     kinds : dict of str to str
         affine, helmert or helmert_3d, of each flight.
-    centres : dict of str to DataFrame, optional
-        Projection centres, which spatial models have in common.
 
     Returns
     -------
     BlockTables
     """
     measured = []
-    for name, points in model_points.items():
-        error = _standard_errors(block.flights[name], points)
-        rows = points
+    for name, flight in flights.items():
+        rows, shared = flight.model_points, None
+        error = _standard_errors(block.flights[name], rows)
         if kinds[name] == SPATIAL:
-            own = None if centres is None else centres[name]
-            rows, error = _in_space(name, points, own, error)
-        measured.append(MeasuredFlight(name, rows, error, kinds[name]))
+            rows, error = _in_space(name, rows, flight.centres, error)
+        elif isinstance(flight.errors, OrientationErrors):
+            shared = flight.errors.factors[:, : len(PLAN)]
+        measured.append(MeasuredFlight(name, rows, error, kinds[name], shared))
     return code_block(measured, block.control_points)
 
 
@@ -365,7 +395,7 @@ def _in_space(name, points, centres, error):
     """Points with projection centres below them, and their errors to begin with."""
     axes = np.array([1.0, 1.0, HEIGHT_OVER_PLAN])
     errors = error[:, None] * axes
-    if centres is None or centres.empty:
+    if centres.empty:
         return points, errors
     names = ["coverage", "model_id", "point_id", "x", "y", "z"]
     # photographs of both flights may have the same names

@@ -13,9 +13,16 @@ import numpy as np
 from einschalt.foundations.batches import segments
 from einschalt.foundations.names import encode
 from einschalt.pipeline.block_facts import FLIGHTS
-from einschalt.pipeline.error_model import PLAN, given_errors
+from einschalt.pipeline.error_model import (
+    CONTROL,
+    HIGH,
+    LOW,
+    PLAN,
+    given_errors,
+    with_own,
+)
 from einschalt.pipeline.gross_measurements import is_gross
-from einschalt.pipeline.own_errors import ORIENTATION
+from einschalt.pipeline.own_errors import ORIENTATION, own_errors
 from einschalt.stages.model_screening import suspect_rows
 from einschalt.stages.stage4_error_propagation import (
     GroundSources,
@@ -28,7 +35,6 @@ from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
     estimate_factors,
 )
-from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 
 @dataclass(frozen=True)
@@ -64,11 +70,10 @@ class BlockComponents:
     low_flight: Component
 
 
-def has_plain_measurements(result):
-    """Whether machine coordinates of both flights, in plan, are all that was measured.
+def can_tell_components(result):
+    """Whether both flights were measured in plan, each point with errors of its own.
 
-    What is looked for in models one by one knows nothing of image points that models
-    share, and of orientations.
+    Image points are shared by models, which sums over single models do not know.
 
     Parameters
     ----------
@@ -79,24 +84,21 @@ def has_plain_measurements(result):
     bool
     """
     flights = result.block.flights
-    is_plain = ORIENTATION not in result.errors.parts and not any(
-        flight.has_images for flight in flights.values()
-    )
+    is_own = not any(flight.has_images for flight in flights.values())
     n_axes = result.errors.covariance.shape[1]
-    return is_plain and len(flights) == len(FLIGHTS) and n_axes == len(PLAN)
+    return is_own and len(flights) == len(FLIGHTS) and n_axes == len(PLAN)
 
 
-def estimate_components(block, high, low, gross_measurements):
+def estimate_components(result, low):
     """Estimate the errors of control and of both flights from the measurements.
 
     Parameters
     ----------
-    block : Block
-        One of which :func:`can_propagate` is true.
-    high : ApproximateCoordinates
+    result : DensificationResult
+        In two steps, of a block of which :func:`can_propagate` is true. Its gross
+        measurements are left out; errors of orientations have their given sizes.
     low : ModelTransformation
-    gross_measurements : DataFrame
-        flight, coverage, model_id, point_id of those that are known.
+        The low flight onto the approximate coordinates.
 
     Returns
     -------
@@ -104,21 +106,17 @@ def estimate_components(block, high, low, gross_measurements):
         None where the block is too small to tell. Gross errors and suspects are left
         out.
     """
-    n_axes = 1 if {high.transformation.kind, low.kind} <= set(CONFORMAL) else 2
-    gross = {
-        name: is_gross(gross_measurements, name, points)
-        for name, points in _points(block).items()
-    }
-    sums = _sums(block, high, low, gross, n_axes)
-    sums = [part for part in sums if len(part.values)]
+    block, points = result.block, result.model_points
+    sources = _Sources.of(result, low)
+    sums = [part for part in _sums(result, low, sources) if len(part.values)]
     sizes = {
-        source: np.repeat(errors, n_axes)
-        for source, errors in given_errors(block, _points(block)).items()
+        source: np.repeat(errors, sources.n_axes)
+        for source, errors in given_errors(block, points).items()
     }
     if len(sums) < len(sizes):
         return None
     try:
-        found = estimate_factors(sums, sizes)
+        found = estimate_factors(sums, {**sizes, **sources.sizes}, held=sources.held)
     except np.linalg.LinAlgError:  # a source that no sum can tell from another
         return None
     control = SQRT2 * np.sqrt(np.mean(sizes["control"] ** 2))
@@ -134,49 +132,85 @@ def estimate_components(block, high, low, gross_measurements):
     )
 
 
-def _points(block):
-    return {name: flight.points_to_fit for name, flight in block.flights.items()}
+@dataclass(frozen=True, eq=False)
+class _Sources:
+    """What stands behind the measuring errors of each flight.
+
+    Orientations are a source for each flight: their sizes come from its parallaxes.
+    """
+
+    n_axes: int
+    behind: dict
+    sizes: dict
+    held: dict
+
+    @classmethod
+    def of(cls, result, low):
+        fits, errors = (
+            {HIGH: result.high.transformation, LOW: low},
+            result.orientation_errors,
+        )
+        own = own_errors(result.block, fits, errors)
+        behind, sizes, held = {}, {}, {}
+        for name, chains in own.chains.items():
+            behind[name] = {name: chains[name]}
+            if ORIENTATION in chains:
+                source = f"{ORIENTATION}, {name}"
+                behind[name][source] = chains[ORIENTATION]
+                sizes[source] = np.ones(own.n_orientation * own.n_axes)
+                held[source] = np.sqrt(2.0 / errors[name].redundancy)
+        return cls(own.n_axes, behind, sizes, held)
 
 
-def _sums(block, high, low, gross, n_axes):
+def _sums(result, low, sources):
     """Sums of squares of both flights, with their chains of operators."""
-    control = block.control_points
+    control, high = result.block.control_points, result.high
     is_control = (control["role"] != "check").to_numpy()
+    gross = {
+        name: is_gross(result.gross_measurements, name, points)
+        for name, points in result.model_points.items()
+    }
     of_high = _MeasuredFlight(
         high.transformation,
-        block.high_flight.points_to_fit,
+        result.model_points[HIGH],
         GroundSources(np.flatnonzero(is_control), len(control)),
-        gross["high_flight"],
-        n_axes,
+        gross[HIGH],
+        (sources.n_axes, sources.behind[HIGH]),
     )
     check = control.loc[~is_control, "point_id"]
     is_ground = ~high.points["point_id"].isin(check).to_numpy()
     of_low = _MeasuredFlight(
         low,
-        block.low_flight.points_to_fit,
+        result.model_points[LOW],
         GroundSources(np.flatnonzero(is_ground), len(high.points)),
-        gross["low_flight"],
-        n_axes,
+        gross[LOW],
+        (sources.n_axes, sources.behind[LOW]),
     )
-    n_high = len(block.high_flight.points_to_fit)
-    approximate = mean_operator(high.means, np.arange(n_high), n_high, n_axes)
+    n_high = len(result.model_points[HIGH])
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.n_axes)
+    from_control = {CONTROL: ()}
     from_high = {
-        "control": (approximate, of_high.operator.ground),
-        "high_flight": (approximate, of_high.operator.measured),
+        name: (approximate, *chain)
+        for name, chain in with_own(
+            {CONTROL: (of_high.operator.ground,)},
+            of_high.operator.measured,
+            sources.behind[HIGH],
+        ).items()
     }
     return [
-        of_high.misfit("high_flight", {"control": ()}),
-        of_high.differences("high_flight", {"control": ()}),
-        of_low.misfit("low_flight", from_high),
-        of_low.differences("low_flight", from_high),
+        of_high.misfit(from_control),
+        of_high.differences(from_control),
+        of_low.misfit(from_high),
+        of_low.differences(from_high),
     ]
 
 
 class _MeasuredFlight:
     """Values and residuals of a flight, with the operators that they come from."""
 
-    def __init__(self, transformation, model_points, ground, is_known, n_axes):
+    def __init__(self, transformation, model_points, ground, is_known, sources):
         self._observed, self._ground = transformation.observed, ground
+        n_axes, self._own = sources
         self._n_axes = n_axes
         self.operator = flight_operator(
             transformation, model_points, ground, is_conformal=n_axes == 1
@@ -189,7 +223,7 @@ class _MeasuredFlight:
         is_out = is_known | suspect_rows(values, transformation)
         self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
 
-    def differences(self, own, chains):
+    def differences(self, chains):
         """Values of each point less their mean."""
         rows = np.flatnonzero(self._is_good)
         groups = _Groups(self._point[rows], self._n_axes)
@@ -197,9 +231,9 @@ class _MeasuredFlight:
         mean = groups.mean(rows, size)
         each = selection(rows[groups.order], *size)
         matrix = each - groups.spread() @ mean
-        return self._sum(matrix @ self._flat(self._values), matrix, None, own, chains)
+        return self._sum(matrix @ self._flat(self._values), matrix, None, chains)
 
-    def misfit(self, own, chains):
+    def misfit(self, chains):
         """Residuals of each point that was fitted, on the average of its models."""
         observed = self._observed
         is_good = self._is_good[observed.row_numbers]
@@ -210,19 +244,15 @@ class _MeasuredFlight:
         picked = mean @ selection(rows, len(self._values), self._n_axes)
         places = self._ground.places[onto]
         given = mean @ selection(places, self._ground.count, self._n_axes)
-        return self._sum(mean @ self._flat(residuals), picked, given, own, chains)
+        return self._sum(mean @ self._flat(residuals), picked, given, chains)
 
-    def _sum(self, values, picked, given, own, chains):
+    def _sum(self, values, picked, given, chains):
         through_ground = picked @ self.operator.ground
         if given is not None:
             through_ground = through_ground - given
-        return SumOfSquares(
-            values,
-            {
-                own: (picked @ self.operator.measured,),
-                **{name: (through_ground, *rest) for name, rest in chains.items()},
-            },
-        )
+        through = {name: (through_ground, *rest) for name, rest in chains.items()}
+        measured = picked @ self.operator.measured
+        return SumOfSquares(values, with_own(through, measured, self._own))
 
     def _flat(self, values):
         # one complex number, or two in a row, as the operators have it

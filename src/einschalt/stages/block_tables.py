@@ -38,12 +38,16 @@ class MeasuredFlight:
         Of one measured coordinate on the ground, row for row [m].
     kind : {"affine", "helmert", "helmert_3d"}
         One helmert_3d flight needs the others to be so too.
+    orientation : ndarray, shape (n_rows, 2, n_elements), optional
+        Measured coordinates by independent errors of variance 1 that all points of a
+        model share, in their unit; of plane models.
     """
 
     name: str
     model_points: pd.DataFrame
     standard_error: np.ndarray
     kind: str
+    orientation: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +135,8 @@ def code_block(flights, control_points) -> BlockTables:
         "control": given.coordinates,
         "control_covariance": given.covariance,
     }
+    if n_axes < len(AXES) and (shared := _orientation(flights)) is not None:
+        measured["orientation"] = shared[order]
     return BlockTables(
         _observations(xyz[order], kind, measured),
         tuple(flight.name for flight in flights),
@@ -141,6 +147,21 @@ def code_block(flights, control_points) -> BlockTables:
         encode_pairs(models["flight"], models["coverage"]).codes,
         given.row,
     )
+
+
+def _orientation(flights):
+    """Errors of orientations of all flights; 0 where there are none."""
+    known = [f.orientation for f in flights if f.orientation is not None]
+    if not known:
+        return None
+    n_elements = known[0].shape[2]
+    parts = [
+        np.zeros((len(f.model_points), 2, n_elements))
+        if f.orientation is None
+        else f.orientation
+        for f in flights
+    ]
+    return np.concatenate(parts)
 
 
 def _observations(xyz, kind, measured):

@@ -1,5 +1,7 @@
 """The block adjustment against dense Gauss-Markov and against statsmodels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import statsmodels.api as sm
@@ -116,6 +118,80 @@ def test_common_parameters_equal_dense_gauss_markov(
     close(found.point_cofactors, expected.point_cofactors)
     assert found.redundancy == expected.redundancy
     assert found.sum_of_squares == pytest.approx(expected.sum_of_squares, rel=RELATIVE)
+
+
+def shared_errors(observations, seed=5):
+    """Five errors of some centimetres that bend each model, in its own unit."""
+    rng = np.random.default_rng(seed)
+    x, y = (observations.xy / 60.0).T
+    terms = np.stack([np.ones_like(x), x, y, x * y, x**2], -1)
+    bent = np.stack([terms, terms[:, ::-1]], 1) * 3e-3
+    # a flight that was oriented by others shares nothing
+    size = rng.uniform(0.5, 2.0, (observations.n_models, 5))
+    size[observations.flight == 1] = 0.0
+    return bent * size[observations.model][:, None]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("affine", "helmert", "both kinds", "affine, two flights", "one model"),
+        *("ring", "affine, correlated control", "helmert, own weights"),
+    ],
+)
+def test_shared_errors_equal_generalized_least_squares(make_block, dense, name):
+    """As unknowns with a prior, or as correlations of the measurements: the same."""
+    plain = make_block(**CASES[name])
+    observations = replace(plain, orientation=shared_errors(plain))
+    found, expected = adjust(observations), dense(plain)
+    linear = found.affinities[plain.model][:, :, 1:]
+    on_ground = linear @ observations.orientation
+    n_rows = 2 * len(plain.model)
+    correlated = np.eye(len(expected.design))
+    root = np.zeros((len(correlated), 5 * plain.n_models))
+    for row, m in enumerate(plain.model):
+        weighted = on_ground[row] / plain.standard_error[row]
+        root[2 * row : 2 * row + 2, 5 * m : 5 * m + 5] = weighted
+    whiten = np.linalg.inv(np.linalg.cholesky(correlated + root @ root.T))
+    design, right_side = whiten @ expected.design, whiten @ expected.right_side
+    size = np.sqrt((design**2).sum(axis=0))
+    q, r = np.linalg.qr(design / size)
+    x, exact = np.zeros(design.shape[1]), design.astype(np.longdouble)
+    for _ in range(3):  # refined as the dense adjustment is
+        rest = np.asarray(right_side - exact @ x, float)
+        x = x + np.linalg.solve(r, q.T @ rest) / size
+    inverse = np.linalg.inv(r) / size[:, None]
+    cofactors = (inverse @ inverse.T)[-2 * plain.n_points :, -2 * plain.n_points :]
+    points = x[-2 * plain.n_points :].reshape(-1, 2)
+    origin = np.nanmean(plain.control, axis=0)
+    np.testing.assert_allclose(found.points - origin, points, rtol=0, atol=NANOMETRE)
+    blocks = cofactors.reshape(plain.n_points, 2, plain.n_points, 2)
+    each = np.arange(plain.n_points)
+    close(found.point_cofactors, blocks[each, :, each])
+    rest = design @ x - right_side
+    assert found.sum_of_squares == pytest.approx(rest @ rest, rel=1e-8)
+    assert found.redundancy == expected.redundancy
+    # what is left of a measurement, and what its model shares
+    shared = np.einsum("nak,nk->na", on_ground, found.orientation[plain.model])
+    left = (expected.design @ x - expected.right_side)[:n_rows].reshape(-1, 2)
+    left = left * plain.standard_error[:, None]
+    np.testing.assert_allclose(found.residuals - shared, left, rtol=0, atol=NANOMETRE)
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert", "mixed"])
+def test_shared_errors_of_no_size_change_nothing(make_block, kind):
+    plain = make_block("grid", kind, affinity=4e-4)
+    nothing = np.zeros((len(plain.model), 2, 5))
+    terms = (CommonTerms(0, (QUADRATIC,)),)
+    found = adjust(replace(plain, orientation=nothing), terms)
+    expected = adjust(plain, terms)
+    for name in ("points", "residuals", "control_residuals", "affinities"):
+        actual, wanted = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(actual, wanted, rtol=1e-12, atol=NANOMETRE)
+    for name in ("point_cofactors", "adjusted_cofactors", "parameter_cofactors"):
+        actual = getattr(found, name)
+        close(actual[..., :4, :4], getattr(expected, name)[..., :4, :4])
+    assert found.sum_of_squares == pytest.approx(expected.sum_of_squares, rel=1e-9)
 
 
 def test_the_affinity_of_the_film_is_found(make_block):

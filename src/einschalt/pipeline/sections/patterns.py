@@ -9,6 +9,10 @@ REMARK = (
     "right angle between them smaller (1 ppm is 1 mm in a km). Strain: errors "
     "that neighbouring control points share; total, RMS."
 )
+NO_STRAIN = (
+    "Strain was not looked for: errors of the orientations bend models, which would "
+    'pass for it. method = "simultaneous" tests each control point beside them.'
+)
 
 
 def section(result) -> Section:
@@ -17,7 +21,16 @@ def section(result) -> Section:
     if result.patterns.strain is not None:
         rows.append(_strain(result.patterns.strain))
     title = "Systematic patterns: affinity of film, strain of control"
-    return Section(title, ("", "found", "verdict"), tuple(rows), (REMARK,))
+    return Section(
+        title, ("", "found", "verdict"), tuple(rows), (REMARK, *_untested(result))
+    )
+
+
+def _untested(result):
+    """Say why strain was not looked for in models that were oriented here."""
+    if result.patterns.strain is not None or not result.orientation_errors:
+        return ()
+    return (NO_STRAIN,) if any(result.orientation_errors.values()) else ()
 
 
 def _affinity(found):

@@ -10,20 +10,19 @@ from einschalt.foundations.typesetting import (
     number,
 )
 from einschalt.pipeline.sections.section import Section
+from einschalt.pipeline.simultaneous import unknown_error
 
 SIMULTANEOUS = (
     "simultaneous: all models of all flights and the control in one adjustment; errors "
-    "of the sizes given, with their correlations."
+    "of the sizes given, with their correlations{}."
 )
+ORIENTED = ", and of the orientations, as sigma_0 of all models has them"
 TWO_STEPS = (
     "two steps: approximate coordinates from the high flight, the low flight onto them "
     "(two_step_easting, two_step_northing)."
 )
 IMPOSSIBLE = "The two-step way is not possible in this block: too little control."
-UNKNOWN = (
-    "The sizes of some errors are not known (control without standard_error_m, or "
-    "orientations that were computed): no standard errors are given."
-)
+UNKNOWN = "No standard errors are given: {}."
 SHOWN = "(standard errors that the residuals show)"
 BLIND = "It does not see errors that all models share: look at the model deformation"
 
@@ -60,14 +59,21 @@ def caution(result) -> str:
 
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures mean, and how far apart the two ways are."""
-    said = [SIMULTANEOUS, *_estimated(result), *_heights(result)]
+    said = [_errors_taken(result), *_estimated(result), *_heights(result)]
     if result.two_step is None:
         said.append(IMPOSSIBLE)
     else:
         said += [TWO_STEPS, *_apart(result)]
     if np.isnan(result.figures.mean_total) and result.figures.n_new:
-        said.append(UNKNOWN)
+        said.append(UNKNOWN.format(unknown_error(result)))
     return tuple(said)
+
+
+def _errors_taken(result):
+    """Say which errors the adjustment takes into account."""
+    observations = result.simultaneous.tables.observations
+    is_oriented = getattr(observations, "orientation", None) is not None
+    return SIMULTANEOUS.format(ORIENTED if is_oriented else "")
 
 
 def _estimated(result):

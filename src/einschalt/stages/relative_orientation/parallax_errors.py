@@ -34,11 +34,15 @@ class OrientationErrors:
         Coordinates by five independent errors of variance 1, in the unit of the
         model points.
     n_models : int
+    redundancy : int
+        Of all parallaxes from which their size comes: its variance is known to
+        √(2 / redundancy) of itself.
     """
 
     model: np.ndarray
     factors: np.ndarray
     n_models: int
+    redundancy: int
 
 
 def parallax_errors(orientation, machine_points):
@@ -72,7 +76,7 @@ def parallax_errors(orientation, machine_points):
     )
     roots = size * _roots(adjustment.cofactor)
     factors = np.einsum("nak,nkj->naj", derivatives, roots[model])
-    return OrientationErrors(model, factors, len(models))
+    return OrientationErrors(model, factors, len(models), int(redundancy.sum()))
 
 
 def _models_of(orientation, points):

@@ -85,18 +85,21 @@ class VarianceFactors:
         return float(given * value), float(given * slope)
 
 
-def estimate_factors(sums, standard_errors, seed=0) -> VarianceFactors:
+def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFactors:
     """Estimate the factors of the variances of all sources from sums of squares.
 
     Parameters
     ----------
     sums : sequence of SumOfSquares
-        At least as many as there are sources.
+        At least as many as there are sources that are not held.
     standard_errors : dict of str to ndarray
         Given size of each error of each source [m]; one for each column of the
         right-most matrices, in the order of the sources.
     seed : int
         Of the draws from which means and covariances of the sums are taken.
+    held : dict of str to float, optional
+        Sources whose errors have the size that was given, and how well that is known:
+        the standard error of the factor of their variances.
 
     Returns
     -------
@@ -114,15 +117,23 @@ def estimate_factors(sums, standard_errors, seed=0) -> VarianceFactors:
     observed = np.array([np.sum(np.abs(part.values) ** 2) for part in sums])
     products = _drawn_products(sums, standard_errors, seed)
     design = np.einsum("djkk->jk", products) / N_DRAWS
+    held = {name: held[name] for name in sources if name in (held or {})}
+    is_free = np.array([name not in held for name in sources])
+    unexplained = observed - design[:, ~is_free].sum(axis=1)
     factors = np.ones(len(sources))
     for _ in range(N_ITERATIONS):
         covariance = _covariance_of_sums(products, np.maximum(factors, LEAST_FACTOR))
         root = np.linalg.inv(np.linalg.cholesky(covariance))
-        before, factors = factors, nnls(root @ design, root @ observed)[0]
+        before, factors = factors, factors.copy()
+        factors[is_free] = nnls(root @ design[:, is_free], root @ unexplained)[0]
         if np.max(np.abs(factors - before)) < TOLERANCE:
             break
-    whitened = root @ design
-    return VarianceFactors(sources, factors, np.linalg.inv(whitened.T @ whitened))
+    cofactors = np.linalg.pinv(root @ design[:, is_free])
+    # what a wrong size of those that are held makes of the others
+    spread = cofactors @ root @ design[:, ~is_free] * list(held.values())
+    covariance = np.zeros((len(sources), len(sources)))
+    covariance[np.ix_(is_free, is_free)] = cofactors @ cofactors.T + spread @ spread.T
+    return VarianceFactors(sources, factors, covariance)
 
 
 def _drawn_products(sums, standard_errors, seed):

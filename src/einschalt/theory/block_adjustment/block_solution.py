@@ -30,6 +30,8 @@ from einschalt.theory.block_adjustment.solver import (
 # common parameters are bilinear with the models; they move by 1e-4 in the first pass
 MOST_PASSES = 6
 SETTLED = 1e-13
+# what orientations do to points [m] follows from models that they move by 1e-4
+SETTLED_ON_GROUND = 1e-10
 # share of a term that models and other terms must leave of it
 LEAST_LEFT = 1e-8
 
@@ -79,7 +81,9 @@ class BlockSolution(AdjustedBlock):
     deformation : Deformation
     redundancy : int
     sum_of_squares : float
-        Σ w v² of all observations and of the control.
+        Σ w v² of all observations, of the control, and of the orientations' errors.
+    orientation : ndarray, shape (n_models, n_elements)
+        Errors of the orientations as adjusted, over their standard errors.
     solver : Solver
     ordering : Ordering
     bordered : Bordered
@@ -98,6 +102,7 @@ class BlockSolution(AdjustedBlock):
     deformation: Deformation
     redundancy: int
     sum_of_squares: float
+    orientation: np.ndarray
     solver: Solver
     ordering: Ordering
     bordered: Bordered
@@ -164,7 +169,8 @@ class BlockSolution(AdjustedBlock):
         solver = self.solver
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
         own = own + self.bordered.spread(self.bordered.unknowns)
-        reduced = in_old_order(own, self.ordering.order)
+        n_own = own.shape[1] - solver.channels.n_shared
+        reduced = in_old_order(own[:, :n_own, :n_own], self.ordering.order)
         jacobian = _to_measured(
             self.reduced, reduced.shape[1], self.observations.is_affine
         )
@@ -212,11 +218,12 @@ def adjust(observations, terms=(), ordering=None) -> BlockSolution:
     task = _Task(observations, terms, ordering)
     common = np.zeros(len(task.deformation.names))
     passed = task.pass_with(common, None)
+    used = None
     for _ in range(MOST_PASSES):
-        if task.is_settled(passed.common - common):
+        if task.is_settled(passed.common - common) and task.is_oriented(passed, used):
             break
-        common = passed.common
-        passed = task.pass_with(common, passed.affinities)
+        common, used = passed.common, passed.affinities
+        passed = task.pass_with(common, used)
     return task.solution(passed)
 
 
@@ -228,6 +235,7 @@ class _Pass:
     affinities: np.ndarray
     points: np.ndarray
     residuals: np.ndarray
+    orientation: np.ndarray
     solver: Solver
     bordered: Bordered
     reduced: object
@@ -267,6 +275,24 @@ class _Task:
             observations.is_affine[ordering.order], is_coupled=observations.is_coupled
         )
         self._columns = self.deformation.columns[self._rows]
+        self._orientation = None
+        self._oriented = self._channels
+        if observations.orientation is not None:
+            self._orientation = observations.orientation[self._rows]
+            self._oriented = Channels(
+                self._channels.is_affine,
+                is_coupled=True,
+                n_shared=self._orientation.shape[2],
+            )
+
+    def is_oriented(self, passed, used):
+        """Whether models lie where the errors of their orientations took them for."""
+        if self._orientation is None:
+            return True
+        if used is None:
+            return False
+        change = (passed.affinities - used)[self._fans.model][:, :, 1:]
+        return np.abs(change @ self._orientation).max() <= SETTLED_ON_GROUND
 
     def is_settled(self, step):
         """Whether a step of the common parameters moves nothing any more."""
@@ -278,10 +304,14 @@ class _Task:
         # a block of millions of observations has no room for copies
         xy = self._xy if len(common) == 0 else self._xy + self._columns @ common
         reduced = reduce_models(xy, self._fans.model, self._fans.n_models)
+        channels, shared = self._channels, None
+        if self._orientation is not None and affinities is not None:
+            linear = affinities[self._fans.model][:, :, 1:]
+            channels, shared = self._oriented, linear @ self._orientation
         solver = build_solver(
-            self.ordering, reduced.xy, self._weights, self._prior, self._channels
+            self.ordering, reduced.xy, self._weights, self._prior, channels, shared
         )
-        channels, reduced = self._channels, reduced.frames
+        reduced = reduced.frames
         points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
             affinities = _measured(channels.affinities(unknowns), reduced)
@@ -293,6 +323,7 @@ class _Task:
             _measured(channels.affinities(unknowns), reduced),
             points + bordered.points @ shift,
             residuals + bordered.residuals @ shift,
+            unknowns[:, channels.n_unknowns - channels.n_shared :],
             solver,
             bordered,
             reduced,
@@ -301,7 +332,7 @@ class _Task:
 
     def _without_common(self, solver):
         """Points, residuals and unknowns for the common parameters as they are."""
-        channels = self._channels
+        channels = solver.channels
         own = solver.project(0.0, channels.split(self._control[:, :, None]))
         return (
             channels.join(own.points)[:, :, 0],
@@ -311,15 +342,14 @@ class _Task:
 
     def _border(self, solver, affinities):
         """How the block answers to the common parameters, and their cofactors."""
-        channels, n_terms = self._channels, self._columns.shape[2]
+        channels, n_terms = solver.channels, self._columns.shape[2]
         n_models, n_points = self._fans.n_models, self._fans.n_points
         if n_terms == 0:
-            n_unknowns = 4 if channels.way == "complex" else 6
             return Bordered(
                 np.zeros((0, 0)),
                 np.zeros((n_points, 2, 0)),
                 self._columns,
-                np.zeros((n_models, n_unknowns, 0)),
+                np.zeros((n_models, channels.n_unknowns, 0)),
             )
         on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
         held = channels.split(np.zeros((n_points, 2, n_terms)))
@@ -352,6 +382,7 @@ class _Task:
         known = np.nan_to_num(control_residuals)
         squares = np.sum(self._weights[:, None] * passed.residuals**2)
         squares += np.einsum("na,nab,nb->", known, self._prior[0], known)
+        squares += np.sum(passed.orientation**2)
         n_unknowns = np.where(given.is_affine, 6, 4).sum() + len(passed.common)
         n_unknowns += 2 * int((~given.is_fixed).sum())
         n_observed = 2 * len(given.xy)
@@ -373,6 +404,7 @@ class _Task:
             deformation=self.deformation,
             redundancy=int(n_observed - n_unknowns),
             sum_of_squares=float(squares),
+            orientation=in_old_order(passed.orientation, order),
             solver=passed.solver,
             ordering=self.ordering,
             bordered=passed.bordered,

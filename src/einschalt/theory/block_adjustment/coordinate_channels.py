@@ -105,6 +105,9 @@ class Channels:
         Kind of each model.
     is_coupled : bool
         Whether control couples easting and northing. Models of both kinds do so too.
+    n_shared : int, optional
+        Errors that all points of a model share, as further unknowns of it; they couple
+        easting and northing as well.
 
     Attributes
     ----------
@@ -113,18 +116,30 @@ class Channels:
         each point.
     """
 
-    def __init__(self, is_affine, *, is_coupled):
-        self.is_affine = is_affine
+    def __init__(self, is_affine, *, is_coupled, n_shared=0):
+        self.is_affine, self.n_shared = is_affine, n_shared
         is_mixed = is_affine.any() and not is_affine.all()
         pure = "shared" if is_affine.all() else "complex"
-        self.way = "coupled" if is_coupled or is_mixed else pure
+        self.way = "coupled" if is_coupled or is_mixed or n_shared else pure
 
     @property
     def n_rows(self):
         """Rows that a point has."""
         return 2 if self.way == "coupled" else 1
 
-    def design(self, xy, model):
+    @property
+    def n_unknowns(self):
+        """Real unknowns of a model."""
+        return (4 if self.way == "complex" else 6) + self.n_shared
+
+    @property
+    def prior(self):
+        """Weight with which each solved unknown is 0 before it is observed."""
+        weight = np.zeros(self.is_empty.shape[1])
+        weight[len(weight) - self.n_shared :] = 1.0
+        return weight
+
+    def design(self, xy, model, shared=None):
         """Coefficients of the unknowns of each observation's model.
 
         Parameters
@@ -132,6 +147,8 @@ class Channels:
         xy : ndarray, shape (n_rows, 2)
             Reduced.
         model : ndarray of int, shape (n_rows,)
+        shared : ndarray, shape (n_rows, 2, n_shared), optional
+            What the errors of variance 1 that a model shares do on the ground [m].
 
         Returns
         -------
@@ -147,15 +164,16 @@ class Channels:
         own = y - turned
         east = np.stack([one, nil, x, -turned, own, nil], -1)
         north = np.stack([nil, one, turned, x, nil, own], -1)
-        return np.stack([east, north], 1)
+        own = np.stack([east, north], 1)
+        return own if shared is None else np.concatenate([own, shared], 2)
 
     @property
     def is_empty(self):
         """Unknowns that a model does not have, shape (n_models, n_unknowns)."""
-        count = {"complex": 2, "shared": 3, "coupled": 6}[self.way]
+        count = {"complex": 2, "shared": 3, "coupled": 6 + self.n_shared}[self.way]
         empty = np.zeros((len(self.is_affine), count), dtype=bool)
         if self.way == "coupled":
-            empty[~self.is_affine, 4:] = True
+            empty[~self.is_affine, 4:6] = True
         return empty
 
     def split(self, values):

@@ -25,6 +25,8 @@ class BlockObservations:
         Given easting, northing [m]; NaN where a point is no control.
     control_covariance : ndarray, shape (n_points, 2, 2)
         Of the given coordinates [m²]; 0 where they are to be held.
+    orientation : ndarray, shape (n_rows, 2, n_elements), optional
+        ``xy`` by errors that all points of a model share: independent, of variance 1.
     """
 
     model: np.ndarray
@@ -35,6 +37,7 @@ class BlockObservations:
     flight: np.ndarray
     control: np.ndarray
     control_covariance: np.ndarray
+    orientation: np.ndarray | None = None
 
     @property
     def n_models(self):
@@ -114,6 +117,7 @@ class BlockObservations:
             flight=self.flight[models],
             control=self.control[points],
             control_covariance=self.control_covariance[points],
+            orientation=None if self.orientation is None else self.orientation[rows],
         )
         return Part(kept, rows, models, points)
 

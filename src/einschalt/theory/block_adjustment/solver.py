@@ -101,12 +101,15 @@ class Solver:
         How easting and northing are arranged in it.
     pattern : BlockPattern
     factor : Factor
+    prior : ndarray, shape (n_unknowns,)
+        Weight with which each unknown is 0 before it is observed.
     """
 
     system: PointSystem
     channels: Channels | None
     pattern: BlockPattern
     factor: Factor
+    prior: np.ndarray
 
     def project(self, shift, control) -> Projection:
         """Adjust observations T − X = l and X = c.
@@ -128,7 +131,8 @@ class Solver:
         last = np.inf
         residuals = self._first_residuals(shift, control)
         for _ in range(MOST_STEPS):
-            step = self.factor.solve(system.gradient(residuals))
+            gradient = system.gradient(residuals) + self.prior[:, None] * parameters
+            step = self.factor.solve(gradient)
             size = np.abs(step).max(initial=0.0)
             # rounding is all that is left once the steps grow no smaller
             if not size < 0.5 * last:
@@ -180,7 +184,7 @@ class Solver:
         return self.inverse[self.pattern.start[:-1]]
 
 
-def build_solver(ordering, xy, weights, control, channels) -> Solver:
+def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solver:
     """Assemble and factor a block of plane models.
 
     Parameters
@@ -194,12 +198,15 @@ def build_solver(ordering, xy, weights, control, channels) -> Solver:
         Weight (n_points, 2, 2) of each point's given coordinates [1/m²], and whether
         they are held (n_points,).
     channels : Channels
+    shared : ndarray, shape (n_rows, 2, n_shared), optional
+        As :meth:`Channels.design` takes it.
 
     Returns
     -------
     Solver
     """
-    design = np.ascontiguousarray(channels.design(xy, ordering.reordered.fans.model))
+    model = ordering.reordered.fans.model
+    design = np.ascontiguousarray(channels.design(xy, model, shared))
     weight, is_fixed = control
     d = design.shape[1]
     return factor_block(
@@ -234,9 +241,12 @@ def factor_block(ordering, design, weights, control, channels) -> Solver:
     inverse = invert_point_blocks(fans, weights, *control)
     system = PointSystem(fans, design, weights, *control, inverse)
     blocks = assemble(system, ordering.pattern)
+    prior = np.zeros(design.shape[2])
     if channels is not None:
         # unknowns that a model does not have stand alone
         models, unknowns = np.nonzero(channels.is_empty)
         blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
+        prior = channels.prior
+        blocks[ordering.pattern.start[:-1]] += np.diag(prior)
     factor = factorize(blocks, ordering.pattern, ordering.fronts)
-    return Solver(system, channels, ordering.pattern, factor)
+    return Solver(system, channels, ordering.pattern, factor, prior)
