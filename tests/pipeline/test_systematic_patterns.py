@@ -7,7 +7,8 @@ import pytest
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
-from einschalt.pipeline.sections import patterns
+from einschalt.pipeline.sections import control_strain, patterns
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulated_noise import BlockNoise
 from einschalt.pipeline.simulation import simulate_block
 from einschalt.pipeline.systematic_patterns import (
@@ -77,11 +78,35 @@ def test_strain_of_neukirchen_is_called_out():
     result = computed("neukirchen", network_strain=0.1)
     strain = result.patterns.strain
     assert strain.is_smooth
-    said = network_strain(result).problem
-    assert "The control network is strained" in said
+    said = network_strain(result)
+    assert "The control network is strained" in said.problem
+    assert f", most at {strain.displacements['point_id'].iloc[0]} (" in said.problem
+    assert 'method = "simultaneous" suffers less' in said.remedy
     # the wave has 10 cm / √2 (total, RMS)
     assert 0.04 < strain.size < 0.08
     assert film_affinity(result) is None
+    assert "Control points that are displaced together" in result.summary()
+
+
+def test_displacements_point_where_the_strain_does():
+    strained, clean = (
+        simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=size))
+        for size in (0.1, 0.0)
+    )
+    plan = ["easting", "northing"]
+    true = strained.control_points.set_index("point_id")[plan]
+    true = true - clean.control_points.set_index("point_id")[plan]
+    result = densify(strained, Settings(method="simultaneous"))
+    found = result.patterns.strain.displacements.set_index("point_id")[plan]
+    true = true.loc[found.index]
+    cosine = (found * true).to_numpy().sum() / np.sqrt(
+        (found**2).to_numpy().sum() * (true**2).to_numpy().sum()
+    )
+    assert cosine > 0.6
+    assert not result.simultaneous.control["is_suspect"].any()
+    rows = control_strain.section(result).rows
+    assert [row[0] for row in rows] == found.index[: len(rows)].tolist()
+    assert 'method = "simultaneous"' not in network_strain(result).remedy
 
 
 def test_a_wrong_m_g_does_not_pass_for_a_pattern():

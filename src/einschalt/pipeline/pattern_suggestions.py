@@ -1,11 +1,15 @@
 """Suggestions on affinity of film and on strain of the control network."""
 
+import numpy as np
+
+from einschalt.foundations.shown_names import printable
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.sections.patterns import ppm
 from einschalt.pipeline.suggestion import Suggestion
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
 WORTH_A_WORD = 0.1
+MOST_SHOWN = 3
 
 
 def film_affinity(result):
@@ -39,15 +43,33 @@ def network_strain(result):
     if strain is None or not strain.is_significant:
         return None
     if strain.is_smooth:
-        return Suggestion(
-            f"The control network is strained: neighbours among the "
-            f"{strain.n_control} control points are displaced together, by "
-            f"{length(strain.size)} (total, RMS) over {length(strain.reach)}; "
-            "standard_error_total does not hold that",
-            "Check the network that they come from, and give more control",
-        )
+        return _smooth_strain(result, strain)
     return Suggestion(
         f"The {strain.n_control} control points contradict each other by more than "
         "their standard errors",
         "Look for wrong ones, or raise standard_error_m",
+    )
+
+
+def _smooth_strain(result, strain):
+    """Say its size, where it is largest and where to, and what can be done."""
+    worst = [
+        f"{printable(point)} (easting {length(east)}, northing {length(north)})"
+        for point, east, north in strain.displacements.head(MOST_SHOWN).itertuples(
+            index=False
+        )
+    ]
+    given = result.block.control_points["standard_error_m"].astype(float)
+    raised = np.hypot(np.sqrt(np.mean(given**2)), strain.size)
+    other = ""
+    if result.simultaneous is None:
+        other = '; method = "simultaneous" suffers less from it'
+    return Suggestion(
+        f"The control network is strained: neighbours among the {strain.n_control} "
+        f"control points are displaced together, by {length(strain.size)} (total, RMS) "
+        f"over {length(strain.reach)}, most at {', '.join(worst)}; "
+        "standard_error_total does not hold that",
+        "Check the network there, and give control from another one, since more of "
+        f"the same shares it; until then raise standard_error_m to {length(raised)}"
+        f"{other}",
     )

@@ -70,7 +70,7 @@ class FilmAffinity:
         return self.p_value < SIGNIFICANCE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NetworkStrain:
     """A pattern in the errors of the control points.
 
@@ -85,6 +85,9 @@ class NetworkStrain:
     is_smooth : bool
         Whether larger errors of single points do not explain it as well.
     n_control : int
+    displacements : DataFrame
+        point_id, easting, northing of the displacement of each control point as it is
+        estimated [m], the largest first; what is common to all of them is not seen.
     """
 
     size: float
@@ -92,6 +95,7 @@ class NetworkStrain:
     p_value: float
     is_smooth: bool
     n_control: int
+    displacements: pd.DataFrame
 
     @property
     def is_significant(self):
@@ -252,12 +256,16 @@ def _strain(block, transformations, errors, affine):
     found = smooth_pattern(np.column_stack([scores.real, scores.imag]), information, xy)
     if not np.isfinite(found.p_value):
         return None
+    moved = pd.DataFrame(found.field, columns=["easting", "northing"])
+    moved.insert(0, "point_id", control["point_id"].to_numpy()[is_used])
+    order = np.argsort(-np.hypot(moved["easting"], moved["northing"]), kind="stable")
     return NetworkStrain(
         float(np.sqrt(2.0) * found.size),
         found.reach,
         found.p_value,
         is_smooth=found.p_value_if_scaled < SURELY_NOT_SCALED,
         n_control=int(is_used.sum()),
+        displacements=moved.iloc[order].reset_index(drop=True),
     )
 
 

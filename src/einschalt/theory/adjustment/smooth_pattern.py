@@ -41,12 +41,16 @@ class SmoothPattern(NamedTuple):
         Of the test against errors of the given sizes.
     p_value_if_scaled : float
         Of the test against errors that are all larger by one factor.
+    field : ndarray, shape (n, 2)
+        The displacement of each point as it is estimated [m]; what a shift of all of
+        them does is not seen.
     """
 
     size: float
     reach: float
     p_value: float
     p_value_if_scaled: float
+    field: np.ndarray
 
 
 def smooth_pattern(scores, information, xy) -> SmoothPattern:
@@ -77,7 +81,7 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
     values, vectors = np.linalg.eigh((information + information.T) / 2.0)
     is_known = values > LEAST_RANK * max(values.max(initial=0.0), 1e-300)
     if is_known.sum() < 3:
-        return SmoothPattern(np.nan, np.nan, np.nan, np.nan)
+        return SmoothPattern(*[np.nan] * 4, np.full(xy.shape, np.nan))
     root = vectors[:, is_known] * np.sqrt(values[is_known])
     # W = root rootᵀ; observed has the variance 1 without a pattern
     observed = (vectors[:, is_known] / np.sqrt(values[is_known])).T @ scores
@@ -86,10 +90,11 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
     tried = [_Field.of(observed, root, distance, reach) for reach in reaches]
     best = max(tried, key=lambda field: field.if_given)
     return SmoothPattern(
-        best.size,
+        float(np.sqrt(np.mean(best.field**2))),
         best.reach,
         _probability(best.if_given),
         _probability(max(field.if_scaled for field in tried)),
+        best.field,
     )
 
 
@@ -99,7 +104,7 @@ class _Field(NamedTuple):
     reach: float
     if_given: float
     if_scaled: float
-    size: float
+    field: np.ndarray
 
     @classmethod
     def of(cls, observed, root, distance, reach):
@@ -117,12 +122,12 @@ class _Field(NamedTuple):
         scaled = n * np.log(squares.sum() / weighted) - logarithm
         best = int(np.argmax(given))
         if given[best] <= 0.0:
-            return cls(float(reach), 0.0, max(scaled.max(), 0.0), 0.0)
+            nothing = np.zeros((len(field), observed.shape[1]))
+            return cls(float(reach), 0.0, max(scaled.max(), 0.0), nothing)
         # what the field is at the points, on the average, given what was observed
         pulled = own / variance[best][:, None]
         estimate = sizes[best] * (field @ (root @ (turned @ pulled)))
-        size = float(np.sqrt(np.mean(estimate**2)))
-        return cls(float(reach), given[best], max(scaled.max(), 0.0), size)
+        return cls(float(reach), given[best], max(scaled.max(), 0.0), estimate)
 
 
 def _probability(likelihood_ratio):
