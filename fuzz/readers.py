@@ -216,7 +216,7 @@ def _state_of_result(path):
     folder = path.parent
     state = look_at("block", folder.parent, folder)
     if state.provenance is not None:
-        blocks_table([row_of_result("block", "done", folder)])
+        blocks_table([row_of_result(state.task, "done", state.provenance)])
 
 
 def _plan(path):
@@ -238,7 +238,7 @@ def _write_result(folder):
     (folder / CHANGES).write_text(
         "point_id,change,moved_total\n7/8,moved,0.25\n14,new,\n", encoding="utf-8"
     )
-    signature = look_at("block", folder.parent, folder).signature
+    signature = look_at("block", folder.parent, folder).task.signature
     inputs = signature["inputs"].items()
     provenance = {
         **signature,

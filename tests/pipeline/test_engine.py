@@ -93,8 +93,45 @@ def test_a_task_whose_process_was_killed_is_tried_again(tmp_path):
 def test_memory_is_limited():
     engine = LocalEngine(1, memory_gb=1.0)
     answers = list(engine.answers(eval, ["len(bytearray(2 * 10**9))", "1 + 1"]))
-    assert isinstance(answers[0].error, MemoryError)
-    assert answers[1] == Answer(1, value=2)
+    assert answers[0] == Answer(1, value=2)
+    assert isinstance(answers[1].error, MemoryError)
+
+
+@POSIX
+def test_a_task_that_found_no_memory_is_tried_again_in_another_process(tmp_path):
+    """What an earlier task has left in the process is nobody's fault."""
+    seen = tmp_path / "pids"
+    task = (
+        f"(open({str(seen)!r}, 'a').write(str(__import__('os').getpid()) + ' '),"
+        f" len(open({str(seen)!r}).read().split()) > 1 or bytearray(10**15))[1]"
+    )
+    assert run_in_order(LocalEngine(1), eval, [task, "1"]) == [True, 1]
+    assert len(set(seen.read_text().split())) == 2
+
+
+NO_ROOM_FOR_BLAS = """
+import re, resource
+from pathlib import Path
+import numpy as np
+from scipy.linalg import blas
+matrix = np.ones((300, 300))
+said = Path("/proc/self/status").read_text()
+used = 1024 * int(re.search(r"VmData:\\s+(\\d+)", said)[1])
+# room for the result, and none for the 32 MB that OpenBLAS works with
+resource.setrlimit(resource.RLIMIT_DATA, (used + 2 * 10**7,) * 2)
+assert {product}[0, 0] == 300.0
+"""
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
+@pytest.mark.parametrize(
+    "product", ["(matrix @ matrix)", "blas.dgemm(1, matrix, matrix)"]
+)
+def test_linear_algebra_without_memory_waits_for_nobody(product):
+    """OpenBLAS waits for ever, or ends the process, where it finds no room to work."""
+    assert run_in_order(
+        LocalEngine(1), exec, [NO_ROOM_FOR_BLAS.format(product=product)]
+    ) == [None]
 
 
 def test_one_process_does_not_take_the_cores_of_the_others():

@@ -116,6 +116,10 @@ class FileError(EinschaltError):
     """A file is missing, unreadable, or not what its name says."""
 
 
+class ChangedFileError(FileError):
+    """A file changed while it was read; the next reading may find it sound."""
+
+
 class TableError(EinschaltError):
     """A column or a value of a table is wrong."""
 

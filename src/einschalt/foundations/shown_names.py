@@ -19,6 +19,19 @@ def _code(char):
     return char.encode("unicode_escape").decode("ascii")
 
 
+def as_unicode(text):
+    r"""Write out what is no Unicode in the name of a file, so that it can be written.
+
+    Examples
+    --------
+    >>> print(as_unicode("Vöckla\udcff"))
+    Vöckla\udcff
+    """
+    return "".join(
+        _code(char) if "\ud800" <= char <= "\udfff" else char for char in str(text)
+    )
+
+
 def shortened(text, width=40):
     """Shorten a long name in its middle, since names differ at their ends.
 

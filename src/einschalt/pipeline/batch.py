@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import BlockError, EinschaltError
-from einschalt.foundations.shown_names import printable, shortened
+from einschalt.foundations.shown_names import as_unicode, printable, shortened
 from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 
@@ -154,7 +154,8 @@ def blocks_table(rows) -> pd.DataFrame:
     for name in COLUMNS:
         values = [row.get(name) for row in rows]
         if name in TEXT_COLUMNS:
-            columns[name] = pd.Series([value or "" for value in values], dtype=object)
+            texts = [as_unicode(value or "") for value in values]
+            columns[name] = pd.Series(texts, dtype=object)
         else:
             kind = "Int64" if name in COUNTS else float
             columns[name] = pd.Series(values, dtype=float).astype(kind)

@@ -30,6 +30,8 @@ from einschalt.pipeline.engine_worker import LENGTH, limit_memory
 SOURCE = Path(__file__).parents[2]
 # BLAS threads would wait for each other, and sums would depend on their number
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+# at its limit glibc would look for room in every thread's memory, at each allocation
+QUICK_TO_SAY_NO = {"MALLOC_ARENA_MAX": "1"}
 TRIES_ALONE = 2
 
 
@@ -100,8 +102,8 @@ class LocalEngine:
 
     They are started anew, not forked, so that it works on every system, with threads,
     and without a guard in the calling script. A process that ends without an answer is
-    replaced. Its task is tried again at the end, alone, when all memory is there for
-    it; then it is given up.
+    replaced, and so is one whose task found no memory. The task is tried again at the
+    end, alone, when all memory is there for it; then it is given up.
 
     Parameters
     ----------
@@ -150,13 +152,13 @@ class LocalEngine:
         yield from ended
 
     def _round(self, function, numbered, n_workers):
-        """Run the tasks once; return those whose process ended."""
+        """Run the tasks once; return those whose process ended, or had no memory."""
         numbered = list(numbered)
         crew = _Crew(min(n_workers, len(numbered)), self._setup())
         ended = []
         try:
             for answer in crew.answers(function, numbered):
-                if isinstance(answer.error, ProcessEndedError):
+                if isinstance(answer.error, (ProcessEndedError, MemoryError)):
                     ended.append(answer)
                 else:
                     yield answer
@@ -166,11 +168,13 @@ class LocalEngine:
 
     def _setup(self):
         cores = max(n_cores() // self.n_workers, 1)
+        limited = {} if self.memory_bytes is None else QUICK_TO_SAY_NO
         inherited = os.environ.get("PYTHONPATH")
         paths = [str(SOURCE), *([inherited] if inherited else [])]
         environment = {
             **os.environ,
             **dict.fromkeys(ONE_THREAD, "1"),
+            **limited,
             "EINSCHALT_CORES": str(cores),
             "PYTHONPATH": os.pathsep.join(paths),
         }

@@ -11,6 +11,9 @@ import queue
 import struct
 import threading
 
+import numpy as np
+from scipy.linalg import blas
+
 from einschalt.foundations.errors import SettingsError
 
 LENGTH = struct.Struct("<Q")
@@ -41,8 +44,20 @@ def limit_memory(n_bytes):
         ) from error
 
 
+def take_room_for_linear_algebra():
+    """Let BLAS allocate what it works with while there is memory.
+
+    OpenBLAS, of which NumPy and SciPy have one each, ends the process or waits for ever
+    where it finds none later.
+    """
+    matrix = np.ones((2, 2))
+    matrix @ matrix
+    blas.dgemm(1.0, matrix, matrix)
+
+
 def main():
     """Answer questions until their input ends."""
+    take_room_for_linear_algebra()
     answers = os.dup(1)
     os.dup2(2, 1)  # what libraries print must not fall among the answers
     questions = queue.SimpleQueue()
@@ -57,12 +72,12 @@ def main():
 
 
 def _listen(descriptor, questions):
-    with os.fdopen(descriptor, "rb") as pipe:
-        while True:
-            head = pipe.read(LENGTH.size)
-            if len(head) < LENGTH.size:
-                os._exit(0)
-            questions.put(pipe.read(*LENGTH.unpack(head)))
+    try:
+        with os.fdopen(descriptor, "rb") as pipe:
+            while len(head := pipe.read(LENGTH.size)) == LENGTH.size:
+                questions.put(pipe.read(*LENGTH.unpack(head)))
+    finally:  # also without memory: nobody would notice any more that it is alone
+        os._exit(0)
 
 
 def _answer(question):

@@ -203,7 +203,7 @@ def test_settings_and_version_count(folder, tmp_path, run, monkeypatch):
     }
     assert run(folder, out, given=given)[1] == ["no_number"]
     monkeypatch.setattr(
-        "einschalt.interfaces.batch.block_state.metadata.version", lambda _: "99.0"
+        "einschalt.interfaces.batch.block_task.metadata.version", lambda _: "99.0"
     )
     plan = plan_batch([folder / "block_00"], out, given=given)
     assert plan.reasons["block_00"].startswith("computed by version 0.")
@@ -442,7 +442,7 @@ def test_expected_end_goes_by_size(folder, tmp_path):
         plan = plan_batch(sorted(folder.iterdir()), tmp_path / "out")
         run_batch(plan, HereEngine(), progress=news.append)
     assert [n.n_done for n in news] == [1, 2, 3]
-    assert [n.row["block"] for n in news] == [state.name for state in plan.to_run]
+    assert [n.row["block"] for n in news] == [task.name for task in plan.to_run]
     assert news[0].seconds_left > news[1].seconds_left > news[2].seconds_left == 0.0
 
 

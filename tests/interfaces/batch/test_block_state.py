@@ -77,5 +77,5 @@ def test_a_block_that_names_what_never_ends_is_looked_at(small_block, tmp_path, 
     os.mkfifo(small_block.path / "pipe")
     small_block.replace("block.toml", '"low_flight.csv"', f'"{file}"')
     state = look_at("block", small_block.path, tmp_path / "out")
-    assert state.signature["inputs"]["low_flight.model_points"] is None
+    assert state.task.signature["inputs"]["low_flight.model_points"] is None
     assert state.why == "no result yet"

@@ -100,15 +100,14 @@ def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
 def test_a_task_that_outlives_its_runner_keeps_others_out(blocks, tmp_path):
     """On a cluster a killed runner leaves tasks behind: the next one waits for them."""
     from einschalt.interfaces.batch.batch_run import plan_batch
-    from einschalt.interfaces.batch.block_run import BlockTask, run_block
+    from einschalt.interfaces.batch.block_run import run_block
     from einschalt.interfaces.batch.folder_lock import locked
 
     plan = plan_batch([blocks / "block_00"], tmp_path / "out")
-    (state,) = plan.to_run
-    task = BlockTask(state.name, state.block, state.folder, state.signature, {})
-    state.folder.mkdir(parents=True)
+    (task,) = plan.to_run
+    task.folder.mkdir(parents=True)
     answers = LocalEngine(1).answers(run_block, [task])
-    with locked(state.folder):
+    with locked(task.folder):
         come = []
         waiting = threading.Thread(target=lambda: come.extend(answers))
         waiting.start()

@@ -11,7 +11,7 @@ import pytest
 
 from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.cli import batch as command
-from einschalt.interfaces.cli.progress import _batch_line
+from einschalt.interfaces.cli.progress import batch_line
 
 
 @pytest.fixture(scope="module")
@@ -137,5 +137,5 @@ def test_line_of_progress():
     from types import SimpleNamespace as News
 
     row = {"block": "west", "outcome": "failed", "reason": "is gone"}
-    line = _batch_line(News(row=row, n_done=2, n_all=3, seconds_left=None))
+    line = batch_line(News(row=row, n_done=2, n_all=3, seconds_left=None))
     assert line == "2/3  west failed: is gone"

@@ -1,7 +1,13 @@
 """Blocks as folders: there and back, reprojected, filled in, found faulty."""
 
 import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,6 +15,7 @@ import pyproj
 import pytest
 
 from einschalt.foundations.errors import (
+    ChangedFileError,
     ConsistencyError,
     EinschaltError,
     FileError,
@@ -25,6 +32,16 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import PRESETS, simulate_block
 
 CONTROL = "control_points.csv"
+N_READINGS = 40
+ONE_AND_THE_OTHER = """
+    import itertools, shutil, sys
+    from pathlib import Path
+    path = Path(sys.argv[1])
+    print("writing", flush=True)
+    for number in itertools.cycle("01"):
+        new = shutil.copyfile(path.with_name(number + path.suffix), f"{path}.new")
+        Path(new).replace(path)
+"""
 
 
 def assert_same_table(one, other):
@@ -254,29 +271,101 @@ def test_folder_that_cannot_be_made(tmp_path, demo_block):
         write_block(demo_block, tmp_path / "file")
 
 
+CHANGES = {
+    "a row more": lambda path: path.write_bytes(path.read_bytes() + b"\n"),
+    "half of it": lambda path: path.write_bytes(path.read_bytes()[:100]),
+    "gone": lambda path: path.unlink(),
+    "another file": lambda path: (path.unlink(), path.write_text("another")),
+}
+
+
+@pytest.fixture
+def meanwhile(monkeypatch):
+    """Let another program have a file as soon as its bytes are in our hands."""
+
+    def change(name, how, *, honest=Path.read_bytes):
+        seen = []
+
+        def read_and_change(path):
+            data = honest(path)
+            if path.name == name and not seen:
+                seen.append(path)
+                how(path)
+            return data
+
+        monkeypatch.setattr(Path, "read_bytes", read_and_change)
+        return seen
+
+    return change
+
+
 @pytest.mark.parametrize("name", ["low_flight.csv", "control_points.csv", "block.toml"])
-def test_table_that_changes_while_it_is_read(small_block, monkeypatch, name):
-    """Another program appends a row between our reading and our signing for it."""
-    from einschalt.interfaces.files import input_files
-
-    honest = input_files.checksum
-    seen = []
-
-    def checksum_and_write(path):
-        digest = honest(path)
-        if path.name == name and not seen:
-            seen.append(path)
-            with path.open("a", encoding="utf-8") as file:
-                file.write("\n")
-        return digest
-
-    for module in ("input_files", "block_folder"):
-        target = f"einschalt.interfaces.files.{module}.checksum"
-        monkeypatch.setattr(target, checksum_and_write)
+@pytest.mark.parametrize("how", CHANGES.values(), ids=CHANGES)
+def test_file_that_changes_while_it_is_read(small_block, meanwhile, name, how):
+    seen = meanwhile(name, how)
     said = rf"{name}: the file changed while it was read.*Run it again when the other"
-    with pytest.raises(FileError, match=said):
+    with pytest.raises(ChangedFileError, match=said):
         read_block(small_block.path)
     assert seen
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_half_a_table_is_a_change_and_no_fault(small_block, monkeypatch, suffix):
+    """What reads like a truncated table was one only while it was being copied."""
+    name = f"low_flight.{suffix}"
+    small_block.replace("block.toml", "low_flight.csv", name)
+    path = small_block.path / name
+    if suffix == "parquet":
+        pd.read_csv(path.with_suffix(".csv"), dtype={"model_id": str}).to_parquet(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    honest = Path.read_bytes
+
+    def read_while_it_is_copied(file):
+        data = honest(file)
+        if file == path:
+            path.write_bytes(whole)
+        return data
+
+    monkeypatch.setattr(Path, "read_bytes", read_while_it_is_copied)
+    with pytest.raises(ChangedFileError, match="the file changed while it was read"):
+        read_block(small_block.path)
+    monkeypatch.undo()
+    assert len(read_block(small_block.path).low_flight.model_points) == 24
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_the_checksum_is_that_of_the_bytes_that_were_understood(small_block, suffix):
+    """Also where the file is another one for a moment, and then as it was before.
+
+    Two checksums, before and after the reading, cannot see that.
+    """
+    name = f"low_flight.{suffix}"
+    path = small_block.path / name
+    table = pd.read_csv(small_block.path / "low_flight.csv", dtype=str)
+    table = table.astype({"x": float, "y": float})
+    small_block.replace("block.toml", "low_flight.csv", name)
+    first_x = {}
+    for number in (0.0, 1.0):
+        moved = table.assign(x=table["x"] + number)
+        file = path.with_name(f"{number:g}.{suffix}")
+        moved.to_csv(file, index=False) if suffix == "csv" else moved.to_parquet(file)
+        first_x[checksum(file)] = moved["x"].iloc[0]
+    shutil.copyfile(file, path)
+    call = [sys.executable, "-c", textwrap.dedent(ONE_AND_THE_OTHER), path]
+    n_read = 0
+    with subprocess.Popen(call, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout.readline() == "writing\n"
+        try:
+            for _ in range(N_READINGS):
+                with suppress(ChangedFileError):
+                    block = read_block(small_block.path)
+                    signed = first_x[block.checksums[name]]
+                    assert block.low_flight.model_points["x"].iloc[0] == signed
+                    n_read += 1
+        finally:
+            other.kill()
+    assert n_read > 0
 
 
 @pytest.mark.parametrize("taken", ["block.toml", "low_flight.csv", "truth.csv"])

@@ -16,9 +16,10 @@ from time import perf_counter
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.batch_tables import write_tables
-from einschalt.interfaces.batch.block_run import BlockTask, row_of_result, run_block
+from einschalt.interfaces.batch.block_run import row_of_result, run_block
 from einschalt.interfaces.batch.block_search import name_blocks
-from einschalt.interfaces.batch.block_state import SAID, BlockState, look_at, read_json
+from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
+from einschalt.interfaces.batch.block_task import BlockTask
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.files.atomic import (
@@ -48,9 +49,7 @@ class BatchPlan:
     Attributes
     ----------
     output : Path
-    given : dict
-        Settings that go before those of each block.toml.
-    to_run : tuple of BlockState
+    to_run : tuple of BlockTask
         The largest first, so that no worker is left alone with it at the end.
     reasons : dict of str to str
         Why each of them must be computed.
@@ -65,8 +64,7 @@ class BatchPlan:
     """
 
     output: Path
-    given: dict
-    to_run: tuple[BlockState, ...]
+    to_run: tuple[BlockTask, ...]
     reasons: dict
     rows: dict
     names: tuple[str, ...]
@@ -115,8 +113,7 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
             sorting.take(state)
     return BatchPlan(
         output=output,
-        given=given or {},
-        to_run=tuple(sorted(sorting.to_run, key=lambda state: -state.size)),
+        to_run=tuple(sorted(sorting.to_run, key=lambda task: -task.size)),
         reasons=sorting.reasons,
         rows=sorting.rows,
         names=tuple(named),
@@ -142,10 +139,10 @@ class _Sorting:
         self.new_marks = {}
 
     def take(self, state):
-        name = state.name
+        name = state.task.name
         row = None if self.which == "all" else self._known_row(state)
         if row is None:
-            self.to_run.append(state)
+            self.to_run.append(state.task)
             self.reasons[name] = state.why or "asked for"
             self.new_marks[name] = self.marks.get(name, state.mark())
             return
@@ -154,18 +151,19 @@ class _Sorting:
             self.new_marks[name] = self.marks[name]
 
     def _known_row(self, state):
-        is_marked = state.name in self.marks
+        name = state.task.name
+        is_marked = name in self.marks
         is_unfinished = self.which == "unfinished" and is_marked
         if not state.why:
-            if is_marked and state.mark() != self.marks[state.name]:
-                return row_of_result(state.name, DONE, state.folder)
+            if is_marked and state.mark() != self.marks[name]:
+                return row_of_result(state.task, DONE, state.provenance)
             if not is_unfinished:
-                return row_of_result(state.name, SKIPPED, state.folder)
+                return row_of_result(state.task, SKIPPED, state.provenance)
         if self.which == "failed" and not state.has_failed:
-            return {"block": state.name, "outcome": SKIPPED, "reason": NOT_ASKED}
+            return {"block": name, "outcome": SKIPPED, "reason": NOT_ASKED}
         if is_unfinished and state.failure and state.failure.get("is_final") is True:
             said = {key: state.failure[key] for key in SAID}
-            return {"block": state.name, "outcome": FAILED, **said}
+            return {"block": name, "outcome": FAILED, **said}
         return None
 
 
@@ -252,29 +250,26 @@ def _silent(_news):
 
 
 def _computed(plan, engine, progress: Callable):
-    tasks = [
-        BlockTask(state.name, state.block, state.folder, state.signature, plan.given)
-        for state in plan.to_run
-    ]
+    tasks = plan.to_run
     started = perf_counter()
-    expected = Expectation(total=sum(state.size for state in plan.to_run))
+    expected = Expectation(total=sum(task.size for task in tasks))
     answers = engine.answers(run_block, tasks) if tasks else ()
     for n_done, answer in enumerate(answers, 1):
-        row = answer.value
+        task, row = tasks[answer.place], answer.value
         if answer.error is not None:
-            row = _row_of_engine(tasks[answer.place], answer.error)
-        expected.done += plan.to_run[answer.place].size
+            row = _row_of_engine(task, answer.error)
+        expected.done += task.size
         left = expected.seconds_left(perf_counter() - started)
         progress(BatchNews(row, n_done, len(tasks), left))
         yield row
 
 
 def _row_of_engine(task, error):
-    """Row of a block whose process ended: no answer of its own is there."""
+    """Row of a block whose process found no end of its own, or no memory."""
     if isinstance(error, SettingsError):
         raise error
     row = row_of_failure(task.name, error, "computation")
-    keep_failure(task.folder, row, error, task.signature)
+    keep_failure(task, row, error)
     return row
 
 

@@ -6,22 +6,19 @@ or ``failure.json``.
 """
 
 import threading
-from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
 from time import perf_counter
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.batch.block_state import (
-    read_json,
-    with_settings,
-)
+from einschalt.interfaces.batch.block_state import read_json
+from einschalt.interfaces.batch.block_task import with_settings
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
     read_changes,
 )
 from einschalt.interfaces.batch.failure_file import FAILURE, keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
+from einschalt.interfaces.batch.lack_of_memory import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.files.result_folder import (
@@ -42,28 +39,6 @@ from einschalt.pipeline.densify import densify
 ONE_AT_A_TIME = threading.Lock()
 
 
-@dataclass(frozen=True)
-class BlockTask:
-    """A block to be computed.
-
-    Attributes
-    ----------
-    name : str
-    block, folder : Path
-        Of the block, and of its result.
-    signature : dict
-        Version, settings and checksums with which it was planned.
-    given : dict
-        Settings that go before those of block.toml.
-    """
-
-    name: str
-    block: Path
-    folder: Path
-    signature: dict
-    given: dict
-
-
 def run_block(task) -> dict:
     """Compute a block, and write its result.
 
@@ -75,37 +50,44 @@ def run_block(task) -> dict:
     -------
     dict
         Its row of the table of blocks, done or failed.
+
+    Raises
+    ------
+    MemoryError
+        It needs more memory than there is. Whoever runs it decides where it is tried
+        again; what is left of this process is not worth much.
     """
     started = perf_counter()
     progress = _Progress()
     try:
         with ONE_AT_A_TIME:
-            _run(task, progress)
-    except Exception as error:  # noqa: BLE001 - one block must not stop the others
+            return _run(task, progress)
+    except Exception as error:  # one block must not stop the others
+        shortage = lack_of_memory(error, progress.stage)
+        if shortage is not None:
+            raise shortage from error
         row = row_of_failure(task.name, error, progress.stage, perf_counter() - started)
-        keep_failure(task.folder, row, error, task.signature)
+        keep_failure(task, row, error)
         return row
-    return row_of_result(task.name, DONE, task.folder)
 
 
-def row_of_result(name, outcome, folder) -> dict:
+def row_of_result(task, outcome, provenance) -> dict:
     """Row of a block whose result is whole.
 
     Parameters
     ----------
-    name : str
+    task : BlockTask
     outcome : {"done", "skipped"}
-    folder : Path
+    provenance : dict
         Of its result.
 
     Returns
     -------
     dict
     """
-    provenance = read_json(folder / PROVENANCE)
-    changes = read_changes(folder) if outcome == DONE else None
+    changes = read_changes(task.folder) if outcome == DONE else None
     return row_of_figures(
-        name, outcome, provenance["figures"], provenance["seconds"], changes
+        task.name, outcome, provenance["figures"], provenance["seconds"], changes
     )
 
 
@@ -133,6 +115,8 @@ def _run(task, progress):
         write_result(result, task.folder)
         with said_as_file_error(task.folder / FAILURE):
             (task.folder / FAILURE).unlink(missing_ok=True)
+        # read while nobody else may write it
+        return row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
 
 
 def _require_version(version):

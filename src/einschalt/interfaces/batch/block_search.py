@@ -5,6 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 
 TABLE_FILES = ("blocks.csv", "blocks.parquet", "blocks.html")
@@ -82,7 +83,8 @@ def name_blocks(paths) -> dict[str, Path]:
     Returns
     -------
     dict of str to Path
-        Name, with ``/`` where it has several parts, and folder.
+        Name, with ``/`` where it has several parts, and folder. No name leads out of
+        the folder of the results, to which it is joined.
 
     Raises
     ------
@@ -90,12 +92,12 @@ def name_blocks(paths) -> dict[str, Path]:
         A block is named twice, or as the table of the batch is.
     """
     folders = [_folder_of(path) for path in paths]
-    names = [folder.name for folder in folders]
     depth = 1
+    names = [_end_of(folder, depth) for folder in folders]
     while twice := {n for n, k in Counter(map(str.casefold, names)).items() if k > 1}:
         depth += 1
         longer = [
-            "/".join(folder.parts[-depth:]) if name.casefold() in twice else name
+            _end_of(folder, depth) if name.casefold() in twice else name
             for folder, name in zip(folders, names, strict=True)
         ]
         if longer == names:
@@ -113,7 +115,19 @@ def name_blocks(paths) -> dict[str, Path]:
 
 def _folder_of(path):
     path = Path(path).absolute()
-    return path.parent if path.name == BLOCK_FILE else path
+    if path.name == BLOCK_FILE:
+        path = path.parent
+    if path.name == "..":
+        return Path(os.path.realpath(path))
+    if ".." in path.parts:  # the last part stays, also where it is a link
+        return Path(os.path.realpath(path.parent)) / path.name
+    return path
+
+
+def _end_of(folder, depth):
+    """Join the last parts of a path, without the root, which would lead elsewhere."""
+    parts = folder.relative_to(folder.anchor).parts[-depth:]
+    return as_unicode("/".join(parts)) or "block"
 
 
 def _named_twice(folders, names, twice):

@@ -4,30 +4,34 @@ import json
 import traceback
 from contextlib import suppress
 
-from einschalt.foundations.errors import BlockError, EinschaltError, FileError
+from einschalt.foundations.errors import (
+    BlockError,
+    ChangedFileError,
+    EinschaltError,
+    FileError,
+)
+from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.batch.block_state import FAILURE
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.pipeline.batch import WRITING
 from einschalt.pipeline.engine import ProcessEndedError
 
+PASSING = (ProcessEndedError, ChangedFileError)
 NOTE = (
     "The block failed. Other files in this folder, if there are any, are of an earlier "
     "run."
 )
 
 
-def keep_failure(folder, row, error, signature):
+def keep_failure(task, row, error):
     """Write failure.json, where that is possible.
 
     Parameters
     ----------
-    folder : Path
-        Of the block's result.
+    task : BlockTask
     row : dict
         Of the table of blocks.
     error : Exception
-    signature : dict
-        Version, settings and checksums of the inputs.
     """
     content = {
         "schema": 1,
@@ -37,15 +41,15 @@ def keep_failure(folder, row, error, signature):
         "reason": row["reason"],
         "remedy": row["remedy"],
         "problems": _problems(error),
-        "is_final": _is_final(error, row["stage"]),
-        "signature": signature,
+        "is_final": _is_final(error, row["stage"]) and task.is_of_present_input(),
+        "signature": task.signature,
     }
-    if not isinstance(error, EinschaltError):  # to be reported
+    if not isinstance(error, (EinschaltError, MemoryError)):  # to be reported
         content["traceback"] = traceback.format_exception(error)
     # on a full disk the row of the table says it all
     with suppress(FileError):
         text = json.dumps(content, indent=2, ensure_ascii=False)
-        write_text(make_folder(folder) / FAILURE, f"{text}\n")
+        write_text(make_folder(task.folder) / FAILURE, as_unicode(f"{text}\n"))
 
 
 def _problems(error):
@@ -56,8 +60,10 @@ def _problems(error):
 
 def _is_final(error, stage):
     """Whether the same input would fail again on any computer."""
-    is_of_computer = stage == WRITING or isinstance(error, ProcessEndedError)
-    return isinstance(error, EinschaltError) and not is_of_computer
+    if not isinstance(error, EinschaltError) or stage == WRITING:
+        return False
+    errors = error.problems if isinstance(error, BlockError) else [error]
+    return not any(isinstance(one, PASSING) for one in errors)
 
 
 __all__ = ["FAILURE", "keep_failure"]

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from einschalt.foundations.shown_names import printable
 from einschalt.interfaces.cli.densify import (
     TOLERANCE,
     CoverageMean,
@@ -62,7 +63,9 @@ def batch(
         "--resume",
         "Go on with an interrupted run; what it has seen fail is not tried again.",
     ) = False,
-    only_failed: _flag("--only-failed", "Compute only blocks that failed.") = False,
+    only_failed: _flag(
+        "--only-failed", "Compute only blocks that failed or were left half-done."
+    ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
     method: _setting(Method, "How blocks are computed.") = None,
@@ -122,6 +125,7 @@ def batch(
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)
     blocks = find_blocks(folder, output)
     if dry_run:
+        python_api.chosen_engine(scheduler, workers, memory)  # what is wrong with it
         _tell_plan(plan_batch(blocks, output, given=given, which=which))
         return
     with batch_progress(is_quiet=quiet) as progress:
@@ -163,9 +167,9 @@ def _mode(**flags):
 def _tell_plan(plan):
     for name in plan.names:
         if name in plan.reasons:
-            tell(f"run   {name}: {plan.reasons[name]}")
+            tell(f"run   {printable(name)}: {printable(plan.reasons[name])}")
         else:
-            row = plan.rows[name]
-            tell(f"keep  {name}: {row['reason'] or 'done by the interrupted run'}")
-    n_run = len(plan.to_run)
-    tell(f"{n_run} of {len(plan.names)} blocks would be computed; nothing was written")
+            said = plan.rows[name]["reason"] or "done by the interrupted run"
+            tell(f"keep  {printable(name)}: {printable(said)}")
+    n_run, n_all = len(plan.to_run), len(plan.names)
+    tell(f"{n_run} of {n_all} blocks would be computed; nothing was written")

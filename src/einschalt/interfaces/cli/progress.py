@@ -4,6 +4,7 @@ import sys
 from contextlib import contextmanager
 from datetime import datetime, timedelta
 
+from einschalt.foundations.shown_names import printable
 from einschalt.interfaces.cli.exits import complain
 
 
@@ -21,13 +22,20 @@ def stage_progress(*, is_quiet):
     callable
         To be called with the title of a stage and the fraction that is done.
     """
+    with _shown(_line, is_quiet=is_quiet) as show:
+        yield show
+
+
+@contextmanager
+def _shown(line, *, is_quiet):
+    """Give what shows a text and a fraction: nothing, a bar, or a line for each."""
     if is_quiet:
         yield _silent
     elif sys.stderr.isatty():
         with _bar() as advance:
             yield advance
     else:
-        yield _line
+        yield line
 
 
 def _silent(_title, _fraction):
@@ -68,25 +76,39 @@ def batch_progress(*, is_quiet):
     callable
         To be called with the news after each block.
     """
-    if is_quiet:
-        yield _no_news
-    elif sys.stderr.isatty():
-        with _bar() as advance:
-            yield lambda news: advance(_batch_line(news), news.n_done / news.n_all)
-    else:
-        yield lambda news: complain(_batch_line(news))
+    with _shown(_text, is_quiet=is_quiet) as show:
+        yield lambda news: show(batch_line(news), news.n_done / news.n_all)
 
 
-def _no_news(_news):
-    """Show nothing."""
+def _text(text, _fraction):
+    complain(text)
 
 
-def _batch_line(news):
+def batch_line(news, now=None):
+    """Write what became of a block, and when all will have been computed.
+
+    Parameters
+    ----------
+    news : BatchNews
+    now : datetime, optional
+        On the clock of the one who waits; the present time where left out.
+
+    Returns
+    -------
+    str
+        One line.
+    """
     row = news.row
     reason = f": {row['reason']}" if row["outcome"] == "failed" else ""
-    line = f"{news.n_done}/{news.n_all}  {row['block']} {row['outcome']}{reason}"
+    said = printable(f"{row['block']} {row['outcome']}{reason}")
+    line = f"{news.n_done}/{news.n_all}  {said}"
     if news.seconds_left is None or news.n_done == news.n_all:
         return line
-    # on the clock of the one who waits
-    end = datetime.now().astimezone() + timedelta(seconds=news.seconds_left)
-    return f"{line}  (until about {end:%H:%M:%S})"
+    now = now or datetime.now().astimezone()
+    try:
+        end = now + timedelta(seconds=news.seconds_left)
+    except OverflowError:  # a block of some bytes before one of terabytes
+        return line
+    is_today = end.date() == now.date()
+    until = f"{end:%H:%M:%S}" if is_today else f"{end:%Y-%m-%d %H:%M}"
+    return f"{line}  (until about {until})"

@@ -19,6 +19,7 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.projections import read_crs, reproject
+from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
@@ -32,10 +33,9 @@ from einschalt.interfaces.files.block_toml import (
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
 from einschalt.interfaces.files.input_files import (
-    checksum,
     is_there,
+    read_once,
     require_file,
-    require_unchanged,
 )
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.pipeline.axis_order import axis_problems
@@ -105,13 +105,12 @@ def find_problems(path, *, kind=Block) -> BlockFindings:
     BlockFindings
     """
     try:
-        file = _block_file(path)
-        signed = checksum(file)
-        toml = read_block_toml(file)
-        require_unchanged(file, toml.source, signed)
+        path = _block_file(path)
+        file = read_once(path, path.name)
+        toml = _understood(file, read_block_toml)
     except EinschaltError as error:
         return BlockFindings((error,), (), (), None)
-    reading = _Reading(file, toml, signed)
+    reading = _Reading(file, toml)
     fields = reading.fields()
     problems = reading.toml.problems
     if not problems:
@@ -122,10 +121,18 @@ def find_problems(path, *, kind=Block) -> BlockFindings:
         else:
             return BlockFindings((), tuple(block.model_problems), block.notes, block)
     found = check_block(_Draft(**fields), frozenset(toml.said))
-    text = file.read_text(encoding="utf-8-sig")
+    text = file.data.decode("utf-8-sig")
     problems = [with_row(p, text, toml.source) for p in (*problems, *found.problems)]
     notes = (*fields["notes"], *found.notes)
     return BlockFindings(tuple(problems), found.model_problems, notes, None)
+
+
+def _understood(file, read, *more):
+    """What a reader makes of a file, where that stayed the same meanwhile."""
+    try:
+        return read(file, *more)
+    finally:  # half a file has faults of its own, which nobody can mend
+        file.require_unchanged()
 
 
 def _block_file(path):
@@ -168,11 +175,11 @@ class _Draft:
 class _Reading:
     """Reads the tables that block.toml names, and keeps what is wrong with them."""
 
-    def __init__(self, file, toml: BlockToml, signed):
-        self.folder = file.parent
+    def __init__(self, file, toml: BlockToml):
+        self.folder = file.path.parent
         self.toml = toml
         self.sources = {"block": toml.source}
-        self.checksums = {toml.source: signed}
+        self.checksums = {toml.source: file.checksum()}
         self.notes = []
 
     def fields(self):
@@ -186,7 +193,7 @@ class _Reading:
             **{name: self._flight(name) for name in FLIGHTS},
             "approximate_m_0_m": approximate.m_0_m if approximate else None,
             "crs": self.crs,
-            "name": (block and block.name) or _readable(self.folder.resolve().name),
+            "name": (block and block.name) or as_unicode(self.folder.resolve().name),
             "settings": self.toml.settings,
             "sources": self.sources,
             "checksums": self.checksums,
@@ -240,11 +247,9 @@ class _Reading:
 
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
-        path = self._path(source, section, key)
-        self.checksums[source] = checksum(path)
-        content = read(path, source)
-        require_unchanged(path, source, self.checksums[source])
-        return content
+        file = read_once(self._path(source, section, key), source)
+        self.checksums[source] = file.checksum()
+        return _understood(file, read, source)
 
     def _said(self, section, key, read):
         """What a function reads; None, and said, where that fails."""
@@ -345,8 +350,3 @@ class _Reading:
             f"PROJ {states}{heights}"
         )
         return frame.assign(easting=easting, northing=northing)
-
-
-def _readable(name):
-    """Name of a folder as text, where the system lets it be any bytes."""
-    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

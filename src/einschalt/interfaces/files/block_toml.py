@@ -165,7 +165,7 @@ def read_block_toml(path) -> BlockToml:
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
 
     Returns
     -------

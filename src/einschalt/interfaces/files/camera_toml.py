@@ -181,7 +181,7 @@ def read_camera(path, source=None) -> Camera:
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
     source : str, optional
         What the file is called in messages.
 

@@ -47,7 +47,7 @@ def read_csv(path, schema, *, source=None):
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
     schema : Schema
         Tells numbers from names; the values are checked by ``check_table``.
     source : str, optional

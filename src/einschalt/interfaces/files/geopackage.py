@@ -111,16 +111,14 @@ def _said_as_file_error(path):
 
 @contextmanager
 def _readable(path):
-    """Write under a name that GDAL can read, where that of a folder is no Unicode."""
-    try:
-        str(path).encode("utf-8")
-    except UnicodeEncodeError:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "block.gpkg"
-            yield file
-            shutil.copyfile(file, path)
-    else:
+    """Write under a name that GDAL can read, where a folder has one that it cannot."""
+    if str(path).isprintable() and "!" not in str(path):  # which parts zip archives
         yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "block.gpkg"
+        yield file
+        shutil.copyfile(file, path)
 
 
 @contextmanager

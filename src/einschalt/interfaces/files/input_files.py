@@ -3,11 +3,13 @@
 import codecs
 import errno
 import hashlib
+import os
 import stat
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 
-from einschalt.foundations.errors import FileError, name_some
+from einschalt.foundations.errors import ChangedFileError, FileError, name_some
 from einschalt.foundations.shown_names import shortened
 
 SIGNATURES = {
@@ -136,12 +138,93 @@ def _names_in(folder):
         return []
 
 
+@dataclass(frozen=True)
+class ReadFile(os.PathLike):
+    """A file that was read once: what is signed for is what is understood.
+
+    Every reader takes it in place of the path.
+
+    Attributes
+    ----------
+    path : Path
+    source : str
+        What the file is called in messages.
+    data : bytes
+    """
+
+    path: Path
+    source: str
+    data: bytes = field(repr=False)
+
+    def __fspath__(self):
+        """Path of the file, for its name and its suffix."""
+        return str(self.path)
+
+    def checksum(self):
+        """SHA-256 of what was read.
+
+        Returns
+        -------
+        str
+            64 hexadecimal digits.
+        """
+        return hashlib.sha256(self.data).hexdigest()
+
+    def require_unchanged(self):
+        """See that the file still holds what was read.
+
+        Raises
+        ------
+        ChangedFileError
+            Another program has written it since: what was read may be half of each.
+        """
+        try:
+            is_same = checksum(self.path) == self.checksum()
+        except OSError:  # it is gone, or is being replaced
+            is_same = False
+        if not is_same:
+            raise ChangedFileError(
+                "the file changed while it was read",
+                expected="a file that nobody writes",
+                remedy="Run it again when the other program has ended",
+                file=self.source,
+            )
+
+
+def read_once(path, source) -> ReadFile:
+    """Read a file as a whole.
+
+    Parameters
+    ----------
+    path : str, Path or ReadFile
+        What was read before is not read again.
+    source : str
+        What the file is called in messages.
+
+    Returns
+    -------
+    ReadFile
+
+    Raises
+    ------
+    FileError
+        It is missing, a folder, or may not be read.
+    """
+    if isinstance(path, ReadFile):
+        return path
+    path = require_file(path, source)
+    try:
+        return ReadFile(path, source, path.read_bytes())
+    except OSError as error:
+        raise _refused(error, source) from error
+
+
 def read_text_bytes(path, source):
     """Read a text file, and see that it is UTF-8.
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
     source : str
         What the file is called in messages.
 
@@ -155,7 +238,7 @@ def read_text_bytes(path, source):
     FileError
         It is missing, empty, binary, or in another encoding.
     """
-    data = require_file(path, source).read_bytes()
+    data = read_once(path, source).data
     for signature, (found, remedy) in SIGNATURES.items():
         if data.startswith(signature):
             raise FileError(found, expected="UTF-8 text", remedy=remedy, file=source)
@@ -214,28 +297,3 @@ def checksum(path):
     """
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def require_unchanged(path, source, signed):
-    """See that a file is still the one whose checksum was taken before it was read.
-
-    Parameters
-    ----------
-    path : str or Path
-    source : str
-        What the file is called in messages.
-    signed : str
-        SHA-256 of the file before.
-
-    Raises
-    ------
-    FileError
-        Another program has written it since: what was read may be half of each.
-    """
-    if checksum(path) != signed:
-        raise FileError(
-            "the file changed while it was read",
-            expected="a file that nobody writes",
-            remedy="Run it again when the other program has ended",
-            file=source,
-        )

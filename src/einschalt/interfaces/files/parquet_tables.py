@@ -18,7 +18,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.foundations.shown_names import shortened
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
-from einschalt.interfaces.files.input_files import require_file
+from einschalt.interfaces.files.input_files import read_once
 
 MAGIC = b"PAR1"
 MOST_COLUMNS = 1000
@@ -34,7 +34,7 @@ def read_parquet(path, schema, *, source=None):
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
     schema : Schema
         Tells numbers from names; the values are checked by ``check_table``.
     source : str, optional
@@ -53,33 +53,32 @@ def read_parquet(path, schema, *, source=None):
         unpack to so large a table that it can be no table of points.
     """
     source = source or Path(path).name
-    path = require_file(path, source)
+    data = read_once(path, source).data
     try:
-        columns, names = _read_columns(path, schema, source)
+        columns, names = _read_columns(data, schema, source)
         table = pa.table(columns, names=names)
     except MemoryError:  # Arrow's is an ArrowException as well; the file is sound
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise _unreadable(path, source) from error
+        raise _unreadable(data, source) from error
     nulls = {pa.null(): pd.ArrowDtype(pa.null())}
     frame = table.to_pandas(types_mapper=nulls.get)
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     return frame
 
 
-def _read_columns(path, schema, source):
+def _read_columns(data, schema, source):
     """Columns of the schema as they are understood, the others without values."""
-    # opened here, since pyarrow takes names of files only where they are Unicode
-    with path.open("rb") as file:
-        metadata = parquet.read_metadata(file)
-        places = range(metadata.num_columns)
-        paths = {metadata.schema.column(place).path for place in places}
-        coded = [name for name in schema.id_names if name in paths]
-        stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
-        names = stored.schema_arrow.names
-        _refuse_size(metadata, names, path.stat().st_size, source)
-        known = [name for name in dict.fromkeys(names) if name in schema.names]
-        table = stored.read(columns=known)
+    file = pa.BufferReader(data)
+    metadata = parquet.read_metadata(file)
+    places = range(metadata.num_columns)
+    paths = {metadata.schema.column(place).path for place in places}
+    coded = [name for name in schema.id_names if name in paths]
+    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
+    names = stored.schema_arrow.names
+    _refuse_size(metadata, names, len(data), source)
+    known = [name for name in dict.fromkeys(names) if name in schema.names]
+    table = stored.read(columns=known)
     found = {name: [] for name in known}
     for name, column in zip(table.column_names, table.columns, strict=True):
         is_number = name in schema.number_names
@@ -114,8 +113,7 @@ def _refuse_unpacked(unpacked, n_bytes, source):
         )
 
 
-def _unreadable(path, source):
-    data = path.read_bytes()
+def _unreadable(data, source):
     if data.startswith(MAGIC) and not data.endswith(MAGIC):
         found, remedy = "the file is truncated", "Copy or export it again"
     elif data.startswith(MAGIC):

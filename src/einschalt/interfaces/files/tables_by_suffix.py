@@ -16,7 +16,7 @@ def read_table(path, schema, *, source=None):
 
     Parameters
     ----------
-    path : str or Path
+    path : str, Path or ReadFile
     schema : Schema
     source : str, optional
         What the file is called in messages.

@@ -1,0 +1,132 @@
+"""A block that a batch may have to compute, and by what its result is known."""
+
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
+from einschalt.interfaces.files.block_toml import BLOCK_FILE, read_block_toml
+from einschalt.interfaces.files.input_files import checksum
+
+
+@dataclass(frozen=True)
+class BlockTask:
+    """A block, and where its result belongs.
+
+    Attributes
+    ----------
+    name : str
+    block, folder : Path
+        Of the block, and of its result.
+    given : dict
+        Settings that go before those of block.toml.
+    signature : dict
+        What its result depends on, as it was when the block was looked at: version,
+        settings (None where block.toml cannot be read), and inputs, SHA-256 by table
+        (None of a file that cannot be read).
+    size : int
+        Bytes of the inputs.
+    """
+
+    name: str
+    block: Path
+    folder: Path
+    given: dict
+    signature: dict
+    size: int
+
+    def is_of_present_input(self):
+        """Whether nothing has changed since the block was looked at.
+
+        Returns
+        -------
+        bool
+        """
+        now = task_of(self.name, self.block, self.folder, self.given)
+        return now.signature == self.signature
+
+
+def task_of(name, block, folder, given) -> BlockTask:
+    """Look at the inputs of a block.
+
+    Parameters
+    ----------
+    name : str
+    block, folder : Path
+    given : dict
+
+    Returns
+    -------
+    BlockTask
+    """
+    files, settings = _inputs_of(block)
+    if settings is not None:
+        settings = with_settings(settings, given).model_dump(mode="json")
+    signature = {
+        "version": metadata.version("einschalt"),
+        "settings": settings,
+        "inputs": {table: checksum_or_none(path) for table, path in files.items()},
+    }
+    size = sum(_size(path) for path in files.values())
+    return BlockTask(name, block, folder, given, signature, size)
+
+
+def with_settings(settings, given):
+    """Settings with some fields replaced.
+
+    Parameters
+    ----------
+    settings : Settings
+    given : dict
+
+    Returns
+    -------
+    Settings
+    """
+    return type(settings)(**{**settings.model_dump(), **given})
+
+
+def _inputs_of(block):
+    """Files that a block reads, by table, and its settings, as far as known."""
+    toml_file = block / BLOCK_FILE
+    files = {"block": toml_file}
+    try:
+        toml = read_block_toml(toml_file)
+    except EinschaltError:  # the computation will say it
+        return files, None
+    for name, section in toml.sections.items():
+        if name in POINT_TABLES:
+            named = {name: section.file}
+        else:
+            keys = (*FLIGHT_TABLES, "camera")
+            named = {f"{name}.{key}": getattr(section, key, None) for key in keys}
+        for table, source in named.items():
+            if isinstance(source, str) and source.strip():
+                files[table] = block / source
+    return files, toml.settings
+
+
+def checksum_or_none(path):
+    """SHA-256 of a file; None where it is missing, or cannot be read.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    str or None
+    """
+    try:
+        # a device or a pipe may never end
+        return checksum(path) if path.is_file() else None
+    except (OSError, ValueError):  # the computation will say it
+        return None
+
+
+def _size(path):
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):
+        return 0
