@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
 from einschalt.pipeline.sections import control_strain, patterns
@@ -15,6 +16,8 @@ from einschalt.pipeline.systematic_patterns import (
     NetworkStrain,
     SystematicPatterns,
 )
+
+PLAN = ["easting", "northing"]
 
 
 def computed(
@@ -75,13 +78,22 @@ def test_film_does_not_pass_for_strain():
 
 
 def test_strain_of_neukirchen_is_called_out():
-    result = computed("neukirchen", network_strain=0.1)
+    block = simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=0.1))
+    result = densify(block)
     strain = result.patterns.strain
     assert strain.is_smooth
     said = network_strain(result)
     assert "The control network is strained" in said.problem
     assert f", most at {strain.displacements['point_id'].iloc[0]} (" in said.problem
     assert 'method = "simultaneous" suffers less' in said.remedy
+    # what the points have: the claim, and the strain beside it
+    new = result.points[result.points["role"] == "new"]
+    total = np.sqrt(np.mean(new["standard_error_total"] ** 2))
+    assert f"reckon with {length(np.hypot(total, strain.size))}, not" in said.problem
+    true = block.truth.set_index("point_id").loc[new["point_id"], PLAN].to_numpy()
+    error = np.sqrt(np.mean(((new[PLAN].to_numpy() - true) ** 2).sum(axis=1)))
+    assert np.hypot(total, strain.size) == pytest.approx(error, rel=0.15)
+    assert error > 1.4 * total
     # the wave has 10 cm / √2 (total, RMS)
     assert 0.04 < strain.size < 0.08
     assert film_affinity(result) is None
@@ -93,11 +105,10 @@ def test_displacements_point_where_the_strain_does():
         simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=size))
         for size in (0.1, 0.0)
     )
-    plan = ["easting", "northing"]
-    true = strained.control_points.set_index("point_id")[plan]
-    true = true - clean.control_points.set_index("point_id")[plan]
+    true = strained.control_points.set_index("point_id")[PLAN]
+    true = true - clean.control_points.set_index("point_id")[PLAN]
     result = densify(strained, Settings(method="simultaneous"))
-    found = result.patterns.strain.displacements.set_index("point_id")[plan]
+    found = result.patterns.strain.displacements.set_index("point_id")[PLAN]
     true = true.loc[found.index]
     cosine = (found * true).to_numpy().sum() / np.sqrt(
         (found**2).to_numpy().sum() * (true**2).to_numpy().sum()

@@ -59,17 +59,17 @@ def _smooth_strain(result, strain):
             index=False
         )
     ]
-    given = result.block.control_points["standard_error_m"].astype(float)
-    raised = np.hypot(np.sqrt(np.mean(given**2)), strain.size)
-    other = ""
+    known, other = result.figures.mean_total, ""
+    reckoned = (
+        f": reckon with {length(np.hypot(known, strain.size))}, not {length(known)}"
+    )
     if result.simultaneous is None:
-        other = '; method = "simultaneous" suffers less from it'
+        other = '. method = "simultaneous" suffers less from it'
     return Suggestion(
         f"The control network is strained: neighbours among the {strain.n_control} "
         f"control points are displaced together, by {length(strain.size)} (total, RMS) "
         f"over {length(strain.reach)}, most at {', '.join(worst)}; "
-        "standard_error_total does not hold that",
+        f"standard_error_total does not hold that{reckoned if known > 0.0 else ''}",
         "Check the network there, and give control from another one, since more of "
-        f"the same shares it; until then raise standard_error_m to {length(raised)}"
-        f"{other}",
+        f"the same shares it{other}",
     )

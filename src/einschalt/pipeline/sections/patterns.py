@@ -11,8 +11,9 @@ REMARK = (
 )
 NO_STRAIN = (
     "Strain was not looked for: errors of the orientations bend models, which would "
-    'pass for it. method = "simultaneous" tests each control point beside them.'
+    "pass for it."
 )
+ONE_BY_ONE = 'method = "simultaneous" tests each control point beside them.'
 
 
 def section(result) -> Section:
@@ -28,9 +29,11 @@ def section(result) -> Section:
 
 def _untested(result):
     """Say why strain was not looked for in models that were oriented here."""
-    if result.patterns.strain is not None or not result.orientation_errors:
+    errors = (result.orientation_errors or {}).values()
+    if result.patterns.strain is not None or not any(errors):
         return ()
-    return (NO_STRAIN,) if any(result.orientation_errors.values()) else ()
+    is_weighed = not any(f.has_images for f in result.block.flights.values())
+    return (f"{NO_STRAIN} {ONE_BY_ONE}" if is_weighed else NO_STRAIN,)
 
 
 def _affinity(found):
