@@ -46,7 +46,7 @@ def test_results_are_written_and_said(spawn, block_folder, tmp_path):
     done = spawn("densify", block_folder, "--output", output)
     assert done.returncode == 0
     assert {path.name for path in output.iterdir()} >= FILES
-    assert done.stdout.startswith("Demo (simulated): 80 new points, ")
+    assert done.stdout.startswith("Demo (simulated): 77 new points, ")
     assert f"Results in {output}, report in {output / 'report.html'}" in done.stdout
     # progress is no part of the answer
     assert "model transformation" in done.stderr

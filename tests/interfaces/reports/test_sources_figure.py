@@ -29,4 +29,4 @@ def test_maps_have_the_ellipses(good_result, given_approximations_result):
     assert said not in precision_figure(given_approximations_result)
     n_known = (good_result.points["role"] != "new").sum()
     assert block_map(good_result).count("PolyCollection") == 1
-    assert n_known == 20
+    assert n_known == 23  # 17 control and 6 check points
