@@ -12,7 +12,7 @@ import pytest
 
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
-from einschalt.interfaces.batch import batch_run
+from einschalt.interfaces.batch import batch_run, block_run
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.files import atomic
 from einschalt.pipeline.densify import densify
@@ -473,3 +473,91 @@ def test_an_output_that_cannot_be_written_is_said(folder, tmp_path, monkeypatch)
     monkeypatch.setattr(atomic.os, "fsync", refuse)
     with pytest.raises(FileError, match=r"read-only file system\. Choose a folder"):
         es.densify_many([folder / "block_00"], tmp_path / "out", workers=1)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="bytes as names of POSIX")
+def test_names_of_folders_may_be_anything(tmp_path, make_block):
+    """Bytes that are no Unicode, what GDAL parts zip archives by, and line ends."""
+    names = [os.fsdecode(b"b\xff"), "=cmd|'calc'!A1", "new\nline", "<b>"]
+    for name in names:
+        make_block(tmp_path / "blocks" / name)
+    out = tmp_path / os.fsdecode(b"out\xff")
+    table = es.densify_many(tmp_path / "blocks", out, workers=1)
+    assert table["outcome"].tolist() == ["done"] * len(names)
+    assert sorted(table["block"]) == sorted(["b\\udcff", *names[1:]])
+    assert "'=cmd|'calc'!A1,done" in (out / "blocks.csv").read_text("utf-8")
+    assert "<b>" not in (out / "blocks.html").read_text("utf-8")
+    for name in table["block"]:
+        assert (out / name / "block.gpkg").exists()
+    (tmp_path / "blocks" / names[0] / "low_flight.csv").unlink()
+    again = es.densify_many(tmp_path / "blocks", out, workers=1, which="changed")
+    assert (again["outcome"] == "failed").sum() == 1
+
+
+def test_a_failure_for_which_the_disk_had_no_room_is_one(
+    folder, tmp_path, run, monkeypatch
+):
+    """Only failed blocks are asked for: half a result tells of a failure as well."""
+    out = tmp_path / "out"
+    with monkeypatch.context() as full:
+
+        def refuse(_descriptor):
+            raise OSError(28, os.strerror(28))
+
+        def run_on_a_full_disk(task):
+            full.setattr(atomic.os, "fsync", refuse)
+            try:
+                return block_run.run_block(task)
+            finally:
+                full.undo()
+
+        full.setattr(batch_run, "run_block", run_on_a_full_disk)
+        table, _ = run(folder, out)
+    assert table.loc["block_00", "stage"] == "writing"
+    assert not (out / "block_00" / "failure.json").exists()
+    table, names = run(folder, out, which="failed")
+    assert set(names) == {"block_00", "block_01", "no_number"}
+    assert table.loc["block_00", "outcome"] == "done"
+
+
+def test_a_block_whose_input_was_being_written_is_tried_again(
+    folder, tmp_path, run, monkeypatch
+):
+    """What an interrupted run has seen fail in the middle of a copy is not final."""
+    out = tmp_path / "out"
+    path = folder / "block_00" / "low_flight.csv"
+    whole = path.read_bytes()
+    honest = batch_run.run_block
+
+    def run_while_it_is_copied(task):
+        if task.name == "block_00":
+            path.write_bytes(whole[: len(whole) // 2])
+        row = honest(task)
+        path.write_bytes(whole)
+        return row
+
+    monkeypatch.setattr(batch_run, "run_block", run_while_it_is_copied)
+    with pytest.raises(KeyboardInterrupt):
+        run(folder, out, HereEngine(until=2))
+    monkeypatch.undo()
+    table, names = run(folder, out, which="unfinished")
+    assert "block_00" in names
+    assert table.loc["block_00", "outcome"] == "done"
+
+
+def test_a_clock_that_was_wrong_leaves_nothing_behind(folder, tmp_path, run, left):
+    """Results, marks and leftovers from the year 2100, found by a run of today."""
+    out = tmp_path / "out"
+    with pytest.raises(KeyboardInterrupt):
+        run(folder, out, HereEngine(until=1))
+    leftover = out / f"{atomic._own_prefix()}-00000000-blocks.csv"
+    leftover = leftover.with_name(
+        leftover.name.replace(f"-{os.getpid()}-", "-4194400-")
+    )
+    leftover.write_text("half a tab")
+    for path in [*out.rglob("*"), *folder.rglob("*")]:
+        os.utime(path, (4_102_444_800, 4_102_444_800))
+    run(folder, out)
+    run(folder, tmp_path / "calm")
+    assert left(out) == left(tmp_path / "calm")
+    assert not leftover.exists()

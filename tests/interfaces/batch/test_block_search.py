@@ -65,6 +65,29 @@ def test_names_that_differ_in_case_only_are_equal_on_some_systems():
     assert list(named) == ["one/North", "two/north"]
 
 
+@pytest.mark.parametrize(
+    ("folders", "names"),
+    [
+        (["/a/x", "/b/a/x"], ["a/x", "b/a/x"]),
+        (["/x", "/y/x"], ["x", "y/x"]),
+        (["/"], ["block"]),
+        (["/one/b\udcff"], ["b\\udcff"]),
+    ],
+)
+def test_no_name_leads_out_of_the_results(folders, names):
+    """A root in front of a name would make it a place of its own."""
+    assert list(name_blocks(folders)) == names
+    assert not any(Path(name).is_absolute() for name in names)
+
+
+def test_a_block_is_called_as_its_folder_and_not_as_the_way_to_it(tree, monkeypatch):
+    (tree / "a" / "below").mkdir()
+    (tree / "link").symlink_to(tree / "a")
+    monkeypatch.chdir(tree / "a" / "below")
+    assert list(name_blocks([".."])) == ["a"]
+    assert name_blocks(["../../link"]) == {"link": tree.resolve() / "link"}
+
+
 def test_one_block_twice(tree):
     with pytest.raises(SettingsError, match=r"the block .*a is given twice"):
         name_blocks([tree / "a", tree / "b", tree / "a"])

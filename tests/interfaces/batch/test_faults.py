@@ -3,12 +3,14 @@
 ``make faults`` kills 50 times, on this computer and on a cluster; here it is a few.
 """
 
+import json
 import os
 import resource
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
@@ -78,22 +80,65 @@ def test_full_disk(blocks, tmp_path, left):
     assert left(out) == left(tmp_path / "calm")
 
 
+def large_table(block, n_rows):
+    text, number = pa.repeat("1", n_rows), pa.repeat(1.0, n_rows)
+    names = ["coverage", "model_id", "point_id", "x", "y"]
+    table = pa.table([text] * 3 + [number] * 2, names=names)
+    parquet.write_table(table, block / "low_flight.parquet")
+    toml = block / "block.toml"
+    toml.write_text(toml.read_text().replace("low_flight.csv", "low_flight.parquet"))
+
+
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
 def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
     """A table of 15 million points beside a block of nine: one row with the reason."""
-    large = blocks / "block_00" / "low_flight.parquet"
-    n_rows = 15_000_000
-    text, number = pa.repeat("1", n_rows), pa.repeat(1.0, n_rows)
-    names = ["coverage", "model_id", "point_id", "x", "y"]
-    parquet.write_table(pa.table([text] * 3 + [number] * 2, names=names), large)
-    toml = blocks / "block_00" / "block.toml"
-    toml.write_text(toml.read_text().replace("low_flight.csv", large.name))
+    large_table(blocks / "block_00", 15_000_000)
     options = {"workers": 1, "memory_gb": 1.0}
     table = es.densify_many(blocks, tmp_path / "out", **options).set_index("block")
     assert table["outcome"].tolist() == ["failed", "done"]
     row = table.loc["block_00"]
     assert row["reason"] == "needs more memory than there is"
     assert row["stage"] == "reading"
+    failure = json.loads((tmp_path / "out" / "block_00" / "failure.json").read_text())
+    assert not failure["is_final"]  # with more memory it may be sound
+    assert "traceback" not in failure
+
+
+@LINUX
+def test_a_block_for_which_the_system_kills_its_process(blocks, tmp_path, left):
+    """As Linux does without memory: SIGKILL to who has most, whenever he has too much.
+
+    The block falls; its neighbours are computed, as if it had not been there.
+    """
+    large_table(blocks / "block_00", 6_000_000)
+    is_over = threading.Event()
+    killed = []
+    killer = threading.Thread(target=kill_the_large, args=(7e8, killed, is_over))
+    killer.start()
+    try:
+        table = es.densify_many(blocks, tmp_path / "out", workers=2)
+    finally:
+        is_over.set()
+        killer.join()
+    assert len(killed) == 3  # once beside another one, twice alone
+    assert table["outcome"].tolist() == ["failed", "done"]
+    assert "ended without an answer (signal 9)" in table["reason"][0]
+    assert "on a computer with more memory" in table["remedy"][0]
+    es.densify_many([blocks / "block_01"], tmp_path / "calm", workers=1)
+    assert left(tmp_path / "out" / "block_01") == left(tmp_path / "calm" / "block_01")
+
+
+def kill_the_large(limit, killed, is_over):
+    """Kill every worker of this process that takes more memory than allowed [B]."""
+    while not is_over.wait(0.005):
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):
+                fields = path.read_text().rpartition(")")[2].split()
+                is_ours = int(fields[1]) == os.getpid()
+                if is_ours and int(fields[21]) * resource.getpagesize() > limit:
+                    os.kill(int(path.parent.name), signal.SIGKILL)
+                    killed.append(path.parent.name)
+                    is_over.wait(0.5)  # until its memory is free
 
 
 @LINUX

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from datetime import UTC, datetime
 
 import pandas as pd
 import pytest
@@ -139,3 +140,14 @@ def test_line_of_progress():
     row = {"block": "west", "outcome": "failed", "reason": "is gone"}
     line = batch_line(News(row=row, n_done=2, n_all=3, seconds_left=None))
     assert line == "2/3  west failed: is gone"
+    now = datetime(2026, 11, 21, 23, 0, 0, tzinfo=UTC)
+    for seconds, until in (
+        (60.0, "23:01:00"),
+        (7200.0, "2026-11-22 01:00"),
+        (1e30, None),  # bytes before terabytes: no such date
+    ):
+        news = News(
+            row={**row, "block": "a\nb"}, n_done=2, n_all=3, seconds_left=seconds
+        )
+        said = f"  (until about {until})" if until else ""
+        assert batch_line(news, now) == f"2/3  a\\nb failed: is gone{said}"
