@@ -105,7 +105,6 @@ def batch(
     from einschalt.interfaces import python_api  # noqa: PLC0415
     from einschalt.interfaces.batch.batch_run import plan_batch  # noqa: PLC0415
     from einschalt.interfaces.batch.block_search import find_blocks  # noqa: PLC0415
-    from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
 
     started = perf_counter()
     given = _given(
@@ -140,9 +139,16 @@ def batch(
             progress=progress,
         )
     if not quiet:
-        tell(summarize_batch(table, perf_counter() - started))
-        tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
+        _tell_end(table, perf_counter() - started, output)
     _end_with_status(table)
+
+
+def _tell_end(table, seconds, output):
+    # imported when the command runs, as above
+    from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
+
+    tell(summarize_batch(table, seconds))
+    tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
 
 
 def _end_with_status(table):
