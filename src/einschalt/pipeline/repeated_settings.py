@@ -25,7 +25,7 @@ MODEL = ["flight", "coverage", "model_id"]
 SPREAD = "settings_spread"
 COLUMNS = [
     *("flight", "n_points", "n_settings", "redundancy", "m_g_um", "m_g_settings_um"),
-    *("standard_error_um", "p_value", "is_larger"),
+    *("standard_error_um", "p_value", "is_larger", "is_smaller"),
 ]
 POINT_COLUMNS = [*MODEL, "point_id", "n_settings", "spread_um", "p_value"]
 # a larger m_g that changes nothing is not worth a word
@@ -117,16 +117,18 @@ def m_g_of_repeated_settings(result):
         flight, n_points (that were set several times), n_settings (of these),
         redundancy (settings less points), m_g_um (as given), m_g_settings_um (from the
         settings), standard_error_um, p_value (that settings of the given m_g scatter
-        as much: χ² of both coordinates), is_larger (chance does not explain it, and it
-        is worth a word). A smaller m_g is no contradiction, since the given one holds
-        film, lens and model as well. No rows where nothing was set twice.
+        as much: χ² of both coordinates), is_larger, is_smaller (chance does not explain
+        it, and it is worth a word). A smaller m_g is no contradiction, since the given
+        one holds film, lens and model as well. No rows where nothing was set twice.
     """
     points = spread_of_points(result)
     rows = [
         _of_flight(name, found, result.block.flights[name].m_g_um)
         for name, found in points.groupby("flight", sort=False)
     ]
-    return pd.DataFrame(rows, columns=COLUMNS).astype({"is_larger": bool})
+    return pd.DataFrame(rows, columns=COLUMNS).astype(
+        {"is_larger": bool, "is_smaller": bool}
+    )
 
 
 def _of_flight(name, points, m_g_um):
@@ -136,7 +138,9 @@ def _of_flight(name, points, m_g_um):
     p_value = _p_value(found, m_g_um, redundancy)
     is_larger = p_value < SIGNIFICANCE and found > WORTH_A_WORD * m_g_um
     counts = (len(points), n_settings.sum(), redundancy)
-    return (name, *counts, m_g_um, found, error, p_value, bool(is_larger))
+    is_smaller = p_value > 1.0 - SIGNIFICANCE and WORTH_A_WORD * found < m_g_um
+    verdicts = bool(is_larger), bool(is_smaller)
+    return (name, *counts, m_g_um, found, error, p_value, *verdicts)
 
 
 def _p_value(spread_um, m_g_um, redundancy):
