@@ -16,8 +16,8 @@ from einschalt.pipeline.block_figures import (
 )
 from einschalt.pipeline.claim_tests import examine_claim
 from einschalt.pipeline.coverage_screening import screen_block, with_suspects
-from einschalt.pipeline.error_model import PLAN, ErrorModel, model_of_block
-from einschalt.pipeline.error_propagation import can_propagate, propagate_model
+from einschalt.pipeline.error_model import PLAN, ErrorModel
+from einschalt.pipeline.error_propagation import model_of_known_errors, propagate_model
 from einschalt.pipeline.gross_measurements import (
     GrossMeasurements,
     find_gross_measurements,
@@ -297,14 +297,10 @@ def _in_two_steps(block, settings, flights, said):
     iteration = iterate(block, first, pass_onto, settings.iterations)
     last = first if iteration is None else iteration.passes[-1]
     said("error propagation", 0.9)
-    model = errors = None
-    if can_propagate(block):
-        model = model_of_block(
-            block, measured, high, first.low, first.means, _errors_of(flights)
-        )
+    model = model_of_known_errors(block, flights, high, first)
+    if model is not None:
         model = iterated_model(block, model, iteration, measured[FLIGHT_LAST])
-        model = None if model.is_assumed else model
-        errors = None if model is None else propagate_model(model, last.means)
+    errors = None if model is None else propagate_model(model, last.means)
     screening = screen_block(last.means, errors, settings)
     stages = _Stages(flights, gross, high, last, iteration, model, errors, screening)
     return _result(block, settings, stages)

@@ -229,7 +229,9 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         **_of_low_flight(low, means, points[LOW], own, sources),
         ground={name: (of_high.mean, *c) for name, c in of_high.chains.items()},
         high=of_high,
-        standard_errors=_with_orientations(given_errors(block, points), own),
+        standard_errors=_with_orientations(
+            given_errors(block, points, own.n_axes), own
+        ),
         is_assumed=not own.is_complete,
     )
 
@@ -267,7 +269,7 @@ def _with_orientations(sizes, own):
     return {**sizes, ORIENTATION: np.ones(own.n_orientation)}
 
 
-def given_errors(block, points):
+def given_errors(block, points, n_axes=2):
     """Sizes of the errors of all observations as they were given, by their source.
 
     Parameters
@@ -275,6 +277,8 @@ def given_errors(block, points):
     block : Block
     points : dict of str to DataFrame
         Model points of each flight.
+    n_axes : int, optional
+        Heights of control have errors of their own.
 
     Returns
     -------
@@ -282,7 +286,7 @@ def given_errors(block, points):
         ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
     """
     return {
-        CONTROL: control_errors(block.control_points),
+        CONTROL: control_errors(block.control_points, n_axes),
         **{
             name: _measuring_errors(block.flights[name], points[name])
             for name in points
@@ -290,20 +294,26 @@ def given_errors(block, points):
     }
 
 
-def control_errors(control_points):
+def control_errors(control_points, n_axes):
     """Errors of given coordinates; a height has that of a coordinate if none is given.
 
     Parameters
     ----------
     control_points : DataFrame
         With ``standard_error_m``.
+    n_axes : int
 
     Returns
     -------
-    ndarray, shape (n_points,)
+    ndarray, shape (n_points,) or (n_points, 3)
         Per coordinate [m].
     """
-    return control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
+    in_plan = control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
+    if n_axes == len(PLAN) or "standard_error_height" not in control_points:
+        return in_plan
+    of_height = control_points["standard_error_height"].to_numpy(dtype=float)
+    of_height = np.where(np.isfinite(of_height), of_height, in_plan)
+    return np.column_stack([in_plan, in_plan, of_height])
 
 
 def _measuring_errors(flight, model_points):
@@ -437,12 +447,12 @@ def model_of_given_approximations(block, low_points, low, means, oriented=None):
     if is_control:
         control, source = block.control_points, CONTROL
         rows = pd.Index(control["point_id"]).get_indexer(names)
-        n_sources, size = len(control), control_errors(control)
+        n_sources, size = len(control), control_errors(control, own.n_axes)
     else:
         rows, n_sources, source = np.arange(len(known)), len(known), APPROXIMATE
         size = np.full(n_sources, _stated_error(block, low, low_points) / SQRT2)
     measured = _measuring_errors(block.low_flight, low_points)
-    if not block.low_flight.has_images:
+    if not (is_control or block.low_flight.has_images):
         measured = _with_heights(measured, low, own.n_axes)
     return ErrorModel(
         **_of_low_flight(low, means, low_points, own, sources),

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from einschalt.pipeline.error_model import approximations_are_control
+from einschalt.pipeline.error_model import (
+    HIGH,
+    LOW,
+    approximations_are_control,
+    model_of_block,
+)
+from einschalt.pipeline.height_errors import with_measured_heights
 from einschalt.stages.stage4_error_propagation import propagate
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.propagation import selection
@@ -35,7 +41,7 @@ def obstacle_to_propagation(block):
     Returns
     -------
     str
-        Empty where nothing does.
+        Empty where nothing is known before the computation.
     """
     flights = block.flights.values()
     if block.high_flight is None and not approximations_are_control(block):
@@ -44,13 +50,36 @@ def obstacle_to_propagation(block):
         return "the control points have no standard_error_m"
     if len({len(KINDS[flight.transformation].target) for flight in flights}) > 1:
         return "one flight is transformed in space, and the other one in plan"
-    if any(_has_unknown_heights(flight) for flight in flights):
-        return "the errors of heights are unknown"
     return ""
 
 
-def _has_unknown_heights(flight):
-    return len(KINDS[flight.transformation].target) > 2 and not flight.has_images
+def model_of_known_errors(block, flights, high, low_pass):
+    """Model of a block's errors, where all their sizes are known.
+
+    Parameters
+    ----------
+    block : Block
+    flights : dict of str to RelativeOrientation
+        Model points of each flight, the high one first.
+    high : ApproximateCoordinates or None
+    low_pass : LowPass
+        Onto the approximate coordinates.
+
+    Returns
+    -------
+    ErrorModel or None
+    """
+    if not can_propagate(block):
+        return None
+    points = {name: oriented.model_points for name, oriented in flights.items()}
+    errors = {name: oriented.errors for name, oriented in flights.items()}
+    low = low_pass.low
+    model = model_of_block(block, points, high, low, low_pass.means, errors)
+    if model.is_assumed:
+        return None
+    machine = {n: p for n, p in points.items() if not block.flights[n].has_images}
+    fits = {LOW: low, **({} if high is None else {HIGH: high.transformation})}
+    return with_measured_heights(model, machine, fits)
 
 
 def propagate_model(model, means):

@@ -36,6 +36,7 @@ RELIABILITY_COLUMNS = (
     *("flight", "coverage", "model_id", "point_id"),
     *("redundancy_number", "minimal_detectable_bias", "external_reliability"),
 )
+UNKNOWN_SIZE = "nothing checks its orientations, or its heights"
 ELLIPSE_COLUMNS = ["semi_major", "semi_minor", "azimuth_gon", "confidence"]
 
 
@@ -281,7 +282,7 @@ class PrecisionTables(Result):
         if self.errors is None:
             raise SettingsError(
                 "the errors of this block were not propagated: "
-                f"{obstacle_to_propagation(self.block)}",
+                f"{obstacle_to_propagation(self.block) or UNKNOWN_SIZE}",
                 expected="control and flights with errors of known size",
             )
 

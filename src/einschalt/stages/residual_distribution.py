@@ -127,4 +127,6 @@ def errors_after_distribution(errors, distribution):
 
 
 def _per_axis(weights, n_axes):
-    return sparse.kron(weights, sparse.eye_array(n_axes), format="csr")
+    # heights stay what they were
+    is_in_plan = (np.arange(n_axes) < len(PLANE)).astype(float)
+    return sparse.kron(weights, np.diag(is_in_plan), format="csr")

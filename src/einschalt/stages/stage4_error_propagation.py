@@ -233,7 +233,7 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     point_ids : ndarray of object, shape (n_points,)
     chains : dict of str to tuple of sparse arrays
         Error operator of each source as a product, the final points on the left.
-    standard_errors : dict of str to ndarray, shape (n_sources,)
+    standard_errors : dict of str to ndarray, shape (n_sources,) or (n_sources, n_axes)
         Per coordinate [m].
     n_axes : int
 

@@ -102,7 +102,7 @@ def remarks(result) -> tuple[str, ...]:
         if result.settings.coverage_mean == "all":
             chosen.append(SINGLE)
     if "height" in result.points:
-        chosen.append(_heights(result.points))
+        chosen.append(_heights(result))
     return tuple(chosen)
 
 
@@ -114,13 +114,17 @@ def _propagated(result):
     return ORIENTED if is_oriented else PROPAGATED
 
 
-def _heights(points):
+def _heights(result):
     """Say how good heights are, where that is known."""
+    points = result.points
     is_new = points["role"] == "new"
     if "standard_error_height" not in points or not is_new.any():
         return HEIGHTS
     size = length(np.sqrt(np.mean(points.loc[is_new, "standard_error_height"] ** 2)))
-    return f"Heights of the new points: {size} (propagated, RMS)."
+    said = f"Heights of the new points: {size} (propagated, RMS"
+    if all(flight.has_images for flight in result.block.flights.values()):
+        return f"{said})."
+    return f"{said}; measured heights as the differences of the models show them)."
 
 
 def too_small(result) -> str:

@@ -10,6 +10,8 @@ Source: Satterthwaite 1946; see docs/theory/claim.md.
 import numpy as np
 from scipy.special import chdtrc, stdtr  # scipy.stats takes a second to import
 
+from einschalt.theory.adjustment.propagation import by_axis
+
 
 def draw_errors(standard_errors, n_axes, *, n_draws, seed):
     """Draw normal errors of all sources.
@@ -31,14 +33,12 @@ def draw_errors(standard_errors, n_axes, *, n_draws, seed):
     rng = np.random.default_rng(seed)
     drawn = {}
     for source, sizes in standard_errors.items():
-        by_axis = np.broadcast_to(
-            np.reshape(sizes, (len(sizes), -1)), (len(sizes), n_axes)
-        ).reshape(-1, 1)
-        shape = (len(by_axis), n_draws)
+        of_axes = by_axis(sizes, n_axes).reshape(-1, 1)
+        shape = (len(of_axes), n_draws)
         values = rng.standard_normal(shape)
         if n_axes == 1:
             values = values + 1j * rng.standard_normal(shape)
-        drawn[source] = by_axis * values
+        drawn[source] = of_axes * values
     return drawn
 
 

@@ -156,13 +156,29 @@ def _padded(chain, length):
     return (*chain, *(through for _ in range(length - len(chain))))
 
 
+def by_axis(standard_errors, n_axes):
+    """Sizes of errors of every axis, where one size stands for all of them.
+
+    Parameters
+    ----------
+    standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
+    n_axes : int
+
+    Returns
+    -------
+    ndarray, shape (n_sources, n_axes)
+    """
+    columns = np.reshape(standard_errors, (len(standard_errors), -1))
+    return np.broadcast_to(columns, (len(standard_errors), n_axes))
+
+
 def point_covariances(operator, standard_errors, n_axes):
     """Covariance of each point from independent sources.
 
     Parameters
     ----------
     operator : sparse array, shape (n_points · n_axes, n_sources · n_axes)
-    standard_errors : ndarray, shape (n_sources,)
+    standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
         Of each source, per coordinate [m].
     n_axes : int
 
@@ -173,7 +189,7 @@ def point_covariances(operator, standard_errors, n_axes):
         equal and uncorrelated errors stay so under conformal operators.
     """
     blocks = sparse.bsr_array(operator, blocksize=(n_axes, n_axes))
-    scaled = blocks.data * standard_errors[blocks.indices][:, None, None]
+    scaled = blocks.data * by_axis(standard_errors, n_axes)[blocks.indices][:, None, :]
     if n_axes == 1:
         squares = np.abs(scaled) ** 2
         return segment_sum(squares, blocks.indptr)
@@ -186,7 +202,7 @@ def pair_covariances(operator, standard_errors, pairs, n_axes):
     Parameters
     ----------
     operator : sparse array, shape (n_points · n_axes, n_sources · n_axes)
-    standard_errors : ndarray, shape (n_sources,)
+    standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
         Of each source, per coordinate [m].
     pairs : ndarray of int, shape (n_pairs, 2)
         Places of the points of each pair.
@@ -201,7 +217,7 @@ def pair_covariances(operator, standard_errors, pairs, n_axes):
     rows.sort_indices()
     pairs = np.ascontiguousarray(pairs, dtype=np.int64)
     out = np.zeros((len(pairs), n_axes, n_axes), dtype=rows.dtype)
-    variances = np.repeat(np.square(standard_errors), n_axes)
+    variances = np.square(by_axis(standard_errors, n_axes)).ravel()
     entries = (rows.indptr, rows.indices, rows.data)
     _multiply_rows(*entries, variances, pairs, out)
     return out
