@@ -200,7 +200,12 @@ class PropagatedErrors:
         ndarray, shape (n_pairs, n_axes, n_axes)
             [m²].
         """
-        n_parts = max(1, -(-len(places) // PAIRS_AT_ONCE))
+        n_points = min(places.size, len(self.point_ids))
+        n_parts = max(
+            -(-len(places) // PAIRS_AT_ONCE),
+            _n_ranges(self.chains, n_points, self.n_axes),
+        )
+        n_parts = max(1, min(n_parts, len(places)))
         parts = [self._between(part) for part in np.array_split(places, n_parts)]
         return np.concatenate(parts)
 
@@ -244,7 +249,9 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     n_points = next(iter(chains.values()))[0].shape[0] // n_axes
     found = {source: [] for source in chains}
     # in ranges of points: the product as a whole would hold some hundred blocks a point
-    for places in np.array_split(np.arange(n_points), _n_ranges(chains, n_points)):
+    for places in np.array_split(
+        np.arange(n_points), _n_ranges(chains, n_points, n_axes)
+    ):
         for source, rows in _rows_of(chains, places, n_axes):
             part = point_covariances(rows, standard_errors[source], n_axes)
             found[source].append(_real_axes(part) if n_axes == 1 else part)
@@ -252,11 +259,11 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
 
 
-def _n_ranges(chains, n_points):
+def _n_ranges(chains, n_points, n_axes):
     """Into how many ranges the points are divided, so that memory suffices."""
     width = max(matrix.shape[1] for chain in chains.values() for matrix in chain)
-    height = next(iter(chains.values()))[0].shape[0]
-    return max(1, -(-n_points // POINTS_AT_ONCE), -(-height * width // NUMBERS_AT_ONCE))
+    by_memory = -(-n_points * n_axes * width // NUMBERS_AT_ONCE)
+    return max(1, -(-n_points // POINTS_AT_ONCE), by_memory)
 
 
 def _rows_of(chains, places, n_axes):
