@@ -6,7 +6,7 @@ from pathlib import Path
 
 PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
-    *("precision", "components", "gross", "claim"),
+    *("precision", "spatial", "components", "gross", "claim"),
     *("simultaneous", "deformation", "planning"),
 )
 OPENING = """\
@@ -24,6 +24,7 @@ SHOWN = (
         "precision",
         "propagated_precision",
     ),
+    ("precision with spatial models", "spatial", "spatial_precision"),
     ("the propagated covariance, exactly", "–", "errors_of_one_block"),
     ("sizes of errors from the data", "components", "outliers_and_components"),
     ("gross errors in either flight", "gross", "gross_errors"),
