@@ -4,13 +4,14 @@ numba's own ``np.linalg`` copies what it is given and knows neither triangles no
 updates in place. scipy brings LAPACK and BLAS along (``scipy.linalg.cython_lapack``);
 here they are called directly, for real and for complex numbers by the type of the
 array. Matrices are stored column by column with a leading dimension, as LAPACK has
-them; only lower triangles are read and written where a matrix is Hermitian.
+them; only lower triangles are read and written where a matrix is Hermitian. Only
+compiled code can call these functions: in Python they do nothing.
 """
 
 # ruff: noqa: ARG001 - numba looks at the names of the arguments, not at their use
 import llvmlite.binding
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import get_cython_function_address, overload
 from threadpoolctl import ThreadpoolController
 
@@ -87,15 +88,31 @@ def _pick(array, real, complex_):
     return complex_ if array.dtype == types.complex128 else real
 
 
-def _factor_lower(a, n, lda, work):
-    """Cholesky factor of a, in place; 0, or the first pivot that is not positive."""
+def factor_lower(a, n, lda, work):
+    """Cholesky factor of the lower triangle of ``a``, in place.
+
+    Returns 0, or the number of the first pivot that is not positive.
+    """
 
 
-@overload(_factor_lower)
+@overload(factor_lower)
 def _overload_factor_lower(a, n, lda, work):
-    routine = _pick(a, _dpotrf, _zpotrf)
+    return _in_place(_pick(a, _dpotrf, _zpotrf))
 
-    def factor(a, n, lda, work):
+
+def invert_lower(a, n, lda, work):
+    """Lower triangle of (L Lᴴ)⁻¹ in place of L."""
+
+
+@overload(invert_lower)
+def _overload_invert_lower(a, n, lda, work):
+    return _in_place(_pick(a, _dpotri, _zpotri))
+
+
+def _in_place(routine):
+    """Call of a routine that works on one lower triangle; it gives what went wrong."""
+
+    def call(a, n, lda, work):
         letters, sizes, _, _ = work
         sizes[0], sizes[1], sizes[2] = n, lda, 0
         routine(
@@ -107,36 +124,17 @@ def _overload_factor_lower(a, n, lda, work):
         )
         return sizes[2]
 
-    return factor
+    return call
 
 
-def _invert_lower(a, n, lda, work):
-    """Inverse of the matrix whose Cholesky factor is a, in place, lower triangle."""
+def solve_triangle(side, transposed, shape, triangle, ldt, b, ldb, work):
+    """B := op(L)⁻¹ B (LEFT) or B op(L)⁻¹ (RIGHT); op PLAIN or ADJOINT, in place.
+
+    ``shape`` is that of B.
+    """
 
 
-@overload(_invert_lower)
-def _overload_invert_lower(a, n, lda, work):
-    routine = _pick(a, _dpotri, _zpotri)
-
-    def invert(a, n, lda, work):
-        letters, sizes, _, _ = work
-        sizes[0], sizes[1], sizes[2] = n, lda, 0
-        routine(
-            letters[0:].ctypes,
-            sizes[0:].ctypes,
-            a.ctypes,
-            sizes[1:].ctypes,
-            sizes[2:].ctypes,
-        )
-
-    return invert
-
-
-def _solve_triangle(side, transposed, shape, triangle, ldt, b, ldb, work):
-    """B := op(L)⁻¹ B or B op(L)⁻¹, in place; ``shape`` is that of B."""
-
-
-@overload(_solve_triangle)
+@overload(solve_triangle)
 def _overload_solve(side, transposed, shape, triangle, ldt, b, ldb, work):
     routine = _pick(b, _dtrsm, _ztrsm)
 
@@ -160,11 +158,11 @@ def _overload_solve(side, transposed, shape, triangle, ldt, b, ldb, work):
     return solve
 
 
-def _subtract_square(x, m, k, ldx, c, ldc, work):
-    """C := C − X Xᴴ, lower triangle; X is m × k."""
+def subtract_square(x, m, k, ldx, c, ldc, work):
+    """C := C − X Xᴴ, lower triangle; X has m rows and k columns."""
 
 
-@overload(_subtract_square)
+@overload(subtract_square)
 def _overload_subtract_square(x, m, k, ldx, c, ldc, work):
     routine = _pick(x, _dsyrk, _zherk)
 
@@ -187,11 +185,11 @@ def _overload_subtract_square(x, m, k, ldx, c, ldc, work):
     return subtract
 
 
-def _multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work):
+def multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work):
     """C := −A B with the lower triangle of a Hermitian A; ``shape`` is that of B."""
 
 
-@overload(_multiply_hermitian)
+@overload(multiply_hermitian)
 def _overload_multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work):
     routine = _pick(a, _dsymm, _zhemm)
 
@@ -217,11 +215,11 @@ def _overload_multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work):
     return multiply
 
 
-def _subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
-    """C := C − op(A) B; ``shape`` is rows and columns of C, and the inner length."""
+def subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
+    """C := C − op(A) B; ``shape``: rows and columns of C, and the inner length."""
 
 
-@overload(_subtract_product)
+@overload(subtract_product)
 def _overload_subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
     routine = _pick(a, _dgemm, _zgemm)
 
@@ -246,42 +244,3 @@ def _overload_subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
         )
 
     return subtract
-
-
-@njit(nogil=True)
-def factor_lower(a, n, lda, work):
-    """Cholesky factor of the lower triangle of ``a``, in place.
-
-    Returns 0, or the number of the first pivot that is not positive.
-    """
-    return _factor_lower(a, n, lda, work)
-
-
-@njit(nogil=True)
-def invert_lower(a, n, lda, work):
-    """Lower triangle of (L Lᴴ)⁻¹ in place of L."""
-    _invert_lower(a, n, lda, work)
-
-
-@njit(nogil=True)
-def solve_triangle(side, transposed, shape, triangle, ldt, b, ldb, work):
-    """B := op(L)⁻¹ B (LEFT) or B op(L)⁻¹ (RIGHT); op PLAIN or ADJOINT, in place."""
-    _solve_triangle(side, transposed, shape, triangle, ldt, b, ldb, work)
-
-
-@njit(nogil=True)
-def subtract_square(x, m, k, ldx, c, ldc, work):
-    """C := C − X Xᴴ, lower triangle; X has m rows and k columns."""
-    _subtract_square(x, m, k, ldx, c, ldc, work)
-
-
-@njit(nogil=True)
-def multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work):
-    """C := −A B with the lower triangle of a Hermitian A; ``shape`` is that of B."""
-    _multiply_hermitian(a, lda, b, ldb, c, ldc, shape, work)
-
-
-@njit(nogil=True)
-def subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
-    """C := C − op(A) B; ``shape``: rows and columns of C, and the inner length."""
-    _subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work)

@@ -13,19 +13,31 @@ from einschalt.theory.block_adjustment.dense_kernels import (
 
 
 @numba.njit(cache=True, nogil=True)
+def _front(f, start, boundary_start, boundary, u):
+    """First of a front's own unknowns, how many they are, and its boundary."""
+    edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+    return start[f] * u, (start[f + 1] - start[f]) * u, edge
+
+
+@numba.njit(cache=True, nogil=True)
+def _with_room(buffer, n_numbers):
+    if buffer.size < n_numbers:
+        return np.empty(n_numbers, dtype=buffer.dtype)
+    return buffer
+
+
+@numba.njit(cache=True, nogil=True)
 def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, work):
     """Replace x by Lᴴ⁻¹ x, from the last front to the first."""
     n_right = x.shape[0]
     buffer = np.empty(0, dtype=x.dtype)
     for f in range(start.size - 2, -1, -1):
-        first, k = start[f] * u, (start[f + 1] - start[f]) * u
-        edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+        first, k, edge = _front(f, start, boundary_start, boundary, u)
         rest = edge.size * u
         size = k + rest
         if k == 0:
             continue
-        if buffer.size < size * n_right:
-            buffer = np.empty(size * n_right, dtype=x.dtype)
+        buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
             buffer[r * size : r * size + k] = x[r, first : first + k]
@@ -55,14 +67,12 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
     n_right = x.shape[0]
     buffer = np.empty(0, dtype=x.dtype)
     for f in range(start.size - 1):
-        first, k = start[f] * u, (start[f + 1] - start[f]) * u
-        edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+        first, k, edge = _front(f, start, boundary_start, boundary, u)
         rest = edge.size * u
         size = k + rest
         if k == 0:
             continue
-        if buffer.size < size * n_right:
-            buffer = np.empty(size * n_right, dtype=x.dtype)
+        buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
             buffer[r * size : r * size + k] = x[r, first : first + k]

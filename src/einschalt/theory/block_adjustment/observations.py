@@ -1,48 +1,24 @@
 """What is adjusted: measured points of all models, and control with its errors."""
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 
-@dataclass(frozen=True, eq=False)
-class BlockObservations:
-    """Observations of a block, sorted by model.
+class ObservedBlock:
+    """What observations in plan and in space have in common.
 
-    Attributes
-    ----------
-    model, point : ndarray of int64, shape (n_rows,)
-        Every point from 0 to n_points − 1 occurs.
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates, in any unit.
-    standard_error : ndarray, shape (n_rows,)
-        Of one measured coordinate on the ground [m].
-    is_affine : ndarray of bool, shape (n_models,)
-        Affine, or helmert.
-    flight : ndarray of int64, shape (n_models,)
-        Models of one flight share their common parameters.
-    control : ndarray, shape (n_points, 2)
-        Given easting, northing [m]; NaN where a point is no control.
-    control_covariance : ndarray, shape (n_points, 2, 2)
-        Of the given coordinates [m²]; 0 where they are to be held.
-    orientation : ndarray, shape (n_rows, 2, n_elements), optional
-        ``xy`` by errors that all points of a model share: independent, of variance 1.
+    The names say which arrays go by rows and by models; those of control go by points.
     """
 
-    model: np.ndarray
-    point: np.ndarray
-    xy: np.ndarray
-    standard_error: np.ndarray
-    is_affine: np.ndarray
-    flight: np.ndarray
-    control: np.ndarray
-    control_covariance: np.ndarray
-    orientation: np.ndarray | None = None
+    _by_row: ClassVar[tuple[str, ...]]
+    _by_model: ClassVar[tuple[str, ...]]
 
     @property
     def n_models(self):
         """Number of models."""
-        return len(self.is_affine)
+        return len(self.flight)
 
     @property
     def n_points(self):
@@ -50,28 +26,9 @@ class BlockObservations:
         return len(self.control)
 
     @property
-    def is_control(self):
-        """Which points have given coordinates."""
-        return np.isfinite(self.control[:, 0]) & np.isfinite(self.control[:, 1])
-
-    @property
-    def is_fixed(self):
-        """Which of them are held."""
-        # any() over axes of two elements takes many times as long
-        elements = self.control_covariance.reshape(-1, 4).T
-        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
-
-    @property
-    def is_coupled(self):
-        """Whether the control of any point couples easting and northing."""
-        covariance = self.control_covariance[self.is_control]
-        is_even = covariance[:, 0, 0] == covariance[:, 1, 1]
-        return not (is_even & (covariance[:, 0, 1] == 0.0)).all()
-
-    @property
     def control_weight(self):
-        """Inverse of the covariances of control, 0 elsewhere, (n_points, 2, 2)."""
-        weight = np.zeros((self.n_points, 2, 2))
+        """Inverse of the covariances of control, 0 elsewhere, (n_points, d, d)."""
+        weight = np.zeros(self.control_covariance.shape)
         is_observed = self.is_control & ~self.is_fixed
         weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
         return weight
@@ -107,19 +64,76 @@ class BlockObservations:
         model_number = np.full(self.n_models, -1)
         model_number[models] = np.arange(len(models))
         points, point = np.unique(self.point[rows], return_inverse=True)
+        places = {
+            **dict.fromkeys(self._by_row, rows),
+            **dict.fromkeys(self._by_model, models),
+            **dict.fromkeys(("control", "control_covariance"), points),
+        }
+        given = {name: getattr(self, name) for name in places}
         kept = replace(
             self,
             model=model_number[self.model[rows]],
             point=point,
-            xy=self.xy[rows],
-            standard_error=self.standard_error[rows],
-            is_affine=self.is_affine[models],
-            flight=self.flight[models],
-            control=self.control[points],
-            control_covariance=self.control_covariance[points],
-            orientation=None if self.orientation is None else self.orientation[rows],
+            **{n: a[places[n]] for n, a in given.items() if a is not None},
         )
         return Part(kept, rows, models, points)
+
+
+@dataclass(frozen=True, eq=False)
+class BlockObservations(ObservedBlock):
+    """Observations of a block, sorted by model.
+
+    Attributes
+    ----------
+    model, point : ndarray of int64, shape (n_rows,)
+        Every point from 0 to n_points − 1 occurs.
+    xy : ndarray, shape (n_rows, 2)
+        Model coordinates, in any unit.
+    standard_error : ndarray, shape (n_rows,)
+        Of one measured coordinate on the ground [m].
+    is_affine : ndarray of bool, shape (n_models,)
+        Affine, or helmert.
+    flight : ndarray of int64, shape (n_models,)
+        Models of one flight share their common parameters.
+    control : ndarray, shape (n_points, 2)
+        Given easting, northing [m]; NaN where a point is no control.
+    control_covariance : ndarray, shape (n_points, 2, 2)
+        Of the given coordinates [m²]; 0 where they are to be held.
+    orientation : ndarray, shape (n_rows, 2, n_elements), optional
+        ``xy`` by errors that all points of a model share: independent, of variance 1.
+    """
+
+    model: np.ndarray
+    point: np.ndarray
+    xy: np.ndarray
+    standard_error: np.ndarray
+    is_affine: np.ndarray
+    flight: np.ndarray
+    control: np.ndarray
+    control_covariance: np.ndarray
+    orientation: np.ndarray | None = None
+
+    _by_row = ("xy", "standard_error", "orientation")
+    _by_model = ("is_affine", "flight")
+
+    @property
+    def is_control(self):
+        """Which points have given coordinates."""
+        return np.isfinite(self.control[:, 0]) & np.isfinite(self.control[:, 1])
+
+    @property
+    def is_fixed(self):
+        """Which of them are held."""
+        # any() over axes of two elements takes many times as long
+        elements = self.control_covariance.reshape(-1, 4).T
+        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
+
+    @property
+    def is_coupled(self):
+        """Whether the control of any point couples easting and northing."""
+        covariance = self.control_covariance[self.is_control]
+        is_even = covariance[:, 0, 0] == covariance[:, 1, 1]
+        return not (is_even & (covariance[:, 0, 1] == 0.0)).all()
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,12 +142,12 @@ class Part:
 
     Attributes
     ----------
-    observations : BlockObservations
+    observations : BlockObservations or SpatialObservations
     rows, models, points : ndarray of int
         Old number of each observation, model and point.
     """
 
-    observations: BlockObservations
+    observations: ObservedBlock
     rows: np.ndarray
     models: np.ndarray
     points: np.ndarray

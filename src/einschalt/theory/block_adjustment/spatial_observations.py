@@ -1,14 +1,17 @@
 """What is adjusted in space: measured points of spatial models, and control."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.observations import BlockObservations
+from einschalt.theory.block_adjustment.observations import (
+    BlockObservations,
+    ObservedBlock,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialObservations:
+class SpatialObservations(ObservedBlock):
     """Observations of a block of spatial models, sorted by model.
 
     Attributes
@@ -34,15 +37,8 @@ class SpatialObservations:
     control: np.ndarray
     control_covariance: np.ndarray
 
-    @property
-    def n_models(self):
-        """Number of models."""
-        return len(self.flight)
-
-    @property
-    def n_points(self):
-        """Number of points."""
-        return len(self.control)
+    _by_row = ("xyz", "standard_error")
+    _by_model = ("flight",)
 
     @property
     def is_control(self):
@@ -53,14 +49,6 @@ class SpatialObservations:
     def is_fixed(self):
         """Which of them are held."""
         return self.is_control & ~self.control_covariance.any(axis=(1, 2))
-
-    @property
-    def control_weight(self):
-        """Inverse of the covariances of control, 0 elsewhere, (n_points, 3, 3)."""
-        weight = np.zeros((self.n_points, 3, 3))
-        is_observed = self.is_control & ~self.is_fixed
-        weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
-        return weight
 
     def in_plan(self, is_affine):
         """Easting and northing alone.
@@ -84,45 +72,3 @@ class SpatialObservations:
             control=np.ascontiguousarray(self.control[:, :2]),
             control_covariance=np.ascontiguousarray(self.control_covariance[:, :2, :2]),
         )
-
-    def of_models(self, is_kept):
-        """Leave models out, and the points that only these hold.
-
-        Parameters
-        ----------
-        is_kept : ndarray of bool, shape (n_models,)
-
-        Returns
-        -------
-        Part
-            Its observations are spatial.
-        """
-        rows = np.flatnonzero(is_kept[self.model])
-        return self.of_rows(rows, np.flatnonzero(is_kept))
-
-    def of_rows(self, rows, models):
-        """Take some of the observations.
-
-        Parameters
-        ----------
-        rows : ndarray of int
-            Ascending.
-        models : ndarray of int
-            Models that are kept, ascending; ``rows`` belong to these.
-
-        Returns
-        -------
-        Part
-            Its observations are spatial.
-        """
-        part = self.in_plan(is_affine=True).of_rows(rows, models)
-        kept = SpatialObservations(
-            model=part.observations.model,
-            point=part.observations.point,
-            xyz=self.xyz[rows],
-            standard_error=self.standard_error[rows],
-            flight=self.flight[models],
-            control=self.control[part.points],
-            control_covariance=self.control_covariance[part.points],
-        )
-        return replace(part, observations=kept)
