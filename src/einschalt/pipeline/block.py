@@ -15,10 +15,11 @@ import pandas as pd
 from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.errors import raise_problems
-from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block_check import Findings, check_block
 from einschalt.pipeline.block_facts import FLIGHTS, TRANSFORMATIONS
 from einschalt.pipeline.settings import Settings
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.interior_orientation import Camera
 from einschalt.theory.measuring_error import m_g_of_mean
 
@@ -156,6 +157,22 @@ class Flight:
         if "n_settings" in model_points:
             n_settings = model_points["n_settings"].to_numpy(dtype=float)
         return m_g_of_mean(self.m_g_um, n_settings)
+
+    def ground_error_of(self, measured):
+        """Error of each measured coordinate on the ground; m_g is total.
+
+        Parameters
+        ----------
+        measured : DataFrame
+            Model or image points of this flight; optionally with ``n_settings``.
+
+        Returns
+        -------
+        ndarray, shape (n_rows,)
+            Per coordinate [m].
+        """
+        m_g_um = self.m_g_um_of(measured)
+        return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
 
     def model_table(self):
         """Which point lies in which model: coverage, model_id, point_id."""

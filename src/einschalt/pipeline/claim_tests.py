@@ -16,7 +16,13 @@ from scipy.special import chdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.names import encode
 from einschalt.pipeline.block_residuals import mean_residuals
-from einschalt.pipeline.error_model import CONTROL, ErrorModel
+from einschalt.pipeline.error_model import (
+    CONTROL,
+    LEAST_APART,
+    PLAN,
+    ErrorModel,
+    control_errors,
+)
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
 from einschalt.theory.adjustment.drawn_errors import (
     moved,
@@ -41,7 +47,6 @@ NUMBERS_AT_ONCE = 10_000_000
 FEWEST_POINTS = 10
 # beyond this share suspects are no gross errors: the model of errors is wrong
 MOST_SUSPECTS = 0.05
-LEAST_APART = 1e-4  # metres
 
 
 @dataclass(frozen=True)
@@ -78,7 +83,8 @@ class Claim:
     residuals : ResidualField or None
         Residuals of the low flight, and their draws.
     is_assumed : bool
-        Whether approximate coordinates are only assumed to be independent.
+        Whether approximate coordinates are only assumed to be independent, or
+        orientations to be without errors.
     paper : ClaimTest or None
         Coverage differences against the budget, which takes all values of a point for
         independent. It is no claim where there is a propagated figure.
@@ -303,7 +309,7 @@ class _Examination:
         place = encode(given["point_id"]).locate(encode(point_ids))
         if CONTROL in self.drawn.sources:
             return plan_of(self.drawn.sources[CONTROL], self.model.n_axes)[place]
-        size = given["standard_error_m"].to_numpy(dtype=float)[place] / np.sqrt(2.0)
+        size = control_errors(given)[place]
         shape = (len(place), 2, self.drawn.low.shape[1])
         return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
 
@@ -321,7 +327,7 @@ def _known(result):
     A control point whose given coordinates are its approximate ones is none: it took
     part.
     """
-    plan = ["easting", "northing"]
+    plan = list(PLAN)
     points = result.means.points
     given = result.block.control_points.set_index("point_id")
     given = given.reindex(points["point_id"])

@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 from scipy import sparse
 
-from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.own_errors import ORIENTATION, own_errors
 from einschalt.stages.stage4_error_propagation import (
     FlightOperator,
@@ -27,7 +26,8 @@ from einschalt.theory.adjustment.propagation import selection, sum_of_chains
 
 APPROXIMATE = "approximate_points"
 PLAN = ("easting", "northing")
-LEAST_APART = 1e-4  # metres
+# metres; coordinates that lie nearer are the same, written with fewer digits
+LEAST_APART = 1e-4
 CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
 
 
@@ -317,13 +317,9 @@ def control_errors(control_points, n_axes):
 
 
 def _measuring_errors(flight, model_points):
-    """Error of each measured coordinate on the ground [m]; m_g is total.
-
-    What is measured in images are their points.
-    """
+    """Error of each measured coordinate [m]; of images their points are measured."""
     measured = flight.image_points if flight.has_images else model_points
-    m_g_um = flight.m_g_um_of(measured)
-    return m_g_um * METRES_PER_UM * flight.scale_number / SQRT2
+    return flight.ground_error_of(measured)
 
 
 def places_fitted_onto(block, point_ids):

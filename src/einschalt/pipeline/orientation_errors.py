@@ -1,7 +1,8 @@
 """Errors of orientations as a source of the propagation."""
 
 import numpy as np
-from scipy import sparse
+
+from einschalt.theory.adjustment.propagation import scattered
 
 N_ELEMENTS = 5
 # one error more that moves nothing: the operators have blocks of two or three columns
@@ -55,12 +56,7 @@ def _operator(errors, fit, first_column, width):
     linear = fit.fit.linear[models.codes]
     n_points, n_axes = linear.shape[:2]
     on_ground = np.einsum("nab,nbk->nak", linear, errors.factors[:, :n_axes])
-    axes = np.arange(n_axes)[None, :, None]
-    rows = n_axes * np.arange(n_points)[:, None, None] + axes
-    elements = np.arange(N_ELEMENTS)[None, None, :]
-    columns = first_column + N_COLUMNS * errors.model[:, None, None] + elements
-    shape = (n_points, n_axes, N_ELEMENTS)
-    places = [np.broadcast_to(part, shape).ravel() for part in (rows, columns)]
-    # models that are not usable have no part
-    values = np.nan_to_num(on_ground).ravel()
-    return sparse.csr_array((values, tuple(places)), shape=(n_axes * n_points, width))
+    rows = n_axes * np.arange(n_points)[:, None] + np.arange(n_axes)
+    elements = np.arange(N_ELEMENTS)
+    columns = first_column + N_COLUMNS * errors.model[:, None] + elements
+    return scattered(on_ground, rows, columns, (n_axes * n_points, width))

@@ -17,6 +17,7 @@ from einschalt.pipeline.orientation_errors import (
 )
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 ORIENTATION = "orientation"
@@ -117,8 +118,8 @@ def image_chain(errors, fit, scale_number):
     by_image = linear @ influence.by_image[:, :n_axes] * image_mm
     points = sparse.hstack(
         [
-            _scattered(by_image, of_point, of_image, (n_axes * n_points, n_columns)),
-            _scattered(
+            scattered(by_image, of_point, of_image, (n_axes * n_points, n_columns)),
+            scattered(
                 linear @ influence.gain[:, :n_axes],
                 of_point,
                 of_changes,
@@ -127,18 +128,8 @@ def image_chain(errors, fit, scale_number):
         ],
         format="csr",
     )
-    changes = _scattered(
+    changes = scattered(
         influence.by_point * image_mm, of_changes, of_image, (n_changes, n_columns)
     )
     each = sparse.eye_array(n_columns, format="csr")
     return points, sparse.vstack([each, changes], format="csr")
-
-
-def _scattered(blocks, rows, columns, shape):
-    """Sum of small matrices, each at its rows and columns of a large one."""
-    places = [
-        np.broadcast_to(part, blocks.shape).ravel()
-        for part in (rows[:, :, None], columns[:, None, :])
-    ]
-    # models that are not usable have no part
-    return sparse.csr_array((np.nan_to_num(blocks).ravel(), tuple(places)), shape=shape)

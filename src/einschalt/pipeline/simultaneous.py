@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.units import METRES_PER_UM
 from einschalt.stages.block_tables import (
     CENTRE,
     SPATIAL,
@@ -20,7 +19,6 @@ from einschalt.stages.simultaneous_adjustment import (
     simultaneous_adjustment,
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
-from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     DEGREE,
@@ -376,19 +374,13 @@ def block_tables(block, flights, kinds):
     measured = []
     for name, flight in flights.items():
         rows, shared = flight.model_points, None
-        error = _standard_errors(block.flights[name], rows)
+        error = block.flights[name].ground_error_of(rows)
         if kinds[name] == SPATIAL:
             rows, error = _in_space(name, rows, flight.centres, error)
         elif isinstance(flight.errors, OrientationErrors):
             shared = flight.errors.factors[:, : len(PLAN)]
         measured.append(MeasuredFlight(name, rows, error, kinds[name], shared))
     return code_block(measured, block.control_points)
-
-
-def _standard_errors(flight, model_points):
-    """Standard error of one measured coordinate on the ground; m_g is total [m]."""
-    m_g_um = flight.m_g_um_of(model_points)
-    return np.asarray(m_g_um) * METRES_PER_UM * flight.scale_number / SQRT2
 
 
 def _in_space(name, points, centres, error):

@@ -19,6 +19,7 @@ from einschalt.pipeline.error_model import (
     LOW,
     PLAN,
     given_errors,
+    places_fitted_onto,
     with_own,
 )
 from einschalt.pipeline.gross_measurements import is_gross
@@ -96,15 +97,15 @@ def estimate_components(result, low):
     ----------
     result : DensificationResult
         In two steps, of a block of which :func:`can_propagate` is true. Its gross
-        measurements are left out; errors of orientations have their given sizes.
+        measurements and suspects are left out; errors of orientations are held at
+        the sizes that their parallaxes show.
     low : ModelTransformation
         The low flight onto the approximate coordinates.
 
     Returns
     -------
     BlockComponents or None
-        None where the block is too small to tell. Gross errors and suspects are left
-        out.
+        None where the block is too small to tell.
     """
     block, points = result.block, result.model_points
     sources = _Sources.of(result, low)
@@ -119,9 +120,9 @@ def estimate_components(result, low):
         found = estimate_factors(sums, {**sizes, **sources.sizes}, held=sources.held)
     except np.linalg.LinAlgError:  # a source that no sum can tell from another
         return None
-    control = SQRT2 * np.sqrt(np.mean(sizes["control"] ** 2))
+    control = SQRT2 * np.sqrt(np.mean(sizes[CONTROL] ** 2))
     given = {
-        "control": float(control),
+        CONTROL: float(control),
         **{name: float(flight.m_g_um) for name, flight in block.flights.items()},
     }
     return BlockComponents(
@@ -146,10 +147,8 @@ class _Sources:
 
     @classmethod
     def of(cls, result, low):
-        fits, errors = (
-            {HIGH: result.high.transformation, LOW: low},
-            result.orientation_errors,
-        )
+        fits = {HIGH: result.high.transformation, LOW: low}
+        errors = result.orientation_errors
         own = own_errors(result.block, fits, errors)
         behind, sizes, held = {}, {}, {}
         for name, chains in own.chains.items():
@@ -177,12 +176,11 @@ def _sums(result, low, sources):
         gross[HIGH],
         (sources.n_axes, sources.behind[HIGH]),
     )
-    check = control.loc[~is_control, "point_id"]
-    is_ground = ~high.points["point_id"].isin(check).to_numpy()
+    places = places_fitted_onto(result.block, high.points["point_id"])
     of_low = _MeasuredFlight(
         low,
         result.model_points[LOW],
-        GroundSources(np.flatnonzero(is_ground), len(high.points)),
+        GroundSources(places, len(high.points)),
         gross[LOW],
         (sources.n_axes, sources.behind[LOW]),
     )
@@ -208,7 +206,7 @@ def _sums(result, low, sources):
 class _MeasuredFlight:
     """Values and residuals of a flight, with the operators that they come from."""
 
-    def __init__(self, transformation, model_points, ground, is_known, sources):
+    def __init__(self, transformation, model_points, ground, is_refused, sources):
         self._observed, self._ground = transformation.observed, ground
         n_axes, self._own = sources
         self._n_axes = n_axes
@@ -218,9 +216,9 @@ class _MeasuredFlight:
         values = transformation.transform(model_points)
         if "coverage" not in values:
             values = values.assign(coverage="1")
-        self._values = values[["easting", "northing"]].to_numpy()
+        self._values = values[list(PLAN)].to_numpy()
         self._point = encode(values["point_id"]).codes
-        is_out = is_known | suspect_rows(values, transformation)
+        is_out = is_refused | suspect_rows(values, transformation)
         self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
 
     def differences(self, chains):

@@ -146,6 +146,8 @@ class BlockAdjustment(ModelResult):
     centres : DataFrame
         flight, image_id, easting, northing, height, their standard errors, n_models of
         the projection centres of spatial models [m]; no rows where they are not known.
+    kept : ndarray of int
+        Row of ``models`` of each model that the solution has.
     """
 
     points: pd.DataFrame
@@ -336,7 +338,9 @@ def _examined(solution, terms, options):
 def _determined_part(tables):
     observations = tables.observations
     if tables.is_spatial:
-        observations = _without_centres(tables).in_plan(is_affine=True)
+        every = np.ones(observations.n_models, dtype=bool)
+        ground = _without_centres(tables, every).observations
+        observations = ground.in_plan(is_affine=True)
     verdicts = determinacy.examine(observations)
     return _part_of(tables, verdicts), verdicts
 
@@ -352,19 +356,15 @@ def _part_of(tables, verdicts):
             model=name_some(tables.models["model_id"]),
             stage=STAGE,
         )
-    is_fine = verdicts.is_fine
-    if not tables.is_centre.any():
-        return tables.observations.of_models(is_fine)
+    return _without_centres(tables, verdicts.is_fine)
+
+
+def _without_centres(tables, is_kept):
+    """Points on the ground of the models that are kept."""
     observations = tables.observations
     is_ground = ~tables.is_centre[observations.point]
-    rows = np.flatnonzero(is_ground & is_fine[observations.model])
-    return observations.of_rows(rows, np.flatnonzero(is_fine))
-
-
-def _without_centres(tables):
-    observations = tables.observations
-    rows = np.flatnonzero(~tables.is_centre[observations.point])
-    return observations.of_rows(rows, np.arange(observations.n_models)).observations
+    rows = np.flatnonzero(is_ground & is_kept[observations.model])
+    return observations.of_rows(rows, np.flatnonzero(is_kept))
 
 
 def _terms(part, options):

@@ -36,7 +36,7 @@ def point_table(tables, part, solution):
     tables : BlockTables
     part : Part
         What of it was adjusted.
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
 
     Returns
     -------
@@ -150,7 +150,7 @@ def control_table(tables, part, solution, tests):
     ----------
     tables : BlockTables
     part : Part
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
     tests : ControlVerdict
 
     Returns
@@ -192,7 +192,7 @@ def model_table(tables, part, solution, reasons):
     ----------
     tables : BlockTables
     part : Part
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
     reasons : ndarray of object, shape (n_all_models,)
         Why a model could not be determined; empty where it was.
 
@@ -263,7 +263,7 @@ def parameter_cofactors(solution):
 
     Parameters
     ----------
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
 
     Returns
     -------
@@ -294,7 +294,7 @@ def common_table(tables, solution):
     Parameters
     ----------
     tables : BlockTables
-    solution : BlockSolution
+    solution : BlockSolution or SpatialSolution
 
     Returns
     -------

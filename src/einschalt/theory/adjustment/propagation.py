@@ -83,6 +83,29 @@ class PairLayout:
         self.fitted = start_fitted[self.model_of_row[self.row]] + within
 
 
+def scattered(blocks, rows, columns, shape):
+    """Sum of small matrices, each at its rows and columns of a large one.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (n_blocks, n_rows, n_columns)
+        NaN, of models that are not usable, has no part in the sum.
+    rows : ndarray of int, shape (n_blocks, n_rows)
+    columns : ndarray of int, shape (n_blocks, n_columns)
+    shape : tuple of int
+        Of the large matrix.
+
+    Returns
+    -------
+    csr_array
+    """
+    places = [
+        np.broadcast_to(part, blocks.shape).ravel()
+        for part in (rows[:, :, None], columns[:, None, :])
+    ]
+    return sparse.csr_array((np.nan_to_num(blocks).ravel(), tuple(places)), shape=shape)
+
+
 def selection(columns, n_columns, n_axes):
     """Pick a column for each row: row i of the result is the point ``columns[i]``.
 
