@@ -309,7 +309,7 @@ class _Examination:
         place = encode(given["point_id"]).locate(encode(point_ids))
         if CONTROL in self.drawn.sources:
             return plan_of(self.drawn.sources[CONTROL], self.model.n_axes)[place]
-        size = control_errors(given)[place]
+        size = control_errors(given, len(PLAN))[place]
         shape = (len(place), 2, self.drawn.low.shape[1])
         return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
 
