@@ -261,6 +261,21 @@ def test_a_block_without_check_points_says_so(unchecked_result):
     assert 'role = "check"' in sg.no_check_points(unchecked_result).remedy
 
 
+def test_what_the_propagated_figure_lacks_is_said(good_result):
+    from einschalt.pipeline.block import Block
+    from einschalt.pipeline.densify import densify
+
+    block = good_result.block
+    control = block.control_points.drop(columns="standard_error_m")
+    flights = {"high_flight": block.high_flight, "low_flight": block.low_flight}
+    result = densify(Block(control_points=control, crs=block.crs, **flights))
+    assert "standard_error_total" not in result.points
+    said = " ".join(result.summary().split())
+    assert "standard_error_total is left out: the control points have no stand" in said
+    assert "Give standard_error_m, TOTAL in metres, in [control_points]." in said
+    assert sg.figure_left_out(good_result) is None
+
+
 def test_notes_of_reading_are_passed_on(good_result):
     block = good_result.block
     object.__setattr__(block, "notes", ("low.csv: ignored column colour",))

@@ -4,9 +4,11 @@ import numpy as np
 from scipy.special import chdtrc
 
 from einschalt.foundations.shown_names import shortened
-from einschalt.foundations.typesetting import count, fixed, length, names
+from einschalt.foundations.typesetting import count, fixed, length, names, number
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.image_precision import image_component
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
+from einschalt.pipeline.suspect_suggestions import is_wrong, shown_component
 from einschalt.stages.stage3_model_transformation import transform_models
 
 MEASURE_ELSEWHERE = "Measure points in them that lie higher or lower, or farther apart"
@@ -90,6 +92,32 @@ def orientations_with_large_sigma_0(result):
         f"orientation more than 3 times the median of the flight: "
         f"{_models(rows[is_large])}; up to {length(largest)}",
         "Look for gross errors in their image coordinates or y-parallaxes",
+    )
+
+
+def image_points_worse_than_given(result):
+    """Flights whose image points are less precise than their m_g says.
+
+    The other way round proves nothing: residuals see y-parallax only.
+    """
+    problems = []
+    for name, rows in result.orientations.groupby("flight", sort=False):
+        flight = result.block.flights[name]
+        if not flight.has_images:
+            continue
+        shown = image_component(rows, flight)
+        if shown.estimated > shown.given and is_wrong(shown):
+            problems.append(
+                f"m_g_um of the {name.replace('_', ' ')} is given as "
+                f"{number(shown.given)}, but the residuals of the image points show "
+                f"{shown_component(shown)}"
+            )
+    if not problems:
+        return None
+    return Suggestion(
+        "; ".join(problems),
+        "Give that figure or a larger one, if neither gross errors nor a wrong camera "
+        "made it: residuals of relative orientation see y-parallax only",
     )
 
 

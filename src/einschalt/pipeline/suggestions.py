@@ -16,6 +16,7 @@ from einschalt.pipeline.orientation_suggestions import (
     ambiguous_orientations,
     corrections_that_spoil,
     image_points_that_contradict,
+    image_points_worse_than_given,
     models_near_a_dangerous_surface,
     models_upside_down,
     orientations_with_large_sigma_0,
@@ -71,6 +72,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         high_flight_misfit(result),
         contradicted_figures(result),
         wrong_measuring_errors(result),
+        image_points_worse_than_given(result),
         settings_that_scatter(result),
         film_affinity(result),
         network_strain(result),
@@ -83,9 +85,24 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         points_in_one_coverage(result),
         models_without_redundancy(result),
         no_check_points(result),
+        figure_left_out(result),
         *notes_of_reading(result),
     )
     return tuple(suggestion for suggestion in found if suggestion is not None)
+
+
+def figure_left_out(result):
+    """Say what is missing for the propagated figure, where it can be given."""
+    block = result.block
+    if result.errors is not None or block.high_flight is None:
+        return None
+    if "standard_error_m" in block.control_points:
+        return None
+    return Suggestion(
+        "standard_error_total is left out: the control points have no "
+        "standard_error_m. The figures that remain are too small",
+        "Give standard_error_m, TOTAL in metres, in [control_points]",
+    )
 
 
 def failed_models(result):

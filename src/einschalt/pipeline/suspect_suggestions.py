@@ -122,7 +122,7 @@ def wrong_measuring_errors(result):
             ("high flight", result.components.high_flight),
             ("low flight", result.components.low_flight),
         )
-        if _is_wrong(component)
+        if is_wrong(component)
     ]
     if not wrong:
         return None
@@ -175,7 +175,8 @@ def shown_settings(flight):
     return f"{value} ± {error}"
 
 
-def _is_wrong(component):
+def is_wrong(component):
+    """Whether an m_g as it was given is far from the one that was estimated."""
     difference = abs(component.estimated - component.given)
     is_significant = difference > LARGE_DIFFERENCE * component.standard_error
     return is_significant and difference > (WORTH_A_WORD - 1.0) * component.given

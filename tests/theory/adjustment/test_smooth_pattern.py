@@ -91,3 +91,14 @@ def test_few_points_tell_nothing():
     assert np.isnan(found.p_value)
     nothing = smooth_pattern(np.zeros((5, 2)), np.zeros((5, 5)), np.eye(5)[:, :2])
     assert np.isnan(nothing.p_value)
+
+
+def test_no_verdict_where_control_points_hardly_check_each_other(network):
+    # two checks as good as the points; another, that of a model which hangs on three
+    # points in a row, a thousand times as coarse and missed by metres
+    xy, _ = network
+    rng = np.random.default_rng(3)
+    vectors = np.linalg.qr(rng.standard_normal((5, 5)))[0]
+    information = (vectors * [1.0, 0.4, 1e-4, 0.0, 0.0]) @ vectors.T / 0.02**2
+    missed = information @ np.outer(vectors[:, 2], [30.0, 0.0])
+    assert np.isnan(smooth_pattern(missed, information, xy[:5]).p_value)

@@ -4,6 +4,7 @@ import numpy as np
 
 from einschalt.foundations.typesetting import count, length, lengths, number, scale
 from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
+from einschalt.pipeline.image_precision import common_sigma_0, image_component
 from einschalt.pipeline.sections.section import Section
 from einschalt.pipeline.suggestions import n_models
 from einschalt.pipeline.suspect_suggestions import shown_component
@@ -63,9 +64,7 @@ def orientations(result) -> tuple[str, ...]:
     """Say how well the models of each flight could be oriented."""
     lines = []
     for flight, rows in result.orientations.groupby("flight", sort=False):
-        redundancy = rows["redundancy"].to_numpy(dtype=float)
-        square = np.nansum(redundancy * rows["sigma_0"].to_numpy(dtype=float) ** 2)
-        sigma_0 = np.sqrt(square / redundancy.sum()) if redundancy.sum() else np.nan
+        sigma_0 = common_sigma_0(rows)[0]
         has_images = result.block.flights[flight].has_images
         observed = "an image coordinate" if has_images else "a y-parallax"
         lines.append(
@@ -93,15 +92,18 @@ def _of_parallaxes(flight, rows, block):
 
 
 def _of_images(flight, rows, block):
-    """What image coordinates and orientation say of m_g, beside the one given."""
+    """What the residuals say of the image points' m_g, beside the one given."""
     parts = rows[["m_g_intersection_um", "m_g_orientation_um"]].astype(float) ** 2
     rays, bent = np.sqrt(parts.mean())
+    shown = image_component(rows, block.flights[flight])
+    if not np.isfinite(shown.estimated):
+        return []
     return [
         (
-            f"m_g of the {flight.replace('_', ' ')}: given "
-            f"{number(block.flights[flight].m_g_um)}, the image residuals say "
-            f"{number(np.hypot(rays, bent))} µm ({number(rays)} from the rays, "
-            f"{number(bent)} from the orientation)."
+            f"m_g of the {flight.replace('_', ' ')}: given {number(shown.given)}, the "
+            f"image residuals say {shown_component(shown)} µm for an image point, and "
+            f"so {number(np.hypot(rays, bent))} µm for a model point ({number(rays)} "
+            f"from the rays, {number(bent)} from the orientation)."
         )
     ]
 

@@ -25,6 +25,10 @@ INDEPENDENT_REACHES = 2
 # τ² K against the errors of the points: from nothing to everything
 N_SIZES = 60
 LEAST_RANK = 1e-7
+# where fewer checks than these are at most ten times as coarse as the control points
+# are precise, the block hangs on single points, and misfits of metres are no strain
+LEAST_CHECKS = 3
+COARSEST_CHECK = 1e-2
 
 
 class SmoothPattern(NamedTuple):
@@ -79,8 +83,9 @@ def smooth_pattern(scores, information, xy) -> SmoothPattern:
     were 3.8 and 11.3, where two have 3.8 and 10.8.
     """
     values, vectors = np.linalg.eigh((information + information.T) / 2.0)
-    is_known = values > LEAST_RANK * max(values.max(initial=0.0), 1e-300)
-    if is_known.sum() < 3:
+    largest = max(values.max(initial=0.0), 1e-300)
+    is_known = values > LEAST_RANK * largest
+    if (values > COARSEST_CHECK * largest).sum() < LEAST_CHECKS:
         return SmoothPattern(*[np.nan] * 4, np.full(xy.shape, np.nan))
     root = vectors[:, is_known] * np.sqrt(values[is_known])
     # W = root rootᵀ; observed has the variance 1 without a pattern
