@@ -38,3 +38,27 @@ def _said(test):
         "the size of the residuals" if test.name == RESIDUALS else f"RMS of {test.name}"
     )
     return f"{what} {size}"
+
+
+def figure_left_out(result):
+    """Say what is missing for the propagated figure, where it can be given."""
+    block = result.block
+    if result.errors is not None or block.high_flight is None:
+        return None
+    if "standard_error_m" in block.control_points:
+        return None
+    return Suggestion(
+        "standard_error_total is left out: the control points have no "
+        "standard_error_m. The figures that remain are too small",
+        "Give standard_error_m, TOTAL in metres, in [control_points]",
+    )
+
+
+def no_check_points(result):
+    """Nothing from outside confirms the figures."""
+    if result.figures.n_check > 0:
+        return None
+    return Suggestion(
+        "No check points: nothing from outside confirms the figures below",
+        'Give some known points role = "check"',
+    )

@@ -10,7 +10,11 @@ from scipy.special import chdtri, stdtrit
 from einschalt.foundations.shown_names import printable, shortened
 from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.foundations.units import ground_from_image_um
-from einschalt.pipeline.claim_suggestions import claim_that_does_not_stand
+from einschalt.pipeline.claim_suggestions import (
+    claim_that_does_not_stand,
+    figure_left_out,
+    no_check_points,
+)
 from einschalt.pipeline.iteration_suggestions import drift
 from einschalt.pipeline.orientation_suggestions import (
     ambiguous_orientations,
@@ -89,20 +93,6 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         *notes_of_reading(result),
     )
     return tuple(suggestion for suggestion in found if suggestion is not None)
-
-
-def figure_left_out(result):
-    """Say what is missing for the propagated figure, where it can be given."""
-    block = result.block
-    if result.errors is not None or block.high_flight is None:
-        return None
-    if "standard_error_m" in block.control_points:
-        return None
-    return Suggestion(
-        "standard_error_total is left out: the control points have no "
-        "standard_error_m. The figures that remain are too small",
-        "Give standard_error_m, TOTAL in metres, in [control_points]",
-    )
 
 
 def failed_models(result):
@@ -443,16 +433,6 @@ def models_without_redundancy(result):
     return Suggestion(
         f"{count(len(exact), 'model')} without redundancy: {_models(exact)}",
         "Their m_0 is unknown and gross errors in them cannot be seen",
-    )
-
-
-def no_check_points(result):
-    """Nothing from outside confirms the figures."""
-    if result.figures.n_check > 0:
-        return None
-    return Suggestion(
-        "No check points: nothing from outside confirms the figures below",
-        'Give some known points role = "check"',
     )
 
 
