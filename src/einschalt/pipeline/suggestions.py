@@ -27,6 +27,7 @@ from einschalt.pipeline.orientation_suggestions import (
     orientations_without_convergence,
 )
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
+from einschalt.pipeline.precision_suggestions import imprecise_points
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
     control_that_contradicts,
@@ -84,6 +85,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         suspect_observations(result),
         coverages_that_differ(result),
         points_that_differ(result),
+        imprecise_points(result),
         models_with_large_m_0(result),
         mirrored_models(result),
         points_in_one_coverage(result),
