@@ -177,11 +177,64 @@ def test_parameters_transform_the_models_onto_the_points(block, adjusted):
         ({"flights": "upper"}, "flights = 'upper' is unknown; expected both or high"),
         ({"outliers": "drop"}, "outliers = 'drop' is unknown; expected keep or snoop"),
         ({"deformation": ("cubik",)}, "deformation = 'cubik' is unknown"),
+        ({"deformation": "cubik"}, "is unknown; expected .* or a list of quadratic"),
+        ({"deformation": 5}, "deformation = 5; expected .* or a list of quadratic"),
+        ({"significance": 2}, "significance = 2; expected a probability above 0"),
+        ({"significance": 0}, "significance = 0; expected a probability above 0"),
+        ({"significance": np.nan}, "significance = nan; expected a probability"),
+        ({"significance": "a"}, "significance = 'a'; expected a probability above"),
     ],
 )
 def test_unknown_options_are_said(block, options, message):
     with pytest.raises(SettingsError, match=message):
         es.adjust_block(block, **options)
+
+
+def test_a_family_of_deformations_may_be_a_word(block):
+    named = es.adjust_block(block, deformation=["cubic"]).points
+    for same in ("cubic", ["cubic", "cubic"]):
+        found = es.adjust_block(block, deformation=same).points
+        pd.testing.assert_frame_equal(found, named)
+
+
+def test_control_measured_on_a_line_is_the_cause_that_is_said():
+    """Errors of measurement keep control from lying on a line exactly."""
+    rng = np.random.default_rng(3)
+    east, north = (v.ravel() for v in np.meshgrid(300.0 * np.arange(6), [0, 300, 600]))
+    names = [f"P{k}" for k in range(len(east))]
+
+    def measured(scale_number):
+        error = rng.normal(0.0, 0.004, (2, len(east)))
+        x, y = np.array([east, north]) * 1e3 / scale_number + error
+        columns = {"coverage": "1", "model_id": "M", "point_id": names, "x": x, "y": y}
+        return es.Flight(pd.DataFrame(columns), scale_number=scale_number, m_g_um=5.0)
+
+    control = pd.DataFrame(
+        {
+            "point_id": names[:6],
+            "easting": 5e6 + east[:6],
+            "northing": 5.2e6 + rng.normal(0.0, 0.02, 6),
+            "standard_error_m": 0.03,
+        }
+    )
+    block = es.Block(
+        control_points=control, high_flight=measured(15000), low_flight=measured(8000)
+    )
+    message = "control of .* lies on a line.*Give it a control point away"
+    with pytest.raises(GeometryError, match=message):
+        es.adjust_block(block)
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_wrong_control_is_named_and_keeps_its_measurements(block, outliers):
+    control = block.control_points.copy()
+    worst = control.index[control["role"] == "control"][3]
+    control.loc[worst, "easting"] += 1.0
+    found = es.adjust_block(replace(block, control_points=control), outliers=outliers)
+    suspects = found.control.query("is_suspect")
+    assert list(suspects["point_id"]) == [control.loc[worst, "point_id"]]
+    assert suspects["strain_easting"].item() == pytest.approx(1.0, abs=0.15)
+    assert "1 of" in found.summary()
 
 
 def test_a_block_without_a_high_flight_has_none_to_adjust(

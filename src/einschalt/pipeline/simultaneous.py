@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import finite_number, require_kind
 from einschalt.foundations.errors import SettingsError
 from einschalt.stages.block_tables import (
     CENTRE,
@@ -103,11 +104,8 @@ def adjust_block(
     """
     _require(kind, KINDS, "kind")
     _require(flights, tuple(WHICH), "flights")
-    searched = deformation if isinstance(deformation, str) else "ignored"
-    _require(searched, DEFORMATIONS, "deformation")
-    given = () if isinstance(deformation, str) else tuple(deformation)
-    for family in given:
-        _require(family, tuple(DEGREE), "deformation")
+    searched, given = _deformation(deformation)
+    significance = _probability(significance)
     measured = {
         name: flight for name, flight in block.flights.items() if name in WHICH[flights]
     }
@@ -134,6 +132,34 @@ def adjust_block(
         variance_components=variance_components,
     )
     return simultaneous_adjustment(tables, options)
+
+
+def _deformation(value):
+    """What to do about deformations, and the families that are given."""
+    families = tuple(DEGREE)
+    expected = f"{' or '.join(DEFORMATIONS)}, or a list of {' or '.join(families)}"
+    if isinstance(value, str) and value not in families:
+        if value not in DEFORMATIONS:
+            raise SettingsError(
+                f"deformation = {value!r} is unknown", expected=expected
+            )
+        return value, ()
+    require_kind("deformation", value, str | list | tuple, expected=expected)
+    given = (value,) if isinstance(value, str) else tuple(dict.fromkeys(value))
+    for family in given:
+        if family not in families:
+            raise SettingsError(
+                f"deformation = {family!r} is unknown", expected=expected
+            )
+    return "ignored", given
+
+
+def _probability(value):
+    expected = "a probability above 0 and below 1"
+    number = finite_number("significance", value, expected=expected)
+    if not 0.0 < number < 1.0:
+        raise SettingsError(f"significance = {number:g}", expected=expected)
+    return number
 
 
 def require_adjustable(block):
