@@ -271,7 +271,8 @@ def _adjust_tables(tables, options):
     part, verdicts = _determined_part(tables)
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
-        verdicts.verdict[part.models[loose]] = determinacy.LOOSE
+        cause = determinacy.why_loose(part.observations, loose)
+        verdicts.verdict[part.models[loose]] = cause[loose]
         part = _part_of(tables, verdicts)
         solution = _adjusted(part, options)
     if tables.is_centre.any():

@@ -19,6 +19,8 @@ FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
 LEAST_POINTS = {True: 3, False: 2}  # affine, helmert
 # smaller principal extent over larger one, below which points lie on a line
 ON_LINE = 1e-6
+# the same of measured points that lay on a line before they were measured
+NEAR_LINE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +162,7 @@ def _ties_on_line(observations, verdict, is_control):
     return flat & (verdict == FINE)
 
 
-def _is_flat(xy, group, is_affine):
+def _is_flat(xy, group, is_affine, share=ON_LINE):
     """Whether the points of each group lie on a line, or all in one place."""
     n_groups = len(is_affine)
     count = np.maximum(np.bincount(group, minlength=n_groups), 1)
@@ -174,7 +176,7 @@ def _is_flat(xy, group, is_affine):
         for value in (d[:, 0] ** 2, d[:, 1] ** 2, d[:, 0] * d[:, 1])
     )
     trace, determinant = xx + yy, xx * yy - xy_**2
-    is_line = determinant <= (ON_LINE * trace) ** 2
+    is_line = determinant <= (share * trace) ** 2
     return (trace <= 0.0) | (is_affine & is_line)
 
 
@@ -232,3 +234,27 @@ def loose_models(solution):
             is_loose |= motion > STANDS_STILL * motion.max(initial=0.0)
         return is_loose
     return ~(solution.relative_errors < LEAST_PRECISION)
+
+
+def why_loose(observations, is_loose):
+    """Say whether control as good as on a line lets models move.
+
+    Parameters
+    ----------
+    observations : BlockObservations or SpatialObservations
+        Of the part of the block that was adjusted.
+    is_loose : ndarray of bool, shape (n_models,)
+
+    Returns
+    -------
+    ndarray of int, shape (n_models,)
+        CONTROL_ON_LINE where nothing of the block stands and its control lies near a
+        line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
+    """
+    cause = np.full(is_loose.size, LOOSE)
+    control = observations.control[observations.is_control][:, :2]
+    group = np.zeros(len(control), dtype=np.int64)
+    is_affine = np.ones(1, dtype=bool)
+    if is_loose.all() and _is_flat(control, group, is_affine, NEAR_LINE)[0]:
+        cause[:] = CONTROL_ON_LINE
+    return cause
