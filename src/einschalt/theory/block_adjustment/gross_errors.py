@@ -46,6 +46,10 @@ class CleanedBlock:
 def snoop_block(solution, terms, significance) -> CleanedBlock:
     """Take the worst observations out until the test refuses none.
 
+    Given points that contradict the block more than any measurement of theirs are set
+    aside meanwhile: the measurements would be taken out in their place. They are part
+    of the block that is returned, for ``examine_control`` to name them.
+
     Parameters
     ----------
     solution : BlockSolution
@@ -61,18 +65,47 @@ def snoop_block(solution, terms, significance) -> CleanedBlock:
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
     n_axes = solution.residuals.shape[1]
+    covariance = given.control_covariance.copy()
+    n_aside = 0
     for _ in range(MOST_STEPS):
-        worst = _worst_rows(solution, is_out, significance)
-        if len(worst) == 0:
+        doubted = _wrong_control(solution, is_out, significance)
+        worst = _worst_rows(solution, is_out, significance) if doubted is None else ()
+        if doubted is None and len(worst) == 0:
             break
-        is_out[worst] = True
-        error = _times(given.standard_error, np.where(is_out, OUT, 1.0))
-        changed = replace(given, standard_error=error)
-        solution = solution.readjusted(changed, terms)
-        solution = replace(
-            solution, redundancy=solution.redundancy - n_axes * int(is_out.sum())
-        )
+        if doubted is None:
+            is_out[worst] = True
+        else:
+            covariance[doubted] *= OUT**2
+            n_aside += 1
+        solution = _without(solution, terms, given, is_out, covariance)
+        lost = n_axes * (int(is_out.sum()) + n_aside)
+        solution = replace(solution, redundancy=solution.redundancy - lost)
+    if n_aside:
+        solution = _without(solution, terms, given, is_out, given.control_covariance)
+        lost = n_axes * int(is_out.sum())
+        solution = replace(solution, redundancy=solution.redundancy - lost)
     return CleanedBlock(solution, is_out)
+
+
+def _without(solution, terms, given, is_out, covariance):
+    error = _times(given.standard_error, np.where(is_out, OUT, 1.0))
+    changed = replace(given, standard_error=error, control_covariance=covariance)
+    return solution.readjusted(changed, terms)
+
+
+def _wrong_control(solution, is_out, significance):
+    """The worst given point that is refused, and worse than its measurements."""
+    tests = judge_control(solution)
+    rows = judge_observations(solution, solution.observations)
+    w = np.where(np.isfinite(rows.w) & ~is_out, rows.w, 0.0)
+    of_rows = np.zeros(solution.observations.n_points)
+    np.maximum.at(of_rows, solution.observations.point, w)
+    is_tested = np.isfinite(tests.p_value)
+    n_tested = int(is_tested.sum())
+    is_wrong = is_tested & (tests.w > of_rows)
+    is_wrong[is_wrong] = tests.p_value[is_wrong] * n_tested <= significance
+    candidates = np.flatnonzero(is_wrong)
+    return candidates[np.argmax(tests.w[candidates])] if len(candidates) else None
 
 
 def _times(standard_error, factors):
