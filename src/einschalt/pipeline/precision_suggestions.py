@@ -30,7 +30,7 @@ def imprecise_points(result):
         f"times the median of {length(median)}, up to {length(error.max())} "
         f"({names(weak)}); the others have {length(rest)} (total, RMS)"
     )
-    models = _models_of(result, weak)
+    models = _models_of(result, new["point_id"], weak)
     where = f". They are most points of low-flight {models}" if models else ""
     return Suggestion(
         problem + where,
@@ -38,10 +38,11 @@ def imprecise_points(result):
     )
 
 
-def _models_of(result, point_ids):
-    """Names of the low-flight models most of whose points are among these; or ""."""
+def _models_of(result, new, weak):
+    """Names of the low-flight models most of whose new points are weak; or ""."""
     table = result.block.low_flight.model_table()
-    is_theirs = table["point_id"].isin(point_ids)
-    share = is_theirs.groupby([table[name] for name in MODEL], sort=False).mean()
+    table = table[table["point_id"].isin(new)]
+    is_weak = table["point_id"].isin(weak)
+    share = is_weak.groupby([table[name] for name in MODEL], sort=False).mean()
     found = share.index.get_level_values("model_id")[share > MOSTLY]
     return f"model{'s' * (len(found) > 1)} {names(found)}" if len(found) else ""
