@@ -2,15 +2,19 @@
 
 import json
 import os
+from dataclasses import replace
 
 import pytest
 
+from einschalt.interfaces.batch import block_run
 from einschalt.interfaces.batch.batch_run import MARKS, plan_batch
+from einschalt.interfaces.batch.block_run import run_block
 from einschalt.interfaces.batch.block_state import (
     FAILURE,
     PROVENANCE,
     look_at,
     read_failure,
+    result_since,
     whole_result,
 )
 
@@ -79,3 +83,33 @@ def test_a_block_that_names_what_never_ends_is_looked_at(small_block, tmp_path, 
     state = look_at("block", small_block.path, tmp_path / "out")
     assert state.task.signature["inputs"]["low_flight.model_points"] is None
     assert state.why == "no result yet"
+
+
+def test_a_result_whose_worker_was_killed_is_taken_for_the_one_asked_for(
+    small_block, tmp_path, monkeypatch
+):
+    folder = tmp_path / "out"
+    task = look_at("a", small_block.path, folder).task
+    row = run_block(task)
+    (folder / FAILURE).write_text("{}")  # the worker had not come to take it away
+    with monkeypatch.context() as patch:
+        patch.setattr(block_run, "densify", None)
+        again = run_block(task)
+    assert again == row
+    assert row["outcome"] == "done"
+    assert not (folder / FAILURE).exists()
+    assert not (folder / "changes.csv").exists()
+
+
+def test_a_result_of_before_is_computed_again_where_it_is_asked_for(
+    small_block, tmp_path
+):
+    folder = tmp_path / "out"
+    run_block(look_at("a", small_block.path, folder).task)
+    task = look_at("a", small_block.path, folder).task
+    assert result_since(task) is None
+    run_block(task)
+    assert (folder / "changes.csv").exists()
+    # and a newer one of other input is none
+    small_block.replace("low_flight.csv", ",10.0000,", ",10.0010,", count=1)
+    assert result_since(replace(task, former=None)) is None

@@ -144,7 +144,7 @@ class _Sorting:
         if row is None:
             self.to_run.append(state.task)
             self.reasons[name] = state.why or "asked for"
-            self.new_marks[name] = self.marks.get(name, state.mark())
+            self.new_marks[name] = self.marks.get(name, state.task.former)
             return
         self.rows[name] = row
         if name in self.marks and row["outcome"] != SKIPPED:
@@ -155,7 +155,7 @@ class _Sorting:
         is_marked = name in self.marks
         is_unfinished = self.which == "unfinished" and is_marked
         if not state.why:
-            if is_marked and state.mark() != self.marks[name]:
+            if is_marked and state.task.former != self.marks[name]:
                 return row_of_result(state.task, DONE, state.provenance)
             if not is_unfinished:
                 return row_of_result(state.task, SKIPPED, state.provenance)

@@ -10,7 +10,7 @@ from importlib import metadata
 from time import perf_counter
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.batch.block_state import read_json
+from einschalt.interfaces.batch.block_state import read_json, result_since
 from einschalt.interfaces.batch.block_task import with_settings
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
@@ -105,18 +105,22 @@ def _run(task, progress):
     _require_version(task.signature["version"])
     refuse_block_folder(task.folder)
     with locked(make_folder(task.folder), waits=True):
-        progress("reading")
-        block = read_block(task.block)
-        result = densify(
-            block, with_settings(block.settings, task.given), progress=progress
-        )
-        progress(WRITING)
-        compare_with_previous(result.points, task.folder)
-        write_result(result, task.folder)
+        if result_since(task) is None:
+            _compute(task, progress)
         with said_as_file_error(task.folder / FAILURE):
             (task.folder / FAILURE).unlink(missing_ok=True)
         # read while nobody else may write it
         return row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
+
+
+def _compute(task, progress):
+    progress("reading")
+    block = read_block(task.block)
+    settings = with_settings(block.settings, task.given)
+    result = densify(block, settings, progress=progress)
+    progress(WRITING)
+    compare_with_previous(result.points, task.folder)
+    write_result(result, task.folder)
 
 
 def _require_version(version):

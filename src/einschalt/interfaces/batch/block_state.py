@@ -7,7 +7,7 @@ program has written into it, counts as not there.
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from einschalt.interfaces.batch.block_task import (
@@ -48,10 +48,6 @@ class BlockState:
     failure: dict | None
     has_failed: bool
 
-    def mark(self):
-        """Tell this result from any other one: checksum of its provenance, or None."""
-        return checksum_or_none(self.task.folder / PROVENANCE)
-
 
 def look_at(name, block, folder, given=None) -> BlockState:
     """Find out whether a block must be computed.
@@ -67,7 +63,8 @@ def look_at(name, block, folder, given=None) -> BlockState:
     -------
     BlockState
     """
-    task = task_of(name, block, folder, given or {})
+    former = checksum_or_none(folder / PROVENANCE)
+    task = replace(task_of(name, block, folder, given or {}), former=former)
     provenance = whole_result(folder)
     why = _why(provenance, task)
     failure = read_failure(folder)
@@ -80,6 +77,26 @@ def look_at(name, block, folder, given=None) -> BlockState:
         failure=failure if _is_of(failure, task) else None,
         has_failed=bool(why) and (failure is not None or is_half),
     )
+
+
+def result_since(task) -> dict | None:
+    """Provenance of a whole result of this input that came after the block was seen.
+
+    A worker that is killed after its last file has told nobody: the block is given to
+    another one, which finds the result of the first.
+
+    Parameters
+    ----------
+    task : BlockTask
+
+    Returns
+    -------
+    dict or None
+    """
+    if checksum_or_none(task.folder / PROVENANCE) == task.former:
+        return None
+    state = look_at(task.name, task.block, task.folder, task.given)
+    return None if state.why else state.provenance
 
 
 def _is_of(failure, task):

@@ -27,6 +27,9 @@ class BlockTask:
         (None of a file that cannot be read).
     size : int
         Bytes of the inputs.
+    former : str or None
+        Checksum of the provenance of the result that stood there when the block was
+        looked at.
     """
 
     name: str
@@ -35,6 +38,7 @@ class BlockTask:
     given: dict
     signature: dict
     size: int
+    former: str | None = None
 
     def is_of_present_input(self):
         """Whether nothing has changed since the block was looked at.
