@@ -156,6 +156,21 @@ def test_what_may_still_be_written_stays(tmp_path, name):
     assert (tmp_path / name).exists()
 
 
+@pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
+def test_leftover_of_a_killed_process_that_nobody_waits_for_is_removed(tmp_path):
+    """As in a container whose first process asks for nobody's end."""
+    process = subprocess.Popen(["sleep", "60"])
+    leftover = tmp_path / leftover_of(process.pid)
+    leftover.write_text("half")
+    atomic.write_text(tmp_path / "new.csv", "1")
+    assert leftover.exists()
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # dead, not taken away
+    atomic.write_text(tmp_path / "new.csv", "1")
+    assert not leftover.exists()
+    process.wait()
+
+
 @pytest.mark.parametrize("place", [atomic._place(), "ffffff"])
 def test_old_leftover_is_removed_whoever_made_it(tmp_path, place):
     leftover = tmp_path / f".einschalt-{place}-1-0123abcd-a.csv"

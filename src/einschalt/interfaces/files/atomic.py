@@ -195,7 +195,17 @@ def _is_running(pid):
         return False
     except PermissionError:
         pass
-    return True
+    return not _has_ended(pid)
+
+
+def _has_ended(pid):
+    """Whether a process is dead, and its parent has not asked how it ended."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_bytes()
+    except OSError:  # no Linux, or gone by now: to be on the safe side it runs
+        return False
+    # the name of the program, in brackets, may hold anything
+    return status.rpartition(b")")[2].split()[:1] == [b"Z"]
 
 
 def _force_to_disk(path):
