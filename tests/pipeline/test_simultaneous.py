@@ -51,7 +51,7 @@ def test_control_too_sparse_for_any_model_is_enough_for_all_of_them():
     claimed = np.sqrt((points["standard_error_total"] ** 2).mean())
     assert np.sqrt((error**2).sum(axis=1).mean()) == pytest.approx(claimed, rel=0.3)
     assert claimed < 0.065
-    with pytest.raises(es.EinschaltError, match="simultaneous adjustment ties models"):
+    with pytest.raises(es.EinschaltError, match="Or adjust all models together"):
         es.densify(block)
 
 

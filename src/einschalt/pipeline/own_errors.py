@@ -18,10 +18,10 @@ from einschalt.pipeline.orientation_errors import (
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import KINDS
 from einschalt.theory.adjustment.propagation import scattered
+from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 ORIENTATION = "orientation"
-N_CHANGES = 6
 
 
 @dataclass(frozen=True, eq=False)

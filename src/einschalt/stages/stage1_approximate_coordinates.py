@@ -22,6 +22,9 @@ from einschalt.stages.stage5_double_coverage import (
 )
 
 STAGE = "stage1_approximate_coordinates"
+OTHERWISE = (
+    '. Or adjust all models together: method = "simultaneous" needs less control'
+)
 # From five control points m_0 is uncertain by a third: as a weight it would do harm
 # (5.11 cm instead of 4.71 on simulated Neukirchen).
 REDUNDANCY_OF_OWN_M_0 = 30
@@ -166,7 +169,7 @@ def average_high_flight(
     GeometryError
         Not one model could be transformed.
     """
-    require_usable(transformation, "high flight", STAGE)
+    require_usable(transformation, "high flight", STAGE, OTHERWISE)
     values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)
     values = with_positions(values, model_points)
     if is_gross is not None:
@@ -179,7 +182,7 @@ def average_high_flight(
     return ApproximateCoordinates(points, transformation, means)
 
 
-def require_usable(transformation, flight, stage):
+def require_usable(transformation, flight, stage, otherwise=""):
     """Refuse to go on where not one model of a flight could be transformed.
 
     Parameters
@@ -188,6 +191,8 @@ def require_usable(transformation, flight, stage):
     flight : str
         Said in the message.
     stage : str
+    otherwise : str, optional
+        Follows the remedy of the first model.
 
     Raises
     ------
@@ -196,11 +201,10 @@ def require_usable(transformation, flight, stage):
     if transformation.is_usable:
         return
     failures = transformation.failures
-    together = ". The simultaneous adjustment ties models to each other and needs less"
     raise GeometryError(
         f"no model of the {flight} could be transformed: {failures['reason'].iloc[0]}",
         expected="at least one usable model",
-        remedy=failures["remedy"].iloc[0] + together,
+        remedy=failures["remedy"].iloc[0] + otherwise,
         model=name_some(failures["model_id"]),
         stage=stage,
     )

@@ -64,48 +64,51 @@ def snoop_block(solution, terms, significance) -> CleanedBlock:
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
-    n_axes = solution.residuals.shape[1]
-    covariance = given.control_covariance.copy()
-    n_aside = 0
+    is_aside = np.zeros(given.n_points, dtype=bool)
     for _ in range(MOST_STEPS):
-        doubted = _wrong_control(solution, is_out, significance)
-        worst = _worst_rows(solution, is_out, significance) if doubted is None else ()
-        if doubted is None and len(worst) == 0:
-            break
-        if doubted is None:
+        tests = judge_observations(solution, solution.observations)
+        doubted = _wrong_control(solution, tests, is_out, significance)
+        worst = _worst_rows(solution, tests, is_out, significance)
+        if len(doubted):
+            is_aside[doubted] = True
+        elif len(worst):
             is_out[worst] = True
         else:
-            covariance[doubted] *= OUT**2
-            n_aside += 1
-        solution = _without(solution, terms, given, is_out, covariance)
-        lost = n_axes * (int(is_out.sum()) + n_aside)
-        solution = replace(solution, redundancy=solution.redundancy - lost)
-    if n_aside:
-        solution = _without(solution, terms, given, is_out, given.control_covariance)
-        lost = n_axes * int(is_out.sum())
-        solution = replace(solution, redundancy=solution.redundancy - lost)
+            break
+        solution = _without(solution, terms, given, is_out, is_aside)
+    if is_aside.any():
+        solution = _without(solution, terms, given, is_out, np.zeros_like(is_aside))
     return CleanedBlock(solution, is_out)
 
 
-def _without(solution, terms, given, is_out, covariance):
-    error = _times(given.standard_error, np.where(is_out, OUT, 1.0))
-    changed = replace(given, standard_error=error, control_covariance=covariance)
-    return solution.readjusted(changed, terms)
+def _without(solution, terms, given, is_out, is_aside):
+    """Adjust the block anew, without these rows and given points."""
+    factors = np.where(is_aside, OUT**2, 1.0)[:, None, None]
+    changed = replace(
+        given,
+        standard_error=_times(given.standard_error, np.where(is_out, OUT, 1.0)),
+        control_covariance=given.control_covariance * factors,
+    )
+    solution = solution.readjusted(changed, terms)
+    n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
+    lost = solution.residuals.shape[1] * n_lost
+    return replace(solution, redundancy=solution.redundancy - lost)
 
 
-def _wrong_control(solution, is_out, significance):
-    """The worst given point that is refused, and worse than its measurements."""
+def _wrong_control(solution, of_rows, is_out, significance):
+    """The worst given point that is refused, and worse than its measurements; or none.
+
+    One at a time: a wrong one makes its neighbours look wrong too.
+    """
     tests = judge_control(solution)
-    rows = judge_observations(solution, solution.observations)
-    w = np.where(np.isfinite(rows.w) & ~is_out, rows.w, 0.0)
-    of_rows = np.zeros(solution.observations.n_points)
-    np.maximum.at(of_rows, solution.observations.point, w)
+    w = np.where(np.isfinite(of_rows.w) & ~is_out, of_rows.w, 0.0)
+    worst_row = np.zeros(solution.observations.n_points)
+    np.maximum.at(worst_row, solution.observations.point, w)
     is_tested = np.isfinite(tests.p_value)
-    n_tested = int(is_tested.sum())
-    is_wrong = is_tested & (tests.w > of_rows)
-    is_wrong[is_wrong] = tests.p_value[is_wrong] * n_tested <= significance
+    is_wrong = is_tested & (tests.w > worst_row)
+    is_wrong[is_wrong] = tests.p_value[is_wrong] * is_tested.sum() <= significance
     candidates = np.flatnonzero(is_wrong)
-    return candidates[np.argmax(tests.w[candidates])] if len(candidates) else None
+    return candidates[np.argsort(-tests.w[candidates], kind="stable")[:1]]
 
 
 def _times(standard_error, factors):
@@ -113,11 +116,10 @@ def _times(standard_error, factors):
     return (standard_error.T * factors).T
 
 
-def _worst_rows(solution, is_out, significance):
+def _worst_rows(solution, tests, is_out, significance):
     """Refused observations that are the worst of their model and of their point."""
     model, point = solution.observations.model, solution.observations.point
-    p = judge_observations(solution, solution.observations).p_value
-    p = np.where(np.isfinite(p) & ~is_out, p, np.inf)
+    p = np.where(np.isfinite(tests.p_value) & ~is_out, tests.p_value, np.inf)
     n_models = solution.observations.n_models
     n_tested = np.maximum(np.bincount(model[np.isfinite(p)], minlength=n_models), 1)
     start = np.searchsorted(model, np.arange(n_models + 1))

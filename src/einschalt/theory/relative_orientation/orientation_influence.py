@@ -25,8 +25,7 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     solve,
 )
 from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
-
-N_CHANGES = 6
+from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 
 
 def orientation_influence(orientation, adjusted, factors):
