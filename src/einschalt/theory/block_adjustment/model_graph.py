@@ -12,6 +12,9 @@ import numpy as np
 
 from einschalt.foundations.batches import segments
 
+# a similarity that shrinks more than this is no similarity
+LEAST_FACTOR = 1e-3
+
 
 @dataclass(frozen=True, eq=False)
 class Fans:
@@ -193,9 +196,9 @@ def _fill_neighbours(start, model, point, model_start, point_start, rows):
 def chained_positions(fans, xy):
     """Put the models together one after the other, to see where they lie.
 
-    From one model to the next, similarities from the points that are placed already
-    give a place to its other points. Errors add up on the way; the positions serve
-    the order of elimination only, which may be any.
+    Each model is put onto the one that it shares most points with, of those that lie
+    already. Errors add up on the way; the positions serve the order of elimination
+    only, which may be any.
 
     Parameters
     ----------
@@ -209,68 +212,94 @@ def chained_positions(fans, xy):
         In the frame of the first model.
     """
     z = np.ascontiguousarray(xy[:, 0] + 1j * xy[:, 1])
-    placed = _chain(z, fans.model, fans.point, fans.model_start, *_by_point(fans))
+    fan = (fans.point_start, fans.rows)
+    placed = _chain(z, fans.model, fans.point, fans.model_start, fan)
     position = np.nan_to_num(placed, posinf=0.0, neginf=0.0)
     return np.column_stack([position.real, position.imag])
 
 
-def _by_point(fans):
-    return fans.point_start, fans.rows
+@numba.njit(cache=True, nogil=True)
+def _most_shared(m, model, point, model_start, fan, is_placed, shared):
+    """Placed model that shares most points with this one; −1 where none does."""
+    point_start, rows = fan
+    best, most = -1, 0
+    for row in range(model_start[m], model_start[m + 1]):
+        for k in range(point_start[point[row]], point_start[point[row] + 1]):
+            other = model[rows[k]]
+            if is_placed[other]:
+                shared[other] += 1
+                if shared[other] > most:
+                    best, most = other, shared[other]
+    for row in range(model_start[m], model_start[m + 1]):
+        for k in range(point_start[point[row]], point_start[point[row] + 1]):
+            shared[model[rows[k]]] = 0
+    return best
 
 
 @numba.njit(cache=True, nogil=True)
-def _chain(z, model, point, model_start, point_start, rows):
+def _onto(m, anchor, z, model, point, model_start, fan):
+    """Similarity from a model to one that shares points with it: factor and shift."""
+    point_start, rows = fan
+    n, zs, gs = 0, 0.0 + 0.0j, 0.0 + 0.0j
+    cross, square = 0.0 + 0.0j, 0.0
+    for step in range(2):
+        for row in range(model_start[m], model_start[m + 1]):
+            for k in range(point_start[point[row]], point_start[point[row] + 1]):
+                if model[rows[k]] != anchor:
+                    continue
+                if step == 0:
+                    n, zs, gs = n + 1, zs + z[row], gs + z[rows[k]]
+                    continue
+                d = z[row] - zs
+                cross += (z[rows[k]] - gs) * np.conj(d)
+                square += d.real**2 + d.imag**2
+        if step == 0:
+            zs, gs = zs / n, gs / n
+    factor = 1.0 + 0.0j
+    if n > 1 and square > 0.0 and abs(cross) > LEAST_FACTOR * square:
+        factor = cross / square
+    return factor, gs - factor * zs
+
+
+@numba.njit(cache=True, nogil=True)
+def _chain(z, model, point, model_start, fan):
+    point_start, rows = fan
     n_models = model_start.size - 1
     position = np.zeros(n_models, dtype=np.complex128)
-    place = np.zeros(point_start.size - 1, dtype=np.complex128)
-    is_placed = np.zeros(point_start.size - 1, dtype=np.bool_)
-    n_placed = np.zeros(n_models, dtype=np.int64)
+    factor = np.ones(n_models, dtype=np.complex128)
+    is_placed = np.zeros(n_models, dtype=np.bool_)
+    is_seen = np.zeros(point_start.size - 1, dtype=np.bool_)
+    n_seen = np.zeros(n_models, dtype=np.int64)
+    shared = np.zeros(n_models, dtype=np.int64)
     queue = np.empty(n_models, dtype=np.int64)
-    state = np.zeros(n_models, dtype=np.int8)  # 0 waits, 1 in the queue, 2 done
-    next_seed = 0
-    head, tail = 0, 0
+    is_waiting = np.ones(n_models, dtype=np.bool_)  # not in the queue yet
+    next_seed, head, tail = 0, 0, 0
     while head < n_models:
         if head == tail:
-            # nothing hangs together any more: begin again, with the best known model
-            while state[next_seed] != 0:
+            # nothing hangs together any more: begin again
+            while not is_waiting[next_seed]:
                 next_seed += 1
-            queue[tail], state[next_seed] = next_seed, 1
+            queue[tail], is_waiting[next_seed] = next_seed, False
             tail += 1
         m = queue[head]
         head += 1
-        first, last = model_start[m], model_start[m + 1]
-        n, zs, gs = 0, 0.0 + 0.0j, 0.0 + 0.0j
-        for row in range(first, last):
-            if is_placed[point[row]]:
-                n += 1
-                zs += z[row]
-                gs += place[point[row]]
-        a, shift = 1.0 + 0.0j, 0.0 + 0.0j
-        if n > 0:
-            zs, gs = zs / n, gs / n
-            cross, square = 0.0 + 0.0j, 0.0
-            for row in range(first, last):
-                if is_placed[point[row]]:
-                    d = z[row] - zs
-                    cross += (place[point[row]] - gs) * np.conj(d)
-                    square += d.real**2 + d.imag**2
-            if n > 1 and square > 0.0 and abs(cross) > 1e-3 * square:
-                a = cross / square
-            shift = gs - a * zs
-        state[m] = 2
-        position[m] = shift
-        for row in range(first, last):
+        anchor = _most_shared(m, model, point, model_start, fan, is_placed, shared)
+        if anchor >= 0:
+            own, shift = _onto(m, anchor, z, model, point, model_start, fan)
+            factor[m] = factor[anchor] * own
+            position[m] = position[anchor] + factor[anchor] * shift
+        is_placed[m] = True
+        for row in range(model_start[m], model_start[m + 1]):
             p = point[row]
-            if is_placed[p]:
+            if is_seen[p]:
                 continue
-            is_placed[p] = True
-            place[p] = a * z[row] + shift
+            is_seen[p] = True
             for k in range(point_start[p], point_start[p + 1]):
                 other = model[rows[k]]
-                n_placed[other] += 1
+                n_seen[other] += 1
                 # three points carry a scale well enough; a smaller model brings fewer
                 size = model_start[other + 1] - model_start[other]
-                if state[other] == 0 and n_placed[other] >= min(3, size):
-                    queue[tail], state[other] = other, 1
+                if is_waiting[other] and n_seen[other] >= min(3, size):
+                    queue[tail], is_waiting[other] = other, False
                     tail += 1
     return position
