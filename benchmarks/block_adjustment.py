@@ -4,10 +4,10 @@ The peers solve the full normal equations, points included, which is what one wo
 write with scipy. Ours finds its order of elimination in every round as well.
 """
 
-import resource
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
@@ -222,8 +222,13 @@ def _alone(text):
     variances = solution.point_cofactors
     seconds = process_time() - begin
     assert np.isfinite(variances).all()
-    gib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    print(f"{seconds} {gib}")
+    print(f"{seconds} {_peak_gib()}")
+
+
+def _peak_gib():
+    # getrusage would begin with the memory of the process that started this one
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) / 2**20
 
 
 if __name__ == "__main__":
