@@ -111,6 +111,18 @@ def calls(demo_block):
         "Flight": (block_of, of_flight),
         "Settings": (es.Settings, es.Settings().model_dump()),
         "densify": (es.densify, {"block": block, "settings": None}),
+        "adjust_block": (
+            es.adjust_block,
+            {
+                "block": block,
+                "kind": "affine",
+                "flights": "both",
+                "deformation": "ignored",
+                "outliers": "keep",
+                "significance": 0.001,
+                "variance_components": "given",
+            },
+        ),
         "approximate_coordinates": (
             es.approximate_coordinates,
             {"model_points": high.model_points, "control_points": control},
@@ -198,6 +210,7 @@ NAMES = [
     "Flight",
     "Settings",
     "densify",
+    "adjust_block",
     "approximate_coordinates",
     "relative_orientation",
     "transform_models",
@@ -284,6 +297,7 @@ def test_no_value_of_a_wrong_kind_ends_in_another_error(name, calls):
             "out",
             r"densify was given a str; expected a Block\. Read",
         ),
+        ("adjust_block", "block", 5, r"block = 5; expected a Block"),
         ("relative_orientation", "flight", {}, r"flight = a dict.*expected a Flight"),
         ("transform_models", "kind", ["affine"], r"kind = \['affine'\] is unkn"),
         (

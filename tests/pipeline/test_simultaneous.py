@@ -225,7 +225,7 @@ def test_control_measured_on_a_line_is_the_cause_that_is_said():
         es.adjust_block(block)
 
 
-@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+@pytest.mark.parametrize("outliers", ["keep", "snoop", "huber", "tukey"])
 def test_wrong_control_is_named_and_keeps_its_measurements(block, outliers):
     control = block.control_points.copy()
     worst = control.index[control["role"] == "control"][3]

@@ -3,8 +3,15 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.arguments import finite_number, require_kind
+from einschalt.foundations.arguments import (
+    described,
+    finite_number,
+    is_choice,
+    require_choice,
+    require_kind,
+)
 from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.block import Block
 from einschalt.stages.block_tables import (
     CENTRE,
     SPATIAL,
@@ -102,8 +109,9 @@ def adjust_block(
     SettingsError
         An option is unknown, or the block has no such flight.
     """
-    _require(kind, KINDS, "kind")
-    _require(flights, tuple(WHICH), "flights")
+    require_kind("block", block, Block, expected="a Block (einschalt.read_block)")
+    require_choice("kind", kind, KINDS)
+    require_choice("flights", flights, tuple(WHICH))
     searched, given = _deformation(deformation)
     significance = _probability(significance)
     measured = {
@@ -141,17 +149,17 @@ def _deformation(value):
     if isinstance(value, str) and value not in families:
         if value not in DEFORMATIONS:
             raise SettingsError(
-                f"deformation = {value!r} is unknown", expected=expected
+                f"deformation = {described(value)} is unknown", expected=expected
             )
         return value, ()
     require_kind("deformation", value, str | list | tuple, expected=expected)
-    given = (value,) if isinstance(value, str) else tuple(dict.fromkeys(value))
+    given = (value,) if isinstance(value, str) else tuple(value)
     for family in given:
-        if family not in families:
+        if not is_choice(family, families):
             raise SettingsError(
-                f"deformation = {family!r} is unknown", expected=expected
+                f"deformation = {described(family)} is unknown", expected=expected
             )
-    return "ignored", given
+    return "ignored", tuple(dict.fromkeys(given))
 
 
 def _probability(value):
@@ -268,7 +276,8 @@ def point_columns(block, flights, adjusted, two_step):
         errors are left out where the size of a source of error is not known.
     """
     points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
-    if not _has_known_errors(block, flights):
+    errors = {name: oriented.errors for name, oriented in flights.items()}
+    if unknown_error(block, errors):
         points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
     place = points.columns.get_loc("n_models")
     beside = _of_two_steps(points["point_id"], two_step)
@@ -295,42 +304,33 @@ def _of_two_steps(point_id, two_step):
     return two_step.points.set_index("point_id")[names].reindex(point_id)
 
 
-def _has_known_errors(block, flights):
-    """Whether every source of error has a known size, as in two steps."""
-    is_unknown = any(
-        flight.is_oriented_numerically
-        and (
-            not isinstance(flights[name].errors, OrientationErrors)
-            or flight.transformation == SPATIAL
-        )
-        for name, flight in block.flights.items()
-    )
-    return "standard_error_m" in block.control_points and not is_unknown
-
-
-def unknown_error(result):
+def unknown_error(block, errors):
     """Say which source of error has a size that the adjustment does not know.
 
     Parameters
     ----------
-    result : DensificationResult
-        One whose points have no standard errors.
+    block : Block
+    errors : dict of str to OrientationErrors, ImageErrors or None
+        Of the orientations of each flight.
 
     Returns
     -------
     str
+        Empty where all are known.
     """
-    block, flights = result.block, result.block.flights.values()
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
-    if any(flight.has_images for flight in flights):
+    flights = block.flights
+    is_oriented = [n for n, flight in flights.items() if flight.is_oriented_numerically]
+    if any(flights[name].has_images for name in is_oriented):
         return "models from images share errors of their photographs"
-    is_oriented = [f for f in flights if f.is_oriented_numerically]
-    if any(flight.transformation == SPATIAL for flight in is_oriented):
+    if any(flights[name].transformation == SPATIAL for name in is_oriented):
         return "what errors of orientations make of heights is unknown"
-    if result.settings.residual_distribution != "none":
-        return "points were moved by the distribution of residuals"
-    return "y-parallaxes without redundancy do not show the errors of the orientations"
+    if not all(isinstance(errors[name], OrientationErrors) for name in is_oriented):
+        return (
+            "y-parallaxes without redundancy do not show the errors of the orientations"
+        )
+    return ""
 
 
 def distribute_adjusted(block, settings, points):
@@ -355,13 +355,6 @@ def distribute_adjusted(block, settings, points):
         points, block.control_points, settings.residual_distribution
     ).points
     return moved.drop(columns=STANDARD_ERRORS, errors="ignore")
-
-
-def _require(value, allowed, name):
-    if value not in allowed:
-        raise SettingsError(
-            f"{name} = {value!r} is unknown", expected=" or ".join(allowed)
-        )
 
 
 def common_terms(flights, families):

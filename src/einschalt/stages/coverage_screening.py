@@ -14,8 +14,8 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum, segments
-from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
 from einschalt.theory.double_coverage import (
@@ -260,10 +260,7 @@ def screen_coverages(differences, covariance, practice, significance):
     its shape, and the median of the differences for its size: the internal figure,
     which gross errors do not enlarge. The significance then holds by approximation.
     """
-    if practice not in SCREENINGS:
-        raise SettingsError(
-            f"screening = {practice!r} is unknown", expected=" or ".join(SCREENINGS)
-        )
+    require_choice("screening", practice, SCREENINGS)
     table = differences.table.drop(columns="standard_error_paper")
     d = table[DIFFERENCES].to_numpy()
     is_propagated = practice == "propagated" and covariance is not None

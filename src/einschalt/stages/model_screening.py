@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
 from einschalt.stages.residual_table import (
@@ -78,10 +79,7 @@ def screen_models(
     sizes in the proportion of ``precision``. Points of unequal precision that are taken
     for equal are suspects too often: the worse ones stand out.
     """
-    if outliers not in OUTLIERS:
-        raise SettingsError(
-            f"outliers = {outliers!r} is unknown", expected=" or ".join(OUTLIERS)
-        )
+    require_choice("outliers", outliers, OUTLIERS)
     if not 0.0 < significance < 1.0:
         raise SettingsError(
             f"significance = {significance!r}", expected="a number between 0 and 1"

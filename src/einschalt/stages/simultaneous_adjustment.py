@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import GeometryError, SettingsError, name_some
+from einschalt.foundations.arguments import require_choice
+from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.block_tables import BlockTables
 from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.stages.simultaneous_components import weigh_groups
@@ -75,21 +76,9 @@ class AdjustmentOptions:
 
     def __post_init__(self):
         """Check the words."""
-        if self.deformation not in DEFORMATIONS:
-            raise SettingsError(
-                f"deformation = {self.deformation!r} is unknown",
-                expected=" or ".join(DEFORMATIONS),
-            )
-        if self.variance_components not in COMPONENTS:
-            raise SettingsError(
-                f"variance_components = {self.variance_components!r} is unknown",
-                expected=" or ".join(COMPONENTS),
-            )
-        if self.outliers not in OUTLIERS:
-            raise SettingsError(
-                f"outliers = {self.outliers!r} is unknown",
-                expected=" or ".join(OUTLIERS),
-            )
+        require_choice("deformation", self.deformation, DEFORMATIONS)
+        require_choice("variance_components", self.variance_components, COMPONENTS)
+        require_choice("outliers", self.outliers, OUTLIERS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -378,7 +367,7 @@ def _clean(solution, terms, options):
         return snoop_block(solution, terms, options.significance)
     if options.outliers == "keep":
         return CleanedBlock(solution, np.zeros(len(solution.residuals), dtype=bool))
-    return downweight(solution, terms, options.outliers)
+    return downweight(solution, terms, options.outliers, options.significance)
 
 
 def failed_models(tables, verdicts):

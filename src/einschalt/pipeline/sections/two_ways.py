@@ -22,6 +22,7 @@ TWO_STEPS = (
     "(two_step_easting, two_step_northing)."
 )
 IMPOSSIBLE = "The two-step way is not possible in this block: too little control."
+MOVED = "points were moved by the distribution of residuals"
 UNKNOWN = "No standard errors are given: {}."
 SHOWN = "(standard errors that the residuals show)"
 BLIND = "It does not see errors that all models share: look at the model deformation"
@@ -65,7 +66,8 @@ def remarks(result) -> tuple[str, ...]:
     else:
         said += [TWO_STEPS, *_apart(result)]
     if np.isnan(result.figures.mean_total) and result.figures.n_new:
-        said.append(UNKNOWN.format(unknown_error(result)))
+        why = unknown_error(result.block, result.orientation_errors)
+        said.append(UNKNOWN.format(why or MOVED))
     return tuple(said)
 
 

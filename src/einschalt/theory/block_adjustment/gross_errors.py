@@ -132,8 +132,12 @@ def _worst_rows(solution, tests, is_out, significance):
     return rows[np.unique(model[rows], return_index=True)[1]]
 
 
-def downweight(solution, terms, norm_name) -> CleanedBlock:
+def downweight(solution, terms, norm_name, significance) -> CleanedBlock:
     """Give observations with large residuals less weight (iteratively).
+
+    As in :func:`snoop_block`, given points that contradict the block more than any
+    measurement of theirs are set aside meanwhile: the measurements would lose their
+    weight in their place, and nothing would contradict the point any more.
 
     Parameters
     ----------
@@ -142,31 +146,60 @@ def downweight(solution, terms, norm_name) -> CleanedBlock:
     terms : sequence of CommonTerms
     norm_name : {"huber", "tukey"}
         Tukey's begins where Huber's ends.
+    significance : float
+        Probability with which good control loses a point.
 
     Returns
     -------
     CleanedBlock
     """
-    given, n_axes = solution.observations, solution.residuals.shape[1]
-    names = ("huber", "tukey") if norm_name == "tukey" else (norm_name,)
-    for name in names:
-        factors = np.ones(len(given.model))
-        for _ in range(MOST_ITERATIONS):
-            error = given.standard_error.reshape(len(factors), -1)
-            length = np.sqrt(((solution.residuals / error) ** 2).sum(axis=1))
-            share = solution.redundancy / (n_axes * len(length))
-            scale = np.median(length) / np.sqrt(chdtri(n_axes, 0.5) * share)
-            if not scale > 0.0:
-                break
-            new = np.maximum(NORMS[name][n_axes].weights(length / scale), LEAST_FACTOR)
-            is_settled = np.abs(new - factors).max() < TOLERANCE
-            factors = new
-            error = _times(given.standard_error, 1.0 / np.sqrt(factors))
-            changed = replace(given, standard_error=error)
-            solution = solution.readjusted(changed, terms)
-            if is_settled:
-                break
-    return CleanedBlock(solution, np.zeros(len(given.model), dtype=bool))
+    is_out = np.zeros(len(solution.observations.model), dtype=bool)
+    given = solution.observations
+    solution = _without_wrong_control(solution, terms, significance)
+    is_whole = solution.observations is given
+    for name in ("huber", "tukey") if norm_name == "tukey" else (norm_name,):
+        solution = _weighted(solution, terms, NORMS[name], given.standard_error)
+    if not is_whole:
+        error = solution.observations.standard_error
+        solution = solution.readjusted(replace(given, standard_error=error), terms)
+    return CleanedBlock(solution, is_out)
+
+
+def _without_wrong_control(solution, terms, significance):
+    """Set given points aside that contradict the block, the worst first."""
+    given = solution.observations
+    is_aside = np.zeros(given.n_points, dtype=bool)
+    is_out = np.zeros(len(given.model), dtype=bool)
+    for _ in range(MOST_STEPS):
+        tests = judge_observations(solution, solution.observations)
+        doubted = _wrong_control(solution, tests, is_out, significance)
+        if len(doubted) == 0:
+            break
+        is_aside[doubted] = True
+        solution = _without(solution, terms, given, is_out, is_aside)
+    return solution
+
+
+def _weighted(solution, terms, norms, given_error):
+    """Weights that belong to the residuals that they lead to."""
+    n_rows, n_axes = solution.residuals.shape
+    share = solution.redundancy / (n_axes * n_rows)  # without what is set aside
+    factors = np.ones(n_rows)
+    for _ in range(MOST_ITERATIONS):
+        error = given_error.reshape(n_rows, -1)
+        length = np.sqrt(((solution.residuals / error) ** 2).sum(axis=1))
+        scale = np.median(length) / np.sqrt(chdtri(n_axes, 0.5) * share)
+        if not scale > 0.0:
+            break
+        new = np.maximum(norms[n_axes].weights(length / scale), LEAST_FACTOR)
+        is_settled = np.abs(new - factors).max() < TOLERANCE
+        factors = new
+        error = _times(given_error, 1.0 / np.sqrt(factors))
+        changed = replace(solution.observations, standard_error=error)
+        solution = solution.readjusted(changed, terms)
+        if is_settled:
+            break
+    return solution
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,8 +26,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import over_segments
-from einschalt.foundations.errors import SettingsError
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DETERMINANTS,
@@ -153,10 +153,7 @@ def orient_pairs(image, model_start, principal_distance, estimator="rigorous"):
     ``starting_orientations``. The arithmetic of a pair is sequential, so that results
     do not depend on the number of threads.
     """
-    if estimator not in MODES:
-        raise SettingsError(
-            f"estimator = {estimator!r} is unknown", expected=" or ".join(MODES)
-        )
+    require_choice("estimator", estimator, MODES)
     model_start = np.ascontiguousarray(model_start, dtype=np.int64)
     n_points = np.diff(model_start)
     distance = np.empty((len(n_points), 2))

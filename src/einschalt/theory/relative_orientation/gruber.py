@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import SettingsError
 from einschalt.theory.relative_orientation.parallax_equations import (
     CASES,
@@ -102,10 +103,7 @@ class Procedure:
     start: tuple[Step, ...] = ()
 
     def __post_init__(self):
-        if self.case not in CASES:
-            raise SettingsError(
-                f"case = {self.case!r} is unknown", expected=" or ".join(CASES)
-            )
+        require_choice("case", self.case, CASES)
         if not self.steps:
             raise SettingsError("a procedure without steps", expected="at least one")
         for name in ("steps", "start"):
@@ -215,10 +213,7 @@ def over_correction(design, case, *, tilt_at="5"):
     Kasper's extra over-correction, by which the parallax is driven to -k times itself,
     is k = n - 1.
     """
-    if tilt_at not in TILT_POINTS:
-        raise SettingsError(
-            f"tilt_at = {tilt_at!r} is unknown", expected=" or ".join(TILT_POINTS)
-        )
+    require_choice("tilt_at", tilt_at, TILT_POINTS)
     design = np.asarray(design, dtype=float)
     cleared = [point - 1 for _, point in _ELIMINATION[case]]
     others = _solve(design[..., cleared, 1:], -design[..., cleared, 0])

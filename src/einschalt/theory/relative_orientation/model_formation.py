@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import over_segments
 from einschalt.foundations.errors import SettingsError
 
@@ -71,8 +72,7 @@ def form_model(image, model_start, principal_distance, cameras, rule, correction
     SettingsError
         The rule is unknown, or "adjusted_rays" has no corrections.
     """
-    if rule not in RULES:
-        raise SettingsError(f"rule = {rule!r} is unknown", expected=" or ".join(RULES))
+    require_choice("rule", rule, RULES)
     if rule == "adjusted_rays" and corrections is None:
         raise SettingsError(
             "rule = 'adjusted_rays' without corrections",

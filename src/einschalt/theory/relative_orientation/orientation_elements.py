@@ -30,7 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.rotations import (
     angle_rates,
     angles_from_rotation,
@@ -105,8 +105,7 @@ def orientation_elements(orientation, base_length=1.0, case="dependent_right"):
     SettingsError
         The case is unknown.
     """
-    if case not in CASES:
-        raise SettingsError(f"case = {case!r} is unknown", expected=" or ".join(CASES))
+    require_choice("case", case, CASES)
     length = np.broadcast_to(
         np.asarray(base_length, dtype=float), len(orientation.base)
     )
