@@ -100,10 +100,17 @@ def _factor_own(panel, k, size, reference, held, copy, work):
 
 
 @numba.njit(cache=True, nogil=True)
-def factor_fronts(blocks, pattern, panels, panel_start, fronts, sizes, is_held, work):
-    """Factor all fronts, children before their parents; see ``factorize``."""
+def factor_fronts(
+    blocks, pattern, panels, panel_start, fronts, part, sizes, is_held, work
+):
+    """Factor a branch or the trunk, children before their parents.
+
+    See :func:`factorize`. A branch puts the update of its root into ``left``, where
+    the trunk finds it.
+    """
     column, row = pattern
     start, n_children, boundary_start, boundary = fronts
+    own_root, visited, left_start, left = part
     stack_size, largest = sizes
     n_fronts, u = start.size - 1, blocks.shape[1]
     stack = np.empty(stack_size, dtype=blocks.dtype)
@@ -115,12 +122,18 @@ def factor_fronts(blocks, pattern, panels, panel_start, fronts, sizes, is_held, 
     update = np.empty(0, dtype=blocks.dtype)
     copy = np.empty(0, dtype=blocks.dtype)
     top = 0
-    for f in range(n_fronts):
+    for f in visited:
         first, last = start[f], start[f + 1]
         edge = boundary[boundary_start[f] : boundary_start[f + 1]]
         n_own, n_edge = last - first, edge.size
         k, rest = n_own * u, n_edge * u
         size = k + rest
+        if left_start[f] >= 0 and f != own_root:
+            waiting[top] = f
+            place[top + 1] = place[top] + rest * rest
+            stack[place[top] : place[top + 1]] = left[left_start[f] :][: rest * rest]
+            top += 1
+            continue
         if update.size < rest * rest:
             update = np.empty(rest * rest, dtype=blocks.dtype)
         if copy.size < k * k:
@@ -166,3 +179,5 @@ def factor_fronts(blocks, pattern, panels, panel_start, fronts, sizes, is_held, 
         waiting[top] = f
         place[top + 1] = place[top] + rest * rest
         top += 1
+    if own_root >= 0:
+        left[left_start[own_root] :][: place[1]] = stack[: place[1]]

@@ -21,6 +21,7 @@ from einschalt.theory.block_adjustment.elimination_pattern import (
     Storage,
     storage_for,
 )
+from einschalt.theory.block_adjustment.front_branches import NO_BRANCH, part_fronts
 from einschalt.theory.block_adjustment.front_factorization import HELD, factor_fronts
 from einschalt.theory.block_adjustment.front_solution import (
     solve_backward,
@@ -120,7 +121,10 @@ class Factor:
         fronts, n_unknowns = self.fronts, self.n_unknowns
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
         inverse = np.zeros(shape, dtype=self.panels.dtype)
-        with one_thread():
+        branches = part_fronts(fronts, n_unknowns)
+        left = np.empty(branches.n_left, dtype=inverse.dtype)
+
+        def invert(own_root, visited):
             invert_fronts(
                 inverse,
                 (self.pattern.start, self.pattern.row),
@@ -133,9 +137,14 @@ class Factor:
                     fronts.boundary_start,
                     fronts.boundary,
                 ),
+                (own_root, visited, branches.left_start, left),
                 (self.storage.path, self.storage.largest),
                 work_arrays(inverse.dtype),
             )
+
+        with one_thread():
+            invert(NO_BRANCH, branches.trunk)
+            branches.each(invert)
         return inverse
 
 
@@ -157,20 +166,23 @@ def factorize(blocks, pattern, fronts) -> Factor:
     storage = storage_for(fronts, n_unknowns)
     panels = np.zeros(storage.panel_start[-1], dtype=blocks.dtype)
     is_held = np.zeros((len(pattern.start) - 1, n_unknowns), dtype=np.bool_)
-    with one_thread():
+    branches = part_fronts(fronts, n_unknowns)
+    left = np.empty(branches.n_left, dtype=blocks.dtype)
+
+    def factor(own_root, visited):
         factor_fronts(
             blocks,
             (pattern.start, pattern.row),
             panels,
             storage.panel_start,
-            (
-                fronts.start,
-                fronts.n_children,
-                fronts.boundary_start,
-                fronts.boundary,
-            ),
+            (fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary),
+            (own_root, visited, branches.left_start, left),
             (storage.stack, storage.largest),
             is_held,
             work_arrays(blocks.dtype),
         )
+
+    with one_thread():
+        branches.each(factor)
+        factor(NO_BRANCH, branches.trunk)
     return Factor(pattern, fronts, storage, panels, is_held)

@@ -37,10 +37,15 @@ def _gather(known, size_known, target, n_edge, local, edge, u):
 
 
 @numba.njit(cache=True, nogil=True)
-def invert_fronts(inverse, pattern, panels, panel_start, fronts, sizes, work):
-    """Fill the blocks of the inverse; see ``Factor.selected_inverse``."""
+def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, sizes, work):
+    """Fill the blocks of the inverse of a branch or the trunk, from the top down.
+
+    See ``Factor.selected_inverse``. The trunk puts the inverse of its boundary into
+    ``left`` for every branch.
+    """
     column, row = pattern
     start, parent, n_children, boundary_start, boundary = fronts
+    own_root, visited, left_start, left = part
     path, _ = sizes
     n_fronts, u = start.size - 1, inverse.shape[1]
     pile = np.empty(path, dtype=inverse.dtype)
@@ -51,13 +56,13 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, sizes, work):
     below = np.empty(0, dtype=inverse.dtype)
     edge_inverse = np.empty(0, dtype=inverse.dtype)
     own_inverse = np.empty(0, dtype=inverse.dtype)
-    for f in range(n_fronts - 1, -1, -1):
+    for f in visited[::-1]:
         first, last = start[f], start[f + 1]
         edge = boundary[boundary_start[f] : boundary_start[f + 1]]
         n_own, n_edge = last - first, edge.size
         k, rest = n_own * u, n_edge * u
         size = k + rest
-        above = parent[f]
+        above = -1 if f == own_root else parent[f]
         depth = 0 if above < 0 else depth_of[above] + 1
         depth_of[f] = depth
         if edge_inverse.size < rest * rest:
@@ -67,7 +72,9 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, sizes, work):
             below = np.empty(rest * k, dtype=inverse.dtype)
         if own_inverse.size < k * k:
             own_inverse = np.empty(k * k, dtype=inverse.dtype)
-        if rest > 0:
+        if f == own_root:
+            edge_inverse[: rest * rest] = left[left_start[f] :][: rest * rest]
+        elif rest > 0:
             first_above, last_above = start[above], start[above + 1]
             edge_above = boundary[boundary_start[above] : boundary_start[above + 1]]
             n_above = last_above - first_above
@@ -78,6 +85,9 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, sizes, work):
             size_above = (n_above + edge_above.size) * u
             known = pile[place[depth - 1] :]
             _gather(known, size_above, edge_inverse, n_edge, local, edge, u)
+        if left_start[f] >= 0 and f != own_root:
+            left[left_start[f] :][: rest * rest] = edge_inverse[: rest * rest]
+            continue
         panel = panels[panel_start[f] :]
         for j in range(k):
             own_inverse[j * k + j : (j + 1) * k] = panel[j * size + j : j * size + k]
