@@ -62,9 +62,12 @@ def test_two_cores_get_the_halves_and_the_trunk_the_rest(cores):
     cores(2)
     # two branches of three fronts at a root
     branches = part_fronts(tree([2, 2, 6, 5, 5, 6, -1]), 2)
-    assert branches.roots.tolist() == [2, 5]
-    assert branches.first.tolist() == [0, 3]
-    assert branches.trunk.tolist() == [2, 5, 6]
+    assert [part.root for part in branches.branches] == [2, 5]
+    assert [part.fronts.tolist() for part in branches.branches] == [
+        [0, 1, 2],
+        [3, 4, 5],
+    ]
+    assert branches.trunk.fronts.tolist() == [2, 5, 6]
     assert branches.left_start[[2, 5]].tolist() == [0, 144]
     assert branches.n_left == 2 * (2 * 6) ** 2
 
@@ -73,29 +76,45 @@ def test_a_branch_above_its_share_is_parted_again(cores):
     cores(3)
     # nine fronts: branches of seven and one; the seven of three and three
     branches = part_fronts(tree([2, 2, 6, 5, 5, 6, 8, 8, -1]), 2)
-    assert branches.roots.tolist() == [2, 5, 7]
-    assert branches.trunk.tolist() == [2, 5, 6, 7, 8]
+    assert [part.root for part in branches.branches] == [2, 5, 7]
+    assert branches.trunk.fronts.tolist() == [2, 5, 6, 7, 8]
 
 
 def test_parts_that_do_not_hang_together_are_branches(cores):
     cores(2)
     branches = part_fronts(tree([-1, -1, -1, -1]), 2)
-    assert sorted(branches.roots.tolist()) == [0, 1, 2, 3]
+    assert sorted(part.root for part in branches.branches) == [0, 1, 2, 3]
 
 
 def test_one_core_and_little_work_have_no_branches(cores, monkeypatch):
     fronts = tree([2, 2, 6, 5, 5, 6, -1])
     cores(1)
-    assert part_fronts(fronts, 2).trunk.tolist() == list(range(7))
+    whole = part_fronts(fronts, 2)
+    assert whole.branches == ()
+    assert whole.trunk.fronts.tolist() == list(range(7))
     cores(2)
     monkeypatch.setattr(front_branches, "LEAST_WORK", 1e8)
-    assert part_fronts(fronts, 2).roots.size == 0
+    assert part_fronts(fronts, 2).branches == ()
+
+
+def test_parts_hold_their_updates_and_their_longest_way_only(cores):
+    fronts = tree([2, 2, 6, 5, 5, 6, -1])
+    own, edge = 2 * 4, 2 * 6
+    cores(1)
+    trunk = part_fronts(fronts, 2).trunk
+    # the update of front 2 waits beside those of fronts 3 and 4
+    assert (trunk.stack, trunk.path) == (3 * edge**2, 3 * (own + edge) ** 2)
+    cores(2)
+    parted = part_fronts(fronts, 2)
+    for branch in parted.branches:
+        assert (branch.stack, branch.path) == (2 * edge**2, 2 * (own + edge) ** 2)
+    assert (parted.trunk.stack, parted.trunk.path) == (2 * edge**2, (own + edge) ** 2)
 
 
 def test_what_goes_wrong_in_a_branch_is_raised(cores):
     cores(2)
 
-    def fail(_root, _fronts):
+    def fail(_part):
         message = "lost"
         raise ArithmeticError(message)
 

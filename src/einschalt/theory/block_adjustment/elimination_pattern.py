@@ -166,28 +166,22 @@ def _boundaries(column, row, front_start, parent):
 
 @dataclass(frozen=True, eq=False)
 class Storage:
-    """How many numbers factor and work arrays hold, for a number of unknowns a model.
+    """How many numbers the factor holds, for a number of unknowns a model.
 
     Attributes
     ----------
     panel_start : ndarray of int64, shape (n_fronts + 1,)
         First element of each front's columns of the factor.
-    stack : int
-        Elements of the largest pile of updates that wait for their parents.
-    path : int
-        Elements of all fronts on the longest way from a root down.
     largest : int
         Unknowns of the largest front.
     """
 
     panel_start: np.ndarray
-    stack: int
-    path: int
     largest: int
 
 
 def storage_for(fronts, n_unknowns) -> Storage:
-    """Sizes of factor and work arrays.
+    """Sizes of the factor and its fronts.
 
     Parameters
     ----------
@@ -201,28 +195,4 @@ def storage_for(fronts, n_unknowns) -> Storage:
     """
     own, boundary = n_unknowns * fronts.n_own, n_unknowns * fronts.n_boundary
     panel = np.concatenate([[0], np.cumsum((own + boundary) * own)])
-    sizes = _work_sizes(own, boundary, fronts.parent, fronts.n_children)
-    return Storage(panel, *(int(size) for size in sizes))
-
-
-@numba.njit(cache=True, nogil=True)
-def _work_sizes(own, boundary, parent, n_children):
-    n_fronts = parent.size
-    waiting = np.empty(n_fronts, dtype=np.int64)
-    top, pile, largest_pile, largest = 0, 0, 0, 0
-    for f in range(n_fronts):
-        largest = max(largest, own[f] + boundary[f])
-        for _ in range(n_children[f]):
-            top -= 1
-            pile -= waiting[top]
-        waiting[top] = boundary[f] ** 2
-        pile += waiting[top]
-        top += 1
-        largest_pile = max(largest_pile, pile)
-    path = np.zeros(n_fronts, dtype=np.int64)
-    longest = 0
-    for f in range(n_fronts - 1, -1, -1):
-        above = path[parent[f]] if parent[f] >= 0 else 0
-        path[f] = above + (own[f] + boundary[f]) ** 2
-        longest = max(longest, path[f])
-    return largest_pile, longest, largest
+    return Storage(panel, int((own + boundary).max(initial=0)))

@@ -23,26 +23,46 @@ LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
+class Part:
+    """A branch, or the trunk.
+
+    Attributes
+    ----------
+    root : int
+        Topmost front of a branch; ``NO_BRANCH`` for the trunk.
+    fronts : ndarray of int64
+        Its fronts, ascending; those of the trunk with the roots of the branches, which
+        it does not compute, in their places.
+    stack : int
+        Elements of the largest pile of updates that wait for their parents.
+    path : int
+        Elements of all its fronts on the longest way from a root down.
+    """
+
+    root: int
+    fronts: np.ndarray
+    stack: int
+    path: int
+
+
+@dataclass(frozen=True, eq=False)
 class Branches:
     """Parts of the tree of fronts.
 
     Attributes
     ----------
-    roots : ndarray of int64, shape (n_branches,)
-        Topmost front of each branch, the branch with most work first.
-    first : ndarray of int64, shape (n_branches,)
-        A branch has the fronts from ``first`` to its root, without a gap.
-    trunk : ndarray of int64
-        All other fronts and, in their places among these, the roots of the branches.
+    branches : tuple of Part
+        The one with most work first.
+    trunk : Part
+        All other fronts.
     left_start : ndarray of int64, shape (n_fronts,)
         Where a branch leaves the square matrix of its boundary; −1 at other fronts.
     n_left : int
         Elements of all these matrices.
     """
 
-    roots: np.ndarray
-    first: np.ndarray
-    trunk: np.ndarray
+    branches: tuple[Part, ...]
+    trunk: Part
     left_start: np.ndarray
     n_left: int
 
@@ -52,17 +72,12 @@ class Branches:
         Parameters
         ----------
         function : callable
-            Of the root of a branch and of its fronts, ascending.
+            Of a Part.
         """
-        if len(self.roots) == 0:
-            return
-        fronts = [
-            np.arange(first, root + 1)
-            for first, root in zip(self.first, self.roots, strict=True)
-        ]
-        with ThreadPoolExecutor(batches.n_cores()) as pool:
-            # the list asks for every answer, and so for what went wrong
-            list(pool.map(function, self.roots.tolist(), fronts))
+        if self.branches:
+            with ThreadPoolExecutor(batches.n_cores()) as pool:
+                # the list asks for every answer, and so for what went wrong
+                list(pool.map(function, self.branches))
 
 
 def part_fronts(fronts, n_unknowns) -> Branches:
@@ -91,13 +106,49 @@ def part_fronts(fronts, n_unknowns) -> Branches:
     roots = np.flatnonzero(is_root & (work > LEAST_SHARE * most))
     roots = roots[np.argsort(-work[roots], kind="stable")]
     is_inside = np.zeros(len(parent), dtype=bool)
-    for root, begin in zip(roots, first[roots], strict=True):
-        is_inside[begin:root] = True
+    for root in roots:
+        is_inside[first[root] : root] = True
     size = edge[roots] ** 2
     left_start = np.full(len(parent), -1, dtype=np.int64)
     left_start[roots] = np.cumsum(size) - size
+    arrays = own, edge, parent, fronts.n_children, left_start
     trunk = np.flatnonzero(~is_inside)
-    return Branches(roots, first[roots], trunk, left_start, int(size.sum()))
+    return Branches(
+        tuple(_part(root, np.arange(first[root], root + 1), arrays) for root in roots),
+        _part(NO_BRANCH, trunk, arrays),
+        left_start,
+        int(size.sum()),
+    )
+
+
+def _part(root, visited, arrays):
+    stack, path = _room(root, visited, *arrays)
+    return Part(int(root), visited, int(stack), int(path))
+
+
+@numba.njit(cache=True, nogil=True)
+def _room(own_root, visited, own, edge, parent, n_children, left_start):
+    """Elements of stack and path; see ``Part``."""
+    waiting = np.empty(visited.size, dtype=np.int64)
+    top, pile, largest_pile = 0, 0, 0
+    for f in visited:
+        if left_start[f] < 0 or f == own_root:
+            for _ in range(n_children[f]):
+                top -= 1
+                pile -= waiting[top]
+        waiting[top] = edge[f] ** 2
+        pile += waiting[top]
+        top += 1
+        largest_pile = max(largest_pile, pile)
+    path = np.zeros(parent.size, dtype=np.int64)
+    longest = 0
+    for f in visited[::-1]:
+        if left_start[f] >= 0 and f != own_root:
+            continue
+        above = 0 if f == own_root or parent[f] < 0 else path[parent[f]]
+        path[f] = above + (own[f] + edge[f]) ** 2
+        longest = max(longest, path[f])
+    return largest_pile, longest
 
 
 @numba.njit(cache=True, nogil=True)

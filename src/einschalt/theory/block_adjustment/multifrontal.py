@@ -21,7 +21,7 @@ from einschalt.theory.block_adjustment.elimination_pattern import (
     Storage,
     storage_for,
 )
-from einschalt.theory.block_adjustment.front_branches import NO_BRANCH, part_fronts
+from einschalt.theory.block_adjustment.front_branches import part_fronts
 from einschalt.theory.block_adjustment.front_factorization import HELD, factor_fronts
 from einschalt.theory.block_adjustment.front_solution import (
     solve_backward,
@@ -124,7 +124,7 @@ class Factor:
         branches = part_fronts(fronts, n_unknowns)
         left = np.empty(branches.n_left, dtype=inverse.dtype)
 
-        def invert(own_root, visited):
+        def invert(part):
             invert_fronts(
                 inverse,
                 (self.pattern.start, self.pattern.row),
@@ -137,13 +137,13 @@ class Factor:
                     fronts.boundary_start,
                     fronts.boundary,
                 ),
-                (own_root, visited, branches.left_start, left),
-                (self.storage.path, self.storage.largest),
+                (part.root, part.fronts, branches.left_start, left),
+                part.path,
                 work_arrays(inverse.dtype),
             )
 
         with one_thread():
-            invert(NO_BRANCH, branches.trunk)
+            invert(branches.trunk)
             branches.each(invert)
         return inverse
 
@@ -169,20 +169,20 @@ def factorize(blocks, pattern, fronts) -> Factor:
     branches = part_fronts(fronts, n_unknowns)
     left = np.empty(branches.n_left, dtype=blocks.dtype)
 
-    def factor(own_root, visited):
+    def factor(part):
         factor_fronts(
             blocks,
             (pattern.start, pattern.row),
             panels,
             storage.panel_start,
             (fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary),
-            (own_root, visited, branches.left_start, left),
-            (storage.stack, storage.largest),
+            (part.root, part.fronts, branches.left_start, left),
+            (part.stack, storage.largest),
             is_held,
             work_arrays(blocks.dtype),
         )
 
     with one_thread():
         branches.each(factor)
-        factor(NO_BRANCH, branches.trunk)
+        factor(branches.trunk)
     return Factor(pattern, fronts, storage, panels, is_held)

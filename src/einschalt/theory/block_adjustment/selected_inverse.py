@@ -37,7 +37,7 @@ def _gather(known, size_known, target, n_edge, local, edge, u):
 
 
 @numba.njit(cache=True, nogil=True)
-def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, sizes, work):
+def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, work):
     """Fill the blocks of the inverse of a branch or the trunk, from the top down.
 
     See ``Factor.selected_inverse``. The trunk puts the inverse of its boundary into
@@ -46,7 +46,6 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, sizes, wo
     column, row = pattern
     start, parent, n_children, boundary_start, boundary = fronts
     own_root, visited, left_start, left = part
-    path, _ = sizes
     n_fronts, u = start.size - 1, inverse.shape[1]
     pile = np.empty(path, dtype=inverse.dtype)
     depth_of = np.zeros(n_fronts, dtype=np.int64)
