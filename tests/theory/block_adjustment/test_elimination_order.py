@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from einschalt.theory.block_adjustment.model_graph import (
+    Neighbours,
     chained_positions,
     fans_of,
     neighbours_of,
@@ -46,6 +47,22 @@ def test_a_square_is_cut_into_halves_along_its_rows(block):
     # models at the first cut: one row of the grid, less or more at a slanting one
     assert SIDE <= n_own[-1] <= 1.2 * SIDE
     assert n_own.max() <= 1.2 * SIDE
+
+
+def test_a_block_is_cut_at_its_neck():
+    """Two fields, twenty models wide, that two models of a strip hold together."""
+    fields = [(i, j) for j in range(20) for i in (*range(20), *range(24, 40))]
+    neck = [(i, j) for i in range(20, 24) for j in (9, 10)]
+    place = np.array(fields + neck)
+    away = np.abs(place[:, None] - place[None]).max(axis=2)
+    start = np.concatenate([[0], np.cumsum((away == 1).sum(axis=1))])
+    neighbours = Neighbours(start, np.nonzero(away == 1)[1])
+    elimination = dissect(neighbours, place.astype(float))
+    last = elimination.order[elimination.start[-2] :]
+    assert len(last) == 2
+    assert set(last.tolist()) <= set(range(len(fields), len(place))) | set(
+        np.flatnonzero((place[:, 0] == 19) | (place[:, 0] == 24)).tolist()
+    )
 
 
 def test_every_model_is_eliminated_once_and_after_those_below(block):

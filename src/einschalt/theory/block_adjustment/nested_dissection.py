@@ -1,9 +1,10 @@
 """An order of elimination in which little fills up: nested dissection.
 
-The block is cut in two along its shorter extent; the models at the cut, which alone
-hold the halves together, are eliminated last; each half is cut in the same way. For a
-block of n models that spreads over an area the factor then has O(n log n) elements
-and costs O(n^1.5) operations, which no other order can better (George 1973).
+The block is cut in two along its shorter extent, about in the middle, where fewest
+models hold the halves together; these are eliminated last, and each half is cut in the
+same way. For a block of n models that spreads over an area the factor then has
+O(n log n) elements and costs O(n^1.5) operations, which no other order can better
+(George 1973).
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,9 @@ import numba
 import numpy as np
 
 LEAF = 5  # models: smaller parts are eliminated as a whole
-GOOD_CUT = 0.35  # of the smaller half; above, other directions are tried as well
+LEAST_PART = 0.3  # of a part, that either half of it has
+# of a half: with more models at the cut, other directions are tried as well
+GOOD_CUT = 0.35
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,37 +62,47 @@ def dissect(neighbours, positions) -> Elimination:
 
 
 @numba.njit(cache=True, nogil=True)
-def _put_smallest_first(models, key, count):
-    """Partition, so that the ``count`` smallest keys stand first (Hoare's select)."""
-    low, high = 0, models.size - 1
-    while low < high:
-        pivot = key[models[(low + high) // 2]]
-        i, j = low, high
-        while i <= j:
-            while key[models[i]] < pivot:
-                i += 1
-            while key[models[j]] > pivot:
-                j -= 1
-            if i <= j:
-                models[i], models[j] = models[j], models[i]
-                i += 1
-                j -= 1
-        if count <= j:
-            high = j
-        elif count >= i:
-            low = i
-        else:
-            return
+def _best_place(models, rank, side, part, start, neighbours):
+    """Where to cut a sorted part: models of the first half, and of its separator.
+
+    A model stands at the edge of the first half while the cut lies between it and the
+    last of its neighbours, at the edge of the second half from the first of them on.
+    """
+    n = models.size
+    for i in range(n):
+        rank[models[i]] = i
+    change = np.zeros((2, n + 1), dtype=np.int64)
+    for i in range(n):
+        m = models[i]
+        first, last = i, i
+        for k in range(start[m], start[m + 1]):
+            other = neighbours[k]
+            if side[other] == part:
+                first, last = min(first, rank[other]), max(last, rank[other])
+        change[0, i + 1] += 1
+        change[0, last + 1] -= 1
+        change[1, first + 1] += 1
+        change[1, i + 1] -= 1
+    best, place, least = np.inf, n // 2, n
+    left, right = 0, 0
+    for cut in range(1, n):
+        left += change[0, cut]
+        right += change[1, cut]
+        size = min(left, right)
+        if cut < LEAST_PART * n or n - cut < LEAST_PART * n:
+            continue
+        cost = (size + 0.5) / (cut * float(n - cut))
+        if cost < best:
+            best, place, least = cost, cut, size
+    return place, least
 
 
 @numba.njit(cache=True, nogil=True)
-def _mark_boundary(models, own, other, side, start, neighbours, is_boundary):
+def _mark_boundary(models, other, side, start, neighbours, is_boundary):
     """Mark those of the models that have a neighbour on the other side; count them."""
     count = 0
     for m in models:
         is_boundary[m] = False
-        if side[m] != own:
-            continue
         for k in range(start[m], start[m + 1]):
             if side[neighbours[k]] == other:
                 is_boundary[m] = True
@@ -128,7 +141,7 @@ def _levels(models, part, side, start, neighbours, key):
 
 
 @numba.njit(cache=True, nogil=True)
-def _cut(models, label, side, start, neighbours, xy, is_boundary, key):
+def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
     """Cut a part; reorders it as first half, second half, separator: their sizes."""
     n = models.size
     low0, high0, low1, high1 = np.inf, -np.inf, np.inf, -np.inf
@@ -139,38 +152,34 @@ def _cut(models, label, side, start, neighbours, xy, is_boundary, key):
     longer = 0 if high0 - low0 >= high1 - low1 else 1
     best = n + 1
     best_models = models.copy()
-    best_left = True
     half = n // 2
     for trial in range(3):
+        for m in models:
+            side[m] = label
         if trial == 2:
-            for m in models:
-                side[m] = label
             _levels(models, label, side, start, neighbours, key)
         else:
             axis = longer if trial == 0 else 1 - longer
             for m in models:
                 key[m] = xy[m, axis]
-        _put_smallest_first(models, key, half)
-        for i in range(n):
-            side[models[i]] = label if i < half else label + 1
-        left = _mark_boundary(
-            models[:half], label, label + 1, side, start, neighbours, is_boundary
-        )
-        right = _mark_boundary(
-            models[half:], label + 1, label, side, start, neighbours, is_boundary
-        )
-        if min(left, right) < best:
-            best = min(left, right)
-            best_left = left <= right
+        models[:] = models[np.argsort(key[models], kind="mergesort")]
+        place, size = _best_place(models, rank, side, label, start, neighbours)
+        if size < best:
+            best, half = size, place
             best_models[:] = models
-        if best <= GOOD_CUT * half:
+        if best <= GOOD_CUT * (n // 2):
             break
     models[:] = best_models
     for i in range(n):
         side[models[i]] = label if i < half else label + 1
-    own = label if best_left else label + 1
-    other = label + 1 if best_left else label
-    _mark_boundary(models, own, other, side, start, neighbours, is_boundary)
+    left = _mark_boundary(
+        models[:half], label + 1, side, start, neighbours, is_boundary
+    )
+    right = _mark_boundary(models[half:], label, side, start, neighbours, is_boundary)
+    if left <= right:
+        is_boundary[models[half:]] = False
+    else:
+        is_boundary[models[:half]] = False
     n_first, n_second = 0, 0
     for m in best_models:
         if side[m] == label and not is_boundary[m]:
@@ -195,6 +204,7 @@ def _dissect(start, neighbours, xy, leaf):
     side = np.full(n, -1, dtype=np.int64)
     is_boundary = np.zeros(n, dtype=np.bool_)
     key = np.empty(n)
+    rank = np.empty(n, dtype=np.int64)
     label = 0
     # a node of the tree owns models[first:last] once its branches are cut off
     stack = np.empty((4 * 64 + 4, 4), dtype=np.int64)
@@ -214,7 +224,15 @@ def _dissect(start, neighbours, xy, leaf):
         is_cut = stack[depth, 3] == 1
         if not is_cut and last - first > leaf:
             n_first, n_second = _cut(
-                order[first:last], label, side, start, neighbours, xy, is_boundary, key
+                order[first:last],
+                label,
+                side,
+                start,
+                neighbours,
+                xy,
+                is_boundary,
+                key,
+                rank,
             )
             label += 2
             if n_first + n_second > 0:
