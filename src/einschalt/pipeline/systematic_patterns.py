@@ -15,12 +15,12 @@ from scipy.special import chdtrc
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.pipeline.error_model import PLAN
 from einschalt.pipeline.own_errors import ORIENTATION
-from einschalt.theory.adjustment.control_information import (
+from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
+from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
     control_information,
 )
-from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.transformation.affinity import (
     affine_matrices,
     affinity_derivatives,

@@ -62,8 +62,23 @@ def order_block(fans, xy) -> Ordering:
     -------
     Ordering
     """
+    return order_placed(fans, chained_positions(fans, xy))
+
+
+def order_placed(fans, positions) -> Ordering:
+    """Find the order of elimination of models whose places are known.
+
+    Parameters
+    ----------
+    fans : Fans
+    positions : ndarray, shape (n_models, 2)
+
+    Returns
+    -------
+    Ordering
+    """
     neighbours = neighbours_of(fans)
-    elimination = dissect(neighbours, chained_positions(fans, xy))
+    elimination = dissect(neighbours, positions)
     pattern = block_pattern(neighbours, elimination)
     fronts = find_fronts(pattern, elimination)
     return Ordering(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from einschalt.theory.adjustment.control_information import (
+from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
     control_information,

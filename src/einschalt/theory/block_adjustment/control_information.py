@@ -1,0 +1,210 @@
+"""What the models of all flights, adjusted together, know of the control points.
+
+Every value of a point in a model is D θ, with the parameters θ of the model; the point
+itself stands between its values. Eliminating the points leaves the normal equations of
+the models, and these tell how far every control point is from where the rest has it.
+Everything is linear about the values that are there already; one complex number stands
+for easting and northing where the transformations allow it.
+
+Source: partitioned normal equations of an adjustment of independent models; see
+docs/theory/systematic_patterns.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.multifrontal import factorize
+from einschalt.theory.block_adjustment.point_elimination import (
+    PointSystem,
+    assemble,
+    invert_point_blocks,
+)
+from einschalt.theory.block_adjustment.solver import order_placed
+
+# weight of "no correction" for each parameter of a model, against its diagonal: models
+# that hang on nothing stay where they are
+RIDGE = 1e-9
+AT_ONCE = 256  # right sides: more would take much memory
+
+
+@dataclass(frozen=True, eq=False)
+class ModelValues:
+    """Values of points in models.
+
+    Attributes
+    ----------
+    design : ndarray, shape (n_values, n_parameters)
+        D of each value, with columns of about unit size; complex where it must be.
+    model, point : ndarray of int, shape (n_values,)
+    value : ndarray of complex, shape (n_values,)
+        Easting + i northing, from any place near all points [m].
+    weight : ndarray, shape (n_values,)
+        1 / σ² of one coordinate [1/m²].
+    """
+
+    design: np.ndarray
+    model: np.ndarray
+    point: np.ndarray
+    value: np.ndarray
+    weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ControlValues:
+    """Given coordinates of control points.
+
+    Attributes
+    ----------
+    point : ndarray of int, shape (n,)
+        Which point each is; none twice.
+    value : ndarray of complex, shape (n,)
+        As in :class:`ModelValues` [m].
+    weight : ndarray, shape (n,)
+        1 / σ² of one coordinate [1/m²].
+    """
+
+    point: np.ndarray
+    value: np.ndarray
+    weight: np.ndarray
+
+
+def control_information(flights, control):
+    """Scores of control points, and the information that checks them.
+
+    Parameters
+    ----------
+    flights : sequence of ModelValues
+        Their models are counted apart, their points together.
+    control : ControlValues
+
+    Returns
+    -------
+    scores : ndarray of complex, shape (n_control,)
+        Weight times correction of each control point in the adjustment of everything
+        [1/m]. Without gross or systematic errors their covariance is the information,
+        for either coordinate.
+    information : ndarray, shape (n_control, n_control)
+        W = P - P Q P [1/m²], Q being the cofactors of the adjusted control points. The
+        real part where transformations are complex.
+    """
+    values = _joined(flights)
+    n_points = 1 + int(max(values.point.max(), control.point.max()))
+    ordering = _ordering_of(values, n_points)
+    fans = ordering.reordered.fans
+    rows, points = ordering.reordered.rows, ordering.reordered.points
+    place = np.full(n_points, -1)
+    place[points] = np.arange(fans.n_points)
+    place = place[control.point]
+    is_held = place >= 0
+    given = np.zeros((fans.n_points, 1, 1))
+    given[place[is_held], 0, 0] = control.weight[is_held]
+    system = _system(fans, values.design[rows], values.weight[rows], given)
+    # about the mean of its values a point asks nothing of the models
+    value = values.value[rows]
+    total = np.bincount(fans.point, system.weights[:, 0])
+    centre = _sums(fans.point, system.weights[:, 0] * value) / total
+    factor = _factor(system, ordering)
+    # no model holds the others: they are where they are given
+    part = np.ones(len(place))
+    part[is_held] = (system.inverse * given)[place[is_held], 0, 0]
+    pull = _pull(system, place, part)
+    information = np.diag(control.weight * (1.0 - part)) - _answers(factor, pull)
+    closed = np.zeros(len(place), dtype=complex)
+    closed[is_held] = control.value[is_held] - centre[place[is_held]]
+    moved = _solution(factor, system, value - centre[fans.point])
+    scores = information @ closed + pull.conj().T @ moved
+    return np.where(is_held, scores, 0.0), np.real(information)
+
+
+def _joined(flights):
+    """Values of all flights, sorted by model; a model that lacks a column has 0."""
+    n_columns = max(flight.design.shape[1] for flight in flights)
+    designs, models, before = [], [], 0
+    for flight in flights:
+        lacking = n_columns - flight.design.shape[1]
+        designs.append(np.pad(flight.design, ((0, 0), (0, lacking))))
+        models.append(flight.model + before)
+        before += 1 + int(flight.model.max())
+    model = np.concatenate(models)
+    order = np.argsort(model, kind="stable")
+    return ModelValues(
+        np.concatenate(designs)[order],
+        model[order],
+        np.concatenate([flight.point for flight in flights])[order],
+        np.concatenate([flight.value for flight in flights])[order],
+        np.concatenate([flight.weight for flight in flights])[order],
+    )
+
+
+def _ordering_of(values, n_points):
+    """Order of elimination of models that lie where their values are."""
+    fans = fans_of(values.model, values.point, 1 + int(values.model[-1]), n_points)
+    middle = _sums(values.model, values.value) / np.bincount(values.model)
+    return order_placed(fans, np.column_stack([middle.real, middle.imag]))
+
+
+def _sums(group, values):
+    """Sums of complex values by group."""
+    return np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)
+
+
+def _system(fans, design, weight, given):
+    """Observations of the models, and the weights of given points."""
+    weight, is_fixed = weight[:, None], np.zeros(fans.n_points, dtype=bool)
+    inverse = invert_point_blocks(fans, weight, given, is_fixed)
+    return PointSystem(fans, design[:, None, :], weight, given, is_fixed, inverse)
+
+
+def _factor(system, ordering):
+    """Factor of the normal equations of the models."""
+    blocks = assemble(system, ordering.pattern)
+    squares = system.weights * np.abs(system.design[:, 0, :]) ** 2
+    own = np.add.reduceat(squares, system.fans.model_start[:-1], axis=0)
+    unknown = np.arange(system.n_unknowns)
+    # a column that a model lacks stands alone
+    ridge = np.where(own > 0.0, RIDGE * own, 1.0)
+    blocks[ordering.pattern.start[:-1, None], unknown, unknown] += ridge
+    return factorize(blocks, ordering.pattern, ordering.fronts)
+
+
+def _pull(system, place, part):
+    """What each control point asks of the models: sparse, (n_unknowns, n_control)."""
+    fans, design = system.fans, system.design[:, 0, :]
+    control = np.full(fans.n_points, -1)
+    control[place[place >= 0]] = np.flatnonzero(place >= 0)
+    control = control[fans.point]
+    at = np.flatnonzero(control >= 0)
+    n_each = design.shape[1]
+    share = system.weights[at, 0] * part[control[at]]
+    rows = fans.model[at, None] * n_each + np.arange(n_each)
+    entries = (design[at].conj() * share[:, None]).ravel()
+    shape = (fans.n_models * n_each, len(place))
+    return sparse.csc_array(
+        (entries, (rows.ravel(), control[at].repeat(n_each))), shape=shape
+    )
+
+
+def _answers(factor, pull):
+    """Pull Nᴴ⁻¹ pull, a few control points at a time."""
+    shape = (*factor.is_held.shape, -1)
+    answers = [
+        pull.conj().T @ factor.solve(some.toarray().reshape(shape)).reshape(some.shape)
+        for some in (
+            pull[:, first : first + AT_ONCE]
+            for first in range(0, pull.shape[1], AT_ONCE)
+        )
+    ]
+    return np.hstack(answers)
+
+
+def _solution(factor, system, offset):
+    """Unknowns of the models from the values alone, about the points' own means."""
+    if np.iscomplexobj(system.design):
+        right = system.gradient(offset[:, None, None])
+        return factor.solve(right).ravel()
+    right = system.gradient(np.stack([offset.real, offset.imag], axis=-1)[:, None, :])
+    moved = factor.solve(right)
+    return (moved[:, :, 0] + 1j * moved[:, :, 1]).ravel()
