@@ -1,11 +1,13 @@
 """Affinity of film and strain of control in simulated blocks."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from einschalt.foundations.typesetting import length
+from einschalt.pipeline import systematic_patterns
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
 from einschalt.pipeline.sections import control_strain, patterns
@@ -153,3 +155,17 @@ def test_clean_blocks_are_quiet(good_result):
 def test_strain_of_control_is_tested_without_suspects_too(faulty_result):
     assert isinstance(faulty_result.patterns.strain, NetworkStrain)
     assert network_strain(faulty_result) is None
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [("MOST_CONTROL", "control points, at most 3"), ("MOST_MODELS", "models, at most")],
+)
+def test_a_block_too_large_for_the_strain_test_is_told_so(monkeypatch, limit, said):
+    monkeypatch.setattr(systematic_patterns, limit, 3)
+    result = computed()
+    assert result.patterns.strain is None
+    message = f"Strain was not looked for: the block is too large for it (.*{said}"
+    assert re.search(
+        message.replace("(", r"\("), result.summary().replace("\n    ", " ")
+    )

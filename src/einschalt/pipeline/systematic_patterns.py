@@ -31,7 +31,7 @@ from einschalt.theory.transformation.affinity import (
 SIGNIFICANCE = 0.01
 SURELY_NOT_SCALED = 0.05
 # beyond these the adjustment of everything takes longer than a look at a result should
-MOST_MODELS, MOST_CONTROL = 4000, 1500
+MOST_MODELS, MOST_CONTROL = 20_000, 1500
 KEY = ["coverage", "model_id", "point_id"]
 
 
@@ -150,9 +150,30 @@ def find_patterns(result):
     # orientations bend models: what that makes would pass for strain
     strain = None
     has_images = any(flight.has_images for flight in block.flights.values())
-    if ORIENTATION not in errors and not has_images:
+    is_bent = ORIENTATION in errors or has_images
+    if not is_bent and not beyond_strain_test(result):
         strain = _strain(block, fits, errors, affine)
     return SystematicPatterns(found, strain)
+
+
+def beyond_strain_test(result):
+    """Say what makes a block too large for the test of strain.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    str
+        Empty where it is small enough.
+    """
+    n_control = int((result.block.control_points["role"] != "check").sum())
+    if n_control > MOST_CONTROL:
+        return f"{n_control} control points, at most {MOST_CONTROL}"
+    if len(result.models) > MOST_MODELS:
+        return f"{len(result.models)} models, at most {MOST_MODELS}"
+    return ""
 
 
 def _affinity(flight, transformation, model, errors):
@@ -231,9 +252,6 @@ def _bias(mean, matrix, fit, is_usable):
 def _strain(block, transformations, errors, affine):
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
-    n_models = sum(len(fit.models) for fit in transformations.values())
-    if n_models > MOST_MODELS or is_used.sum() > MOST_CONTROL:
-        return None
     tables = {name: block.flights[name].points_to_fit for name in transformations}
     held = pd.concat([table["point_id"] for table in tables.values()])
     names = encode(pd.concat([control["point_id"], held]))

@@ -2,6 +2,7 @@
 
 from einschalt.foundations.typesetting import fixed, length
 from einschalt.pipeline.sections.section import Section
+from einschalt.pipeline.systematic_patterns import beyond_strain_test
 
 PPM = 1e6
 REMARK = (
@@ -13,6 +14,7 @@ NO_STRAIN = (
     "Strain was not looked for: errors of the orientations bend models, which would "
     "pass for it."
 )
+TOO_LARGE = "Strain was not looked for: the block is too large for it ({})."
 ONE_BY_ONE = 'method = "simultaneous" tests each control point beside them.'
 
 
@@ -28,12 +30,14 @@ def section(result) -> Section:
 
 
 def _untested(result):
-    """Say why strain was not looked for in models that were oriented here."""
-    errors = (result.orientation_errors or {}).values()
-    if result.patterns.strain is not None or not any(errors):
+    """Say why strain was not looked for."""
+    if result.patterns.strain is not None:
         return ()
-    is_weighed = not any(f.has_images for f in result.block.flights.values())
-    return (f"{NO_STRAIN} {ONE_BY_ONE}" if is_weighed else NO_STRAIN,)
+    if any((result.orientation_errors or {}).values()):
+        is_weighed = not any(f.has_images for f in result.block.flights.values())
+        return (f"{NO_STRAIN} {ONE_BY_ONE}" if is_weighed else NO_STRAIN,)
+    size = beyond_strain_test(result)
+    return (TOO_LARGE.format(size),) if size else ()
 
 
 def _affinity(found):
