@@ -38,11 +38,30 @@ def test_no_tasks():
     assert run_in_order(LocalEngine(2), eval, []) == []
 
 
-def test_tasks_run_in_other_processes_at_the_same_time():
+def test_tasks_run_in_other_processes():
     asked = "__import__('os').getpid()"
     pids = run_in_order(LocalEngine(2), eval, [asked] * 8)
     assert os.getpid() not in pids
     assert 1 <= len(set(pids)) <= 2
+
+
+WAIT_FOR_THE_OTHER = """
+import time
+from pathlib import Path
+Path({own!r}).touch()
+end = time.monotonic() + 60.0
+while not Path({other!r}).exists():
+    assert time.monotonic() < end, "it was alone"
+    time.sleep(0.01)
+"""
+
+
+def test_tasks_run_at_the_same_time(tmp_path):
+    """Each of two waits for what the other writes."""
+    one, two = str(tmp_path / "one"), str(tmp_path / "two")
+    pairs = [(one, two), (two, one)]
+    tasks = [WAIT_FOR_THE_OTHER.format(own=a, other=b) for a, b in pairs]
+    assert run_in_order(LocalEngine(2), exec, tasks) == [None, None]
 
 
 def test_errors_are_raised_as_they_were():
@@ -140,16 +159,23 @@ def test_one_process_does_not_take_the_cores_of_the_others():
     assert cores == 1
 
 
-@pytest.mark.parametrize("n_workers", [0, -1, 2.5, 5000])
+@pytest.mark.parametrize("n_workers", [0, -1, 2.5, 2.0, "2", 5000])
 def test_number_of_workers(n_workers):
     with pytest.raises(SettingsError, match=r"workers = .*expected a whole number fro"):
         LocalEngine(n_workers)
 
 
-@pytest.mark.parametrize("memory", [0.0, -1.0, float("nan")])
+@pytest.mark.parametrize("memory", [0.0, -1.0, float("nan"), float("inf"), 1e300, "2"])
 def test_memory_above_zero(memory):
     with pytest.raises(SettingsError, match=r"memory_gb = .*a number above 0"):
         LocalEngine(1, memory_gb=memory)
+
+
+@POSIX
+def test_a_limit_beyond_what_the_system_can_count_is_said():
+    (answer,) = LocalEngine(1, memory_gb=1e15).answers(eval, ["1"])
+    with pytest.raises(SettingsError, match=r"memory cannot be limited to 1e\+15 GB"):
+        raise answer.error
 
 
 def test_errors_cross_the_border_with_their_facts():

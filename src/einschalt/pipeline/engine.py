@@ -20,9 +20,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.spawn import get_executable
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Protocol
 
+from einschalt.foundations.arguments import finite_number
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.pipeline.engine_worker import LENGTH, limit_memory
@@ -120,18 +122,14 @@ class LocalEngine:
 
     def __init__(self, n_workers=None, *, memory_gb=None):
         self.n_workers = n_cores() if n_workers is None else n_workers
-        if self.n_workers not in range(1, 1025):
+        is_whole = isinstance(self.n_workers, Integral)
+        if not is_whole or self.n_workers not in range(1, 1025):
             raise SettingsError(
                 f"workers = {self.n_workers!r}",
                 expected="a whole number from 1 to 1024",
                 remedy=f"This computer has {n_cores()} cores",
             )
-        if memory_gb is not None and not memory_gb > 0.0:
-            raise SettingsError(
-                f"memory_gb = {memory_gb!r}",
-                expected="a number above 0 (gigabytes for each process)",
-            )
-        self.memory_bytes = None if memory_gb is None else int(memory_gb * 1e9)
+        self.memory_bytes = None if memory_gb is None else _bytes_of(memory_gb)
 
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come.
@@ -179,6 +177,14 @@ class LocalEngine:
             "PYTHONPATH": os.pathsep.join(paths),
         }
         return _Setup(environment, self.memory_bytes)
+
+
+def _bytes_of(memory_gb):
+    expected = "a number above 0 (gigabytes for each process)"
+    number = finite_number("memory_gb", memory_gb, expected=expected)
+    if not number > 0.0:
+        raise SettingsError(f"memory_gb = {memory_gb!r}", expected=expected)
+    return int(number * 1e9)
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ def limit_memory(n_bytes):
 
         # not the address space, of which libraries reserve four times what they use
         resource.setrlimit(resource.RLIMIT_DATA, (n_bytes, n_bytes))
-    except (ImportError, ValueError, OSError) as error:
+    except (ImportError, ValueError, OverflowError, OSError) as error:
         raise SettingsError(
             f"memory cannot be limited to {n_bytes / 1e9:g} GB",
             expected="a limit that this system grants",
