@@ -1,10 +1,12 @@
 """One writer per folder."""
 
+import errno
 import os
 import subprocess
 import sys
 import textwrap
 import threading
+import time
 
 import pytest
 
@@ -84,6 +86,7 @@ def test_many_at_once_are_one_at_a_time(tmp_path):
             with locked(tmp_path, waits=True):
                 n_inside += 1
                 most = max(most, n_inside)
+                time.sleep(1e-4)  # room for another one to come in
                 n_inside -= 1
 
     threads = [threading.Thread(target=work) for _ in range(8)]
@@ -92,6 +95,19 @@ def test_many_at_once_are_one_at_a_time(tmp_path):
     for thread in threads:
         thread.join()
     assert (most, n_inside) == (1, 0)
+
+
+def test_a_full_disk_leaves_the_lock_free(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "write", full)
+        with pytest.raises(FileError, match="no space left"), locked(tmp_path):
+            pass
+    with locked(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_folder_that_is_not_there(tmp_path):

@@ -59,15 +59,19 @@ def _taken(path, waits):
     """Open and lock the file; None where somebody else holds it."""
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        if not _lock(descriptor, waits):
-            os.close(descriptor)
-            return None
-        if _is_same(descriptor, path):
-            said = f"process {os.getpid()} on {platform.node()}".encode()
-            os.truncate(descriptor, 0)
-            os.write(descriptor, said)
-            return descriptor
-        os.close(descriptor)  # its holder has removed it meanwhile
+        is_taken = False
+        try:
+            if not _lock(descriptor, waits):
+                return None
+            if _is_same(descriptor, path):  # or its holder has removed it meanwhile
+                said = f"process {os.getpid()} on {platform.node()}".encode()
+                os.truncate(descriptor, 0)
+                os.write(descriptor, said)
+                is_taken = True
+                return descriptor
+        finally:  # on a full disk as well: what is left open stays locked
+            if not is_taken:
+                os.close(descriptor)
 
 
 def _lock(descriptor, waits):
