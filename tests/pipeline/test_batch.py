@@ -55,6 +55,17 @@ def test_heights_count_where_they_have_an_error():
     assert compare_points(points(height=9.0), before).empty
 
 
+def test_an_earlier_claim_is_not_that_of_the_present_points():
+    before = points()
+    unknown = ["standard_error_total", "standard_error_paper"]
+    changes = compare_points(points(easting=[101.0, 200.0, 300.0]), before)
+    assert changes["standard_error_total"].tolist() == [0.05]
+    after = points(easting=[101.0, 200.0, 300.0]).drop(columns=unknown).iloc[1:]
+    changes = compare_points(after, before)
+    assert changes["change"].tolist() == ["gone"]
+    assert changes["standard_error_total"].isna().all()
+
+
 def test_comparison_against_a_loop():
     rng = np.random.default_rng(0)
     n = 500

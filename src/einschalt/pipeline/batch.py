@@ -32,6 +32,7 @@ COLUMNS = (
     "n_moved",
     "largest_move",
 )
+POSITION = ("point_id", "easting", "northing", "height")
 CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
 NOT_ASKED = "only blocks that failed were asked for"
@@ -179,8 +180,10 @@ def compare_points(points, previous) -> pd.DataFrame:
         known after Kovarik's budget, else internal). A height that moved by more than
         its standard error counts as well.
     """
+    # what the earlier result claims must not stand in for what this one does not say
+    before = previous[[name for name in POSITION if name in previous]]
     both = points.merge(
-        previous, on="point_id", how="outer", suffixes=("", "_before"), indicator="side"
+        before, on="point_id", how="outer", suffixes=("", "_before"), indicator="side"
     )
     claimed = _claimed(both)
     moved = {

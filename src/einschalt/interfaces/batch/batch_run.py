@@ -265,7 +265,7 @@ def _computed(plan, engine, progress: Callable):
 
 
 def _row_of_engine(task, error):
-    """Row of a block whose process found no end of its own, or no memory."""
+    """Row of a block whose process ended without an answer, or found no memory."""
     if isinstance(error, SettingsError):
         raise error
     row = row_of_failure(task.name, error, "computation")
