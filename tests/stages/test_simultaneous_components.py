@@ -7,6 +7,7 @@ import pytest
 
 import einschalt as es
 from einschalt.pipeline.simulation import PRESETS
+from einschalt.stages import simultaneous_components
 
 GROUPS = ["high_flight", "low_flight", "control"]
 
@@ -91,3 +92,13 @@ def test_the_setting_is_that_of_adjust_block(block):
     assert found.simultaneous.components["is_estimated"].all()
     said = "Errors of one coordinate (standard errors that the residuals show): high "
     assert said in found.summary().replace("\n    ", " ")
+
+
+def test_sizes_are_those_of_the_last_adjustment(block, monkeypatch):
+    """Also where the estimation is cut off: no step counts twice."""
+    wrong = with_m_g(block, 2.0)
+    full = es.adjust_block(wrong, variance_components="estimated").components
+    monkeypatch.setattr(simultaneous_components, "MOST_PASSES", 1)
+    first = es.adjust_block(wrong, variance_components="estimated").components
+    # one pass comes near with the flights; a step that counted twice gives the square
+    np.testing.assert_allclose(first["factor"][:2], full["factor"][:2], rtol=0.1)

@@ -10,7 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.theory.block_adjustment.block_solution import BlockSolution
 from einschalt.theory.block_adjustment.group_components import group_components
+from einschalt.theory.block_adjustment.observations import Part
+from einschalt.theory.block_adjustment.spatial_solution import SpatialSolution
 
 MOST_PASSES = 20
 SETTLED = 0.01
@@ -80,8 +83,8 @@ class Weighed:
         is_estimated (they were adjusted with it).
     """
 
-    part: object
-    solution: object
+    part: Part
+    solution: BlockSolution | SpatialSolution
     table: pd.DataFrame
 
 
@@ -106,14 +109,15 @@ def weigh_groups(tables, part, solution, terms, *, all_of_them) -> Weighed:
     n_groups = len(groups.names)
     is_free = np.append(groups.is_unknown | all_of_them, all_of_them)
     applied = np.ones(n_groups + 1)
+    found = group_components(solution, groups.code, n_groups)
     for _ in range(MOST_PASSES):
-        found = group_components(solution, groups.code, n_groups)
         step = np.where(is_free & (found.factor > 0.0), found.factor, 1.0)
         if (np.abs(step - 1.0) < SETTLED).all():
             break
         applied *= step
         part = replace(part, observations=_scaled(part.observations, groups, step))
         solution = solution.readjusted(part.observations, terms)
+        found = group_components(solution, groups.code, n_groups)
     table = _table(part.observations, groups, applied, found)
     table["is_estimated"] = is_free[table.index] & table["factor"].notna()
     return Weighed(part, solution, table.reset_index(drop=True))
@@ -147,7 +151,9 @@ def _table(observations, groups, applied, found):
             "group": [*groups.names, CONTROL],
             "standard_error_m": median,
             "factor": factor,
-            "factor_standard_error": factor / np.sqrt(2.0 * found.redundancy),
+            # rounding may leave a group without redundancy a little less than none
+            "factor_standard_error": factor
+            / np.sqrt(2.0 * np.maximum(found.redundancy, 0.0)),
             "redundancy": found.redundancy,
             "is_estimated": False,
         },

@@ -47,7 +47,7 @@ def group_components(solution, group, n_groups) -> GroupComponents:
     GroupComponents
         The last one, beyond ``n_groups``, is the control.
     """
-    observations, n_axes = solution.observations, solution.residuals.shape[1]
+    observations = solution.observations
     error = observations.standard_error.reshape(len(group), -1)
     squares = ((solution.residuals / error) ** 2).ravel()
     code = group.ravel()
@@ -56,7 +56,7 @@ def group_components(solution, group, n_groups) -> GroupComponents:
     weighted = np.einsum("na,nab,nb->", control, observations.control_weight, control)
     redundancy = np.append(
         np.bincount(code, share, n_groups),
-        np.nansum(1.0 - solution.control_leverage[:, :n_axes]),
+        np.nansum(1.0 - solution.control_leverage),
     )
     squares = np.append(np.bincount(code, squares, n_groups), weighted)
     is_known = redundancy > LEAST_REDUNDANCY
