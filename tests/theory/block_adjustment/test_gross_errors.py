@@ -71,3 +71,17 @@ def test_robust_weights_solve_their_own_equations(spoilt, norm):
     scale = np.median(length) / np.sqrt(2.0 * np.log(2.0) * share)
     wanted = np.maximum(NORMS[norm][2].weights(length / scale), 1e-9)
     np.testing.assert_allclose(factors, wanted, atol=5e-3)
+
+
+def test_of_two_measurements_of_a_point_one_stays(make_block):
+    """Both contradict each other alike, and only rounding tells one from the other."""
+    for seed in range(12):
+        good = make_block("grid", "affine", every=3, seed=seed)
+        holders = np.bincount(good.point)
+        is_pair = (holders == 2) & ~good.is_control
+        row = np.flatnonzero(is_pair[good.point])[seed]
+        xy = good.xy.copy()
+        xy[row] += (0.2, -0.1)
+        found = snoop_block(adjust(replace(good, xy=xy)), (), 0.001).is_out
+        assert np.flatnonzero(found).tolist() != []
+        assert found[good.point == good.point[row]].sum() == 1

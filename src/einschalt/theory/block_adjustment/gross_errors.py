@@ -128,8 +128,9 @@ def _worst_rows(solution, tests, is_out, significance):
     np.minimum.at(worst_of_point, point, p)
     is_worst = (p <= worst_of_model[model]) & (p <= worst_of_point[point])
     rows = np.flatnonzero(is_worst & (p * n_tested[model] <= significance))
-    # of equal ones, the first
-    return rows[np.unique(model[rows], return_index=True)[1]]
+    # of equal ones the first: two measurements of a point are refused alike
+    rows = rows[np.unique(model[rows], return_index=True)[1]]
+    return rows[np.unique(point[rows], return_index=True)[1]]
 
 
 def downweight(solution, terms, norm_name, significance) -> CleanedBlock:
