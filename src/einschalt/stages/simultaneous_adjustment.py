@@ -23,7 +23,11 @@ from einschalt.stages.simultaneous_tables import (
 )
 from einschalt.stages.spatial_tables import centre_table
 from einschalt.theory.block_adjustment import determinacy
-from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
+from einschalt.theory.block_adjustment.block_solution import (
+    BlockSolution,
+    UndeterminedTermsError,
+    adjust,
+)
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
@@ -35,6 +39,7 @@ from einschalt.theory.block_adjustment.gross_errors import (
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
     SpatialSolution,
     adjust_spatially,
 )
@@ -97,8 +102,7 @@ class BlockAdjustment(ModelResult):
     models : DataFrame
         flight, coverage, model_id, transformation, n_points, redundancy (sum of the
         redundancy numbers), m_0 (total), s_0 (per coordinate; both in plan) [m],
-        is_usable, reason,
-        then the parameters.
+        is_usable, reason, then the parameters.
     residuals : DataFrame
         flight, coverage, model_id, point_id, residual_easting, residual_northing
         (transformed less adjusted) [m], leverage, redundancy_number, w, p_value,
@@ -239,14 +243,14 @@ def simultaneous_adjustment(tables, options=None):
     """
     try:
         return _adjust_tables(tables, options or AdjustmentOptions())
-    except np.linalg.LinAlgError as error:
+    except UndeterminedTermsError as error:
         raise GeometryError(
             "The points of the models do not determine the deformation that they share",
             expected="points in many places of the models",
             remedy="Leave deformation out, or models of the kind affine",
             stage=STAGE,
         ) from error
-    except ArithmeticError as error:
+    except NoConvergenceError as error:
         raise GeometryError(
             "The simultaneous adjustment of the spatial models does not converge",
             expected="models that stand upright but for some degrees, without "
@@ -337,8 +341,7 @@ def _determined_part(tables):
 
 def _part_of(tables, verdicts):
     if not verdicts.is_fine.any():
-        first = failed_models(tables, verdicts)[0]
-        *_, reason, remedy = first
+        reason, remedy = _said(verdicts, 0, tables.kind[0], _part_sizes(verdicts))
         raise GeometryError(
             f"{WHOLE_BLOCK}: {reason}",
             expected="models that hang together, with control",
@@ -372,25 +375,28 @@ def _clean(solution, terms, options):
 
 def failed_models(tables, verdicts):
     """Rows of ``failures``: what could not be determined, and how to mend it."""
-    rows = []
-    for model in np.flatnonzero(~verdicts.is_fine):
-        kind = tables.kind[model]
-        reason, remedy = _said(verdicts, model, kind)
-        names = tables.models.iloc[model]
-        rows.append(
-            (
-                names["flight"],
-                names["coverage"],
-                names["model_id"],
-                STAGE,
-                reason,
-                remedy,
-            )
+    failed = np.flatnonzero(~verdicts.is_fine)
+    names = tables.models.iloc[failed][["flight", "coverage", "model_id"]]
+    sizes = _part_sizes(verdicts)
+    return [
+        (*name, STAGE, *_said(verdicts, model, tables.kind[model], sizes))
+        for model, name in zip(
+            failed, names.itertuples(index=False, name=None), strict=True
         )
-    return rows
+    ]
 
 
-def _said(verdicts, model, kind):
+def _part_sizes(verdicts):
+    """Number of models that hang together with each model; 0 for single ones."""
+    is_in_part = verdicts.part >= 0
+    sizes = np.zeros(len(verdicts.part), dtype=np.int64)
+    part = verdicts.part[is_in_part]
+    sizes[is_in_part] = np.bincount(part)[part]
+    return sizes
+
+
+def _said(verdicts, model, kind, part_sizes):
+    """Why a model could not be determined, and how to mend it."""
     needs = determinacy.LEAST_POINTS[kind != "helmert"]
     n_ties, n_control = int(verdicts.n_ties[model]), int(verdicts.n_control[model])
     verdict = verdicts.verdict[model]
@@ -405,8 +411,8 @@ def _said(verdicts, model, kind):
             f"its points {shared} lie on a line or in one place",
             "Measure a common point away from that line",
         )
-    n_part = int((verdicts.part == verdicts.part[model]).sum())
-    part = f"the part of the block it belongs to, {n_part} models,"
+    together = typesetting.count(part_sizes[model], "model")
+    part = f"the part of the block it belongs to, {together},"
     if verdict == determinacy.NO_CONTROL:
         return (
             (

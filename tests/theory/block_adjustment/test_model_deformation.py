@@ -1,12 +1,14 @@
 """Deformations that the models of a flight share: found, sized, and not invented."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
 from scipy.spatial.distance import cdist
 
+from einschalt.theory.block_adjustment import model_deformation
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
@@ -166,6 +168,21 @@ def test_likeness_is_the_correlation_with_the_nearest_point(make_block):
         )
 
 
+def test_error_of_the_likeness_is_the_one_that_it_has(make_block):
+    """Half of the points and more are the nearest of their own nearest point."""
+    observations = make_block("grid", "affine", weights=True)
+    rng = np.random.default_rng(5)
+    z = []
+    for _ in range(400):
+        shape = (len(observations.xy), 2)
+        errors = rng.standard_normal(shape) * observations.standard_error[:, None]
+        solution = SimpleNamespace(observations=observations, residuals=errors)
+        found = neighbour_likeness(solution, 0)
+        z.append(found.correlation / found.standard_error)
+    # the variance of 400 values is known to 7 %
+    assert np.mean(np.square(z)) == pytest.approx(1.0, abs=3.3 * np.sqrt(2.0 / 400))
+
+
 def test_residuals_are_alike_only_where_models_are_bent(make_block):
     plain = make_block("dense grid", "affine")
     assert not neighbour_likeness(adjust(plain), 0).is_large
@@ -187,3 +204,10 @@ def test_a_flight_without_residuals_is_like_nothing(make_block):
     exact = replace(few, control=few.xy * 8.0, control_covariance=np.zeros((3, 2, 2)))
     found = neighbour_likeness(adjust(exact), 0)
     assert not found.is_large
+
+
+def test_a_flight_that_is_left_no_residuals_is_not_judged(make_block, monkeypatch):
+    solution = adjust(make_block("grid", "affine"))
+    exact = replace(solution, sum_of_squares=0.0)
+    monkeypatch.setattr(model_deformation, "adjust", lambda *_: exact)
+    assert np.isnan(examine_deformation(solution, (), 0).p_value)

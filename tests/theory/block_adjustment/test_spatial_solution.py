@@ -15,7 +15,10 @@ from einschalt.theory.block_adjustment.gross_errors import (
     snoop_block,
 )
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
-from einschalt.theory.block_adjustment.spatial_solution import adjust_spatially
+from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
+    adjust_spatially,
+)
 
 NANOMETRE = 1e-9
 RELATIVE = 1e-9
@@ -314,3 +317,13 @@ def test_p_values_of_good_points_are_uniform():
         own = judge_observations(found, found.observations).p_value
         p.append(own[np.isfinite(own)][::25])
     assert stats.kstest(np.concatenate(p), "uniform").pvalue > 0.01
+
+
+def test_steps_that_are_no_numbers_are_no_solution():
+    """They are not smaller than any limit, and not larger either."""
+    observations, _ = a_block()
+    start = adjust_spatially(observations).placement
+    xyz = observations.xyz.copy()
+    xyz[5, 0] = np.nan
+    with pytest.raises(NoConvergenceError, match="the last step was nan m"):
+        adjust_spatially(replace(observations, xyz=xyz), start)

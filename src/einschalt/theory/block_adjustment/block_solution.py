@@ -36,6 +36,10 @@ SETTLED_ON_GROUND = 1e-10
 LEAST_LEFT = 1e-8
 
 
+class UndeterminedTermsError(np.linalg.LinAlgError):
+    """The points of the models do not determine the common terms."""
+
+
 @dataclass(frozen=True, eq=False)
 class Bordered:
     """What the common parameters add, in the order of elimination.
@@ -89,6 +93,7 @@ class BlockSolution(AdjustedBlock):
     bordered : Bordered
         The last three in the order of elimination.
     reduced : ModelFrames
+        Of the reduced coordinates in which the models were solved.
     """
 
     observations: BlockObservations
@@ -177,13 +182,13 @@ class BlockSolution(AdjustedBlock):
         return jacobian @ reduced @ np.swapaxes(jacobian, 1, 2)
 
 
-def _to_measured(reduced, n_unknowns, is_affine):
+def _to_measured(frames, n_unknowns, is_affine):
     """Jacobian from reduced to measured coordinates of the real unknowns."""
-    n_models = len(reduced.extent)
+    n_models = len(frames.extent)
     jacobian = np.zeros((n_models, n_unknowns, n_unknowns))
     jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
-    per_unit = 1.0 / reduced.extent
-    x, y = reduced.centroid.T * per_unit
+    per_unit = 1.0 / frames.extent
+    x, y = frames.centroid.T * per_unit
     for k in range(2, n_unknowns):
         jacobian[:, k, k] = per_unit
     jacobian[:, 0, 2] = jacobian[:, 1, 3] = -x
@@ -212,7 +217,7 @@ def adjust(observations, terms=(), ordering=None) -> BlockSolution:
 
     Raises
     ------
-    LinAlgError
+    UndeterminedTermsError
         The points of the models do not determine the common terms.
     """
     task = _Task(observations, terms, ordering)
@@ -238,7 +243,7 @@ class _Pass:
     orientation: np.ndarray
     solver: Solver
     bordered: Bordered
-    reduced: object
+    frames: ModelFrames
     xy: np.ndarray
 
 
@@ -260,8 +265,8 @@ class _Task:
         control = observations.control[self._points]
         is_control = observations.is_control[self._points]
         # the origin lies among the control: sums far from it lose digits
-        first = control[int(np.argmax(is_control))] if is_control.any() else 0.0
-        self._origin = first + np.nan_to_num(control[is_control] - first).mean(axis=0)
+        first = control[int(np.argmax(is_control))]
+        self._origin = first + (control[is_control] - first).mean(axis=0)
         self._is_control = is_control
         self._control = np.where(is_control[:, None], control - self._origin, 0.0)
         self._xy = observations.xy[self._rows]
@@ -311,22 +316,22 @@ class _Task:
         solver = build_solver(
             self.ordering, reduced.xy, self._weights, self._prior, channels, shared
         )
-        reduced = reduced.frames
+        frames = reduced.frames
         points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
-            affinities = _measured(channels.affinities(unknowns), reduced)
+            affinities = _measured(channels.affinities(unknowns), frames)
         bordered = self._border(solver, affinities)
         shift = self._shift_of(residuals, affinities, bordered)
         unknowns = unknowns + bordered.unknowns @ shift
         return _Pass(
             common + shift,
-            _measured(channels.affinities(unknowns), reduced),
+            _measured(channels.affinities(unknowns), frames),
             points + bordered.points @ shift,
             residuals + bordered.residuals @ shift,
             unknowns[:, channels.n_unknowns - channels.n_shared :],
             solver,
             bordered,
-            reduced,
+            frames,
             xy,
         )
 
@@ -409,8 +414,8 @@ class _Task:
             ordering=self.ordering,
             bordered=passed.bordered,
             reduced=ModelFrames(
-                in_old_order(passed.reduced.centroid, order),
-                in_old_order(passed.reduced.extent, order),
+                in_old_order(passed.frames.centroid, order),
+                in_old_order(passed.frames.extent, order),
             ),
         )
 
@@ -423,13 +428,13 @@ def _inverse_of_common(normals, whole):
     size = np.sqrt(np.where(whole > 0.0, whole, 1.0))
     scaled = normals / np.outer(size, size)
     if not np.linalg.eigvalsh(scaled)[0] > LEAST_LEFT:
-        raise np.linalg.LinAlgError("the points do not determine the common terms")
+        raise UndeterminedTermsError("the points do not determine the common terms")
     return np.linalg.inv(scaled) / np.outer(size, size)
 
 
-def _measured(affinities, reduced):
+def _measured(affinities, frames):
     """Affinities of measured coordinates from those of reduced ones."""
-    result = affinities / reduced.extent[:, None, None]
-    shift = np.einsum("nij,nj->ni", result[:, :, 1:], reduced.centroid)
+    result = affinities / frames.extent[:, None, None]
+    shift = np.einsum("nij,nj->ni", result[:, :, 1:], frames.centroid)
     result[:, :, 0] = affinities[:, :, 0] - shift
     return result

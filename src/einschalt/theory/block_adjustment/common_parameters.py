@@ -105,7 +105,8 @@ class Deformation:
         units; 0 in rows of other flights. Coefficients of an affinity are ratios,
         those of a polynomial are model units at the edge.
     extent : float
-        Largest half extent of a model [model units].
+        Half extent of the models [model units]: the median of each flight, and the
+        largest of these.
     """
 
     names: tuple[str, ...]

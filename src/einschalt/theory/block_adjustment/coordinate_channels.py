@@ -123,11 +123,6 @@ class Channels:
         self.way = "coupled" if is_coupled or is_mixed or n_shared else pure
 
     @property
-    def n_rows(self):
-        """Rows that a point has."""
-        return 2 if self.way == "coupled" else 1
-
-    @property
     def n_unknowns(self):
         """Real unknowns of a model."""
         return (4 if self.way == "complex" else 6) + self.n_shared
@@ -164,8 +159,8 @@ class Channels:
         own = y - turned
         east = np.stack([one, nil, x, -turned, own, nil], -1)
         north = np.stack([nil, one, turned, x, nil, own], -1)
-        own = np.stack([east, north], 1)
-        return own if shared is None else np.concatenate([own, shared], 2)
+        both = np.stack([east, north], 1)
+        return both if shared is None else np.concatenate([both, shared], 2)
 
     @property
     def is_empty(self):

@@ -48,9 +48,9 @@ _dsyrk, _zherk = _external("dsyrk"), _external("zherk")
 _dsymm, _zhemm = _external("dsymm"), _external("zhemm")
 _dgemm, _zgemm = _external("dgemm"), _external("zgemm")
 
-_LETTERS = np.frombuffer(b"LRNCT", dtype=np.uint8).copy()
-LEFT, RIGHT, PLAIN, ADJOINT = 0, 1, 2, 3
-LOWER = LEFT  # the same letter
+_LETTERS = np.frombuffer(b"LRNC", dtype=np.uint8).copy()
+# places in these letters; L stands for the left side and for the lower triangle
+LEFT, RIGHT, PLAIN, ADJOINT = range(4)
 _controller = None
 
 

@@ -12,7 +12,10 @@ import numba
 import numpy as np
 from scipy.special import fdtrc
 
-from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.block_solution import (
+    UndeterminedTermsError,
+    adjust,
+)
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     CUBIC,
@@ -24,6 +27,10 @@ from einschalt.theory.block_adjustment.common_parameters import (
 MIDDLE, EDGE = 0.35, 0.75  # of the half extent of a model
 # observations for each common term, below which a flight is too small to tell
 LEAST_ROWS = 3
+# residuals that are less alike do no harm
+LEAST_CORRELATION = 0.1
+# standard errors, which chance passes once in a thousand times
+BEYOND_CHANCE = 3.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +42,7 @@ class DeformationTest:
     terms : CommonTerms
         That take it up.
     f_statistic, p_value : float
-        NaN where the flight is too small to tell.
+        NaN where the flight is too small to tell, or no residuals are left.
     size, size_middle, size_edge : float
         Displacement that no affine transformation takes up, over all points, in the
         middle and at the edge of the models (RMS, total, on the ground) [m].
@@ -78,7 +85,9 @@ def examine_deformation(solution, terms, flight) -> DeformationTest:
     others = tuple(t for t in terms if t.flight != flight)
     try:
         larger = adjust(observations, (*others, own), solution.ordering)
-    except np.linalg.LinAlgError:  # the points of the models cannot tell terms apart
+    except UndeterminedTermsError:  # the points of the models cannot tell terms apart
+        return nothing
+    if not larger.sum_of_squares > 0.0:
         return nothing
     fall = (solution.sum_of_squares - larger.sum_of_squares) / degrees
     f = max(fall, 0.0) / (larger.sum_of_squares / rest)
@@ -122,7 +131,8 @@ class Likeness:
     @property
     def is_large(self):
         """Whether chance does not explain it, and it is worth a word."""
-        return bool(self.correlation > max(0.1, 4.0 * self.standard_error))
+        least = max(LEAST_CORRELATION, BEYOND_CHANCE * self.standard_error)
+        return bool(self.correlation > least)
 
 
 def neighbour_likeness(solution, flight) -> Likeness:
@@ -142,15 +152,18 @@ def neighbour_likeness(solution, flight) -> Likeness:
     model = observations.model[rows]
     start = np.concatenate([[0], np.flatnonzero(np.diff(model)) + 1, [len(rows)]])
     neighbour = _nearest(np.ascontiguousarray(observations.xy[rows]), start)
-    error = observations.standard_error[rows, None]
-    v = solution.residuals[rows] / error
+    v = solution.residuals[rows] / observations.standard_error[rows, None]
     is_used = neighbour >= 0
     squares = (v**2).sum(axis=1)
     scale = squares[is_used].sum()
     if not scale > 0.0:
         return Likeness(np.nan, np.nan)
     product = (v[is_used] * v[neighbour[is_used]]).sum()
-    return Likeness(float(product / scale), float(np.sqrt(0.5 / is_used.sum())))
+    used = np.flatnonzero(is_used)
+    # two that are the nearest of each other say the same twice
+    n_alike = np.count_nonzero(neighbour[neighbour[used]] == used)
+    error = np.sqrt(0.5 * (used.size + n_alike)) / used.size
+    return Likeness(float(product / scale), float(error))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -8,6 +8,7 @@ import numpy as np
 from einschalt.theory.block_adjustment.coordinate_channels import Channels
 from einschalt.theory.block_adjustment.elimination_pattern import (
     BlockPattern,
+    Fronts,
     block_pattern,
     find_fronts,
 )
@@ -46,7 +47,7 @@ class Ordering:
     reordered: Reordered
     order: np.ndarray
     pattern: BlockPattern
-    fronts: object
+    fronts: Fronts
 
 
 def order_block(fans, xy) -> Ordering:
@@ -149,8 +150,11 @@ class Solver:
             gradient = system.gradient(residuals) + self.prior[:, None] * parameters
             step = self.factor.solve(gradient)
             size = np.abs(step).max(initial=0.0)
+            if not np.isfinite(size):
+                # handed on: parameters as they were would look like a solution
+                return self._project(parameters - step, shift, control)
             # rounding is all that is left once the steps grow no smaller
-            if not size < 0.5 * last:
+            if size >= 0.5 * last:
                 break
             # the next step would be as much smaller than this one as this than the
             # last; the first says nothing of it

@@ -50,7 +50,7 @@ class SpatialObservations(ObservedBlock):
         """Which of them are held."""
         return self.is_control & ~self.control_covariance.any(axis=(1, 2))
 
-    def in_plan(self, is_affine):
+    def in_plan(self, *, is_affine):
         """Easting and northing alone.
 
         Parameters

@@ -4,7 +4,8 @@ Gauss-Newton: a small step of a model about its centroid moves a point by
 
     dT = dt + dλ a + dω × a,    a = s R (x − c),
 
-with shift, relative scale and turn in units of its half extent. Points are eliminated
+with shift, relative scale and turn in units of its extent, the root mean square of a.
+Points are eliminated
 and the models are factored front by front as in the plane, with three rows a point and
 seven unknowns a model; the last linearisation gives every variance.
 """
@@ -39,6 +40,10 @@ SETTLED = 1e-7
 N_UNKNOWNS = 7
 
 
+class NoConvergenceError(ArithmeticError):
+    """The adjustment of the spatial models does not converge."""
+
+
 @dataclass(frozen=True, eq=False)
 class SpatialSolution(AdjustedBlock):
     """Adjusted block of spatial models, in the order of the observations.
@@ -55,7 +60,8 @@ class SpatialSolution(AdjustedBlock):
     control_residuals : ndarray, shape (n_points, 3)
         Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
     extent : ndarray, shape (n_models,)
-        Half extent of each model on the ground [m]: unit of its scale and turn.
+        Root mean square distance of the points of each model from its centroid, on the
+        ground [m]: unit of its scale and turn.
     redundancy : int
     sum_of_squares : float
         Σ w v² of all observations and of the control.
@@ -156,12 +162,12 @@ def adjust_spatially(observations, start=None) -> SpatialSolution:
 
     Raises
     ------
-    ArithmeticError
-        The iteration does not converge.
+    NoConvergenceError
     """
     plan = observations.in_plan(is_affine=True)
     fans = fans_of(plan.model, plan.point, plan.n_models, plan.n_points)
-    start = start or place_models(observations)
+    if start is None:
+        start = place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
     return _Task(observations, order_block(fans, chained)).solve(start)
 
@@ -210,7 +216,7 @@ class _Task:
             if not np.isfinite(size) or (size > last > 1e6 * SETTLED):
                 break
             last = size
-        raise ArithmeticError("the adjustment of the spatial models does not converge")
+        raise NoConvergenceError(f"the last step was {size:g} m")
 
     def _arms(self, place):
         """Points from the centre of their model, on the ground."""
@@ -218,6 +224,7 @@ class _Task:
         return np.einsum("nij,nj->ni", place.matrix[self._model], offset)
 
     def _extents(self, arm):
+        """Root mean square length of the arms of each model."""
         n_models = len(self._ordering.order)
         count = np.bincount(self._model, minlength=n_models)
         squares = np.bincount(self._model, (arm**2).sum(axis=1), n_models)

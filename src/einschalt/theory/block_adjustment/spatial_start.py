@@ -69,7 +69,9 @@ def place_models(observations) -> Placement:
     centre = plan.affinities[:, :, 0] + np.einsum(
         "nij,nj->ni", plan.affinities[:, :, 1:], centroid[:, :2]
     )
-    height, slope, origin_height = _heights(observations, plan.ordering, scale)
+    height, slope, origin_height = _heights(
+        observations, plan.ordering, scale, centroid[:, 2]
+    )
     up = slope / scale[:, None]
     length = np.linalg.norm(up, axis=1)
     up *= np.minimum(1.0, STEEPEST / np.maximum(length, STEEPEST))[:, None]
@@ -97,7 +99,7 @@ def _centroids(observations):
     return np.column_stack([plane.frames.centroid, first + above / count])
 
 
-def _heights(observations, ordering, scale):
+def _heights(observations, ordering, scale, z_of_centroid):
     """Height of each centroid from a mean height, and slopes per model unit."""
     rows, points = ordering.reordered.rows, ordering.reordered.points
     fans, order = ordering.reordered.fans, ordering.order
@@ -106,8 +108,7 @@ def _heights(observations, ordering, scale):
     origin = float(given[is_control].mean())
     weight = np.zeros((len(points), 2, 2))
     weight[:, 0, 0] = observations.control_weight[points, 2, 2]
-    centroid = _centroids(observations)[:, 2][order]
-    z = observations.xyz[rows, 2] - centroid[fans.model]
+    z = observations.xyz[rows, 2] - z_of_centroid[order][fans.model]
     xy = np.ascontiguousarray(observations.xyz[rows, :2])
     reduced = reduce_models(xy, fans.model, fans.n_models)
     solver = build_solver(
