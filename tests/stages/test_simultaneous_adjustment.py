@@ -9,7 +9,11 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.simulation import PRESETS
-from einschalt.stages.simultaneous_adjustment import AdjustmentOptions
+from einschalt.stages.block_tables import MeasuredFlight, code_block
+from einschalt.stages.simultaneous_adjustment import (
+    AdjustmentOptions,
+    simultaneous_adjustment,
+)
 
 FLIGHTS = ["high_flight", "low_flight"]
 
@@ -87,6 +91,57 @@ def test_film_affinity_is_found_by_helmert_models():
 def test_unknown_words_are_said(options, message):
     with pytest.raises(SettingsError, match=message):
         AdjustmentOptions(**options)
+
+
+def test_parameters_have_one_set_of_names_however_control_is_weighed():
+    """Control of unequal coordinates couples easting and northing in the solution."""
+    block = es.simulate_block("demo", seed=1)
+    points = block.low_flight.model_points
+    error = block.low_flight.ground_error_of(points)
+    low = MeasuredFlight("low_flight", points, error, "helmert")
+    size = 1.0 + np.array([[0.0, 0.0], [0.0, 1e-9]])
+    even, uneven = (
+        simultaneous_adjustment(
+            code_block(
+                [low],
+                block.control_points.assign(
+                    standard_error_easting=0.02 * e, standard_error_northing=0.02 * n
+                ),
+            )
+        ).estimates
+        for e, n in size
+    )
+    assert even.names == uneven.names == ("a", "b", "te", "tn")
+    np.testing.assert_allclose(
+        uneven.cofactors,
+        even.cofactors,
+        rtol=0,
+        atol=1e-6 * np.abs(even.cofactors).max(axis=(0, 1, 2)),
+    )
+
+
+def test_models_without_control_are_counted():
+    square = pd.DataFrame({"x": [0.0, 0.0, 90.0], "y": [0.0, 90.0, 0.0]})
+    names = [("1", "abc"), ("2", "bcd"), ("3", "efg"), ("4", "pqr")]
+    parts = [
+        square.assign(coverage="1", model_id=model, point_id=list(held))
+        for model, held in names
+    ]
+    low = MeasuredFlight("low_flight", pd.concat(parts), np.full(12, 0.03), "helmert")
+    control = pd.DataFrame(
+        {
+            "point_id": list("aepqr"),
+            "easting": [0.0, 9e3, 3e3, 3e3, 3.72e3],
+            "northing": [0.0, 0.0, 9e3, 9.72e3, 9e3],
+            "standard_error_m": 0.03,
+        }
+    )
+    failures = simultaneous_adjustment(code_block([low], control)).failures
+    reasons = dict(zip(failures["model_id"], failures["reason"], strict=True))
+    said = "the part of the block it belongs to, {}, has 1 control point, but helmert "
+    assert sorted(reasons) == ["1", "2", "3"]
+    assert reasons["1"].startswith(said.format("2 models"))
+    assert reasons["1"] == reasons["2"]
 
 
 def test_points_that_do_not_determine_a_deformation_are_said():

@@ -128,8 +128,7 @@ def adjust_block(
     _require_control(block)
     if kind == SPATIAL:
         _require_spatial(block, oriented, given)
-    plane = kind if kind in (*PLANE_KINDS, SPATIAL) else "helmert"
-    kinds = dict.fromkeys(measured, plane)
+    kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
     tables = block_tables(block, oriented, kinds)
     options = AdjustmentOptions(

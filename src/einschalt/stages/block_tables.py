@@ -64,7 +64,8 @@ class BlockTables:
         affine, helmert or helmert_3d.
     point_id : ndarray of object, shape (n_points,)
     is_centre : ndarray of bool, shape (n_points,)
-        Projection centres of spatial models, with their image_id as point_id.
+        Projection centres of spatial models; their point_id is flight and image_id with
+        a blank between them.
     coverage : ndarray of int, shape (n_models,)
         Number of the coverage, flights apart.
     control_row : ndarray of int, shape (n_points,)
@@ -142,7 +143,7 @@ def code_block(flights, control_points) -> BlockTables:
         tuple(flight.name for flight in flights),
         models,
         kind,
-        np.array([name.removeprefix(HIDDEN) for name in points.names], dtype=object),
+        _as_given(points.names, is_centre),
         is_centre,
         encode_pairs(models["flight"], models["coverage"]).codes,
         given.row,
@@ -183,6 +184,13 @@ def _encode_points(parts):
     of_points = np.zeros(len(points), dtype=bool)
     of_points[points.codes[is_centre]] = True
     return points, of_points
+
+
+def _as_given(names, is_centre):
+    """Names without the mark of projection centres."""
+    names = np.array(names, dtype=object)
+    names[is_centre] = [name.removeprefix(HIDDEN) for name in names[is_centre]]
+    return names
 
 
 def _is_centre(part):

@@ -274,7 +274,8 @@ def parameter_cofactors(solution):
     own = solution.parameter_cofactors
     if solution.residuals.shape[1] > len("xy"):
         return own, PARAMETER_NAMES
-    if not solution.observations.is_affine.any() and own.shape[1] == 4:
+    if not solution.observations.is_affine.any():
+        # two more unknowns are empty where easting and northing are coupled
         order, names = [2, 3, 0, 1], HELMERT
     else:
         order, names = [0, 2, 4, 1, 3, 5], AFFINE
@@ -303,7 +304,7 @@ def common_table(tables, solution):
     if tables.is_spatial:
         return pd.DataFrame(columns=COMMON_COLUMNS)
     deformation = solution.deformation
-    names = np.array([*tables.flights, ""], dtype=object)
+    names = np.array(tables.flights, dtype=object)
     flights = np.array(deformation.flight, dtype=np.int64)
     return pd.DataFrame(
         {
