@@ -314,8 +314,8 @@ def test_a_strip_of_ten_thousand_models(make_block):
     """Against banded Cholesky of scipy on the points' shares, which it also fills."""
     from scipy.linalg import solveh_banded
 
-    # a chain of shifts is a strip in which every model is known but for two numbers:
-    # helmert models that share two points each, of which the inverse is a band
+    # helmert models that share two points with each neighbour: with the models
+    # eliminated in place of the points, the normal equations of the points are a band
     n_models = 10_000
     rng = np.random.default_rng(5)
     # model k holds the points 2k … 2k + 3 at the corners of a square
@@ -345,8 +345,8 @@ def test_a_strip_of_ten_thousand_models(make_block):
         covariance,
     )
     found = adjust(observations)
-    # the same with the points kept and the models eliminated: N_pp is a band of
-    # seven complex diagonals, and its inverse holds the variances of the points
+    # what a model leaves of its four points, in complex numbers: the inverse of the
+    # band holds the variances of the points
     z = xy @ [1.0, 1j]
     w = 1.0 / 0.03**2
     band = np.zeros((6, n_points), dtype=complex)
@@ -363,7 +363,8 @@ def test_a_strip_of_ten_thousand_models(make_block):
     is_control = observations.is_control
     band[0, is_control] += 1.0 / 4e-4
     right[is_control] += (control @ [1.0, 1j] - start)[is_control] / 4e-4
-    # corrections to the truth, their right sides from each model about its own corner
+    # unknown are corrections to the truth; a model says nothing of its own shift, so
+    # that its part of the right side may be counted from its corner
     expected = start + solveh_banded(band, right, lower=True)
     np.testing.assert_allclose(found.points @ [1.0, 1j], expected, rtol=0, atol=1e-6)
     some = np.array([0, 1, 20, 5_000, 10_019, 20_001])

@@ -121,7 +121,7 @@ def test_a_part_without_control_is_found(make_block):
     assert found.part[6] == found.part[7] != found.part[0]
 
 
-def test_models_that_hang_on_one_point_move_like_a_hinge(make_block):
+def test_a_model_that_hangs_on_one_point_has_too_few_ties(make_block):
     block = make_block("two models", "helmert", every=100)
     both = np.intersect1d(block.point[block.model == 0], block.point[block.model == 1])
     keep = ~((block.model == 1) & np.isin(block.point, both[1:]))
@@ -152,6 +152,29 @@ def test_models_that_hang_on_one_point_move_like_a_hinge(make_block):
     assert list(determined(hinged)) == [True, False]
     assert verdicts(hinged).verdict[1] == determinacy.FEW_TIES
     assert verdicts(hinged).n_ties[1] == 1
+
+
+@pytest.mark.parametrize("n_common", [1, 2])
+def test_parts_that_share_one_point_move_like_a_hinge(n_common):
+    """Every model has ties enough; only the solution shows that a part can turn."""
+    # two models hold what is held by control, two others hang on the last of it
+    held = [range(5), range(5), range(5 - n_common, 9), range(5 - n_common, 9)]
+    point = np.concatenate([list(points) for points in held])
+    model = np.repeat(np.arange(4), [len(points) for points in held])
+    ground = np.random.default_rng(3).uniform(0.0, 900.0, (9, 2))
+    is_control = np.arange(9) < 2
+    block = BlockObservations(
+        model,
+        point,
+        ground[point] / 8.0,
+        np.full(len(model), 0.03),
+        np.zeros(4, dtype=bool),
+        np.zeros(4, dtype=int),
+        np.where(is_control[:, None], ground, np.nan),
+        np.where(is_control[:, None, None], 4e-4 * np.eye(2), 0.0),
+    )
+    assert verdicts(block).is_fine.all()
+    assert list(determined(block)) == [True, True, n_common > 1, n_common > 1]
 
 
 def test_control_on_a_line_does_not_hold_affine_models(make_block):

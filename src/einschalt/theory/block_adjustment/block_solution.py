@@ -427,7 +427,9 @@ def _inverse_of_common(normals, whole):
     """
     size = np.sqrt(np.where(whole > 0.0, whole, 1.0))
     scaled = normals / np.outer(size, size)
-    if not np.linalg.eigvalsh(scaled)[0] > LEAST_LEFT:
+    # eigenvalues of what is no number are an error of another kind
+    is_finite = np.isfinite(scaled).all()
+    if not is_finite or np.linalg.eigvalsh(scaled)[0] <= LEAST_LEFT:
         raise UndeterminedTermsError("the points do not determine the common terms")
     return np.linalg.inv(scaled) / np.outer(size, size)
 
