@@ -178,7 +178,7 @@ def compare_points(points, previous) -> pd.DataFrame:
         gone the old ones), moved_easting, moved_northing, moved_total [m],
         standard_error_total: what the point claims (propagated; where that is not
         known after Kovarik's budget, else internal). A height that moved by more than
-        its standard error counts as well.
+        its standard error counts as well. A point that claims nothing has not moved.
     """
     # what the earlier result claims must not stand in for what this one does not say
     before = previous[[name for name in POSITION if name in previous]]

@@ -124,13 +124,7 @@ def adjust_block(
                 name.removesuffix("_flight") for name in block.flights
             ),
         )
-    oriented = {name: relative_orientation(f) for name, f in measured.items()}
-    _require_control(block)
-    if kind == SPATIAL:
-        _require_spatial(block, oriented, given)
-    kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
-    tables = block_tables(block, oriented, kinds)
     options = AdjustmentOptions(
         common=common_terms(measured, families),
         outliers=outliers,
@@ -138,7 +132,13 @@ def adjust_block(
         deformation=searched,
         variance_components=variance_components,
     )
-    return simultaneous_adjustment(tables, options)
+    _require_control(block)
+    # all that can be wrong with the call is said before the work begins
+    oriented = {name: relative_orientation(f) for name, f in measured.items()}
+    if kind == SPATIAL:
+        _require_spatial(block, oriented, given)
+    kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
+    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
 
 
 def _deformation(value):
@@ -324,7 +324,7 @@ def unknown_error(block, errors):
     if any(flights[name].has_images for name in is_oriented):
         return "models from images share errors of their photographs"
     if any(flights[name].transformation == SPATIAL for name in is_oriented):
-        return "what errors of orientations make of heights is unknown"
+        return "the effect of the errors of orientations on heights is unknown"
     if not all(isinstance(errors[name], OrientationErrors) for name in is_oriented):
         return (
             "y-parallaxes without redundancy do not show the errors of the orientations"

@@ -37,6 +37,7 @@ SOUND = {
         {"outputs": {"../points.csv": "0" * 64}},
         {"figures": {"n_points": "nine"}},
         {"figures": {"n_points": 1e300}},
+        {"figures": {"n_points": 9.5}},
         {"figures": [9]},
         {"seconds": None},
     ],

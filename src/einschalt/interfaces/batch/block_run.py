@@ -10,13 +10,13 @@ from importlib import metadata
 from time import perf_counter
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.batch.block_state import read_json, result_since
+from einschalt.interfaces.batch.block_state import FAILURE, read_json, result_since
 from einschalt.interfaces.batch.block_task import with_settings
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
     read_changes,
 )
-from einschalt.interfaces.batch.failure_file import FAILURE, keep_failure
+from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.batch.lack_of_memory import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error

@@ -128,13 +128,19 @@ def _is_provenance(content):
         # no path, which would lead elsewhere
         and all(Path(name).name == name for name in outputs)
         and isinstance(figures, dict)
-        and all(v is None or _is_number(v) for v in figures.values())
+        and all(v is None or _is_figure(name, v) for name, v in figures.items())
         and _is_number(content.get("seconds"))
     )
 
 
 def _is_number(value):
     return isinstance(value, (int, float)) and abs(value) < LARGEST_FIGURE
+
+
+def _is_figure(name, value):
+    """Whether it is a number; of things that are counted, a whole one."""
+    is_count = name.startswith("n_")
+    return _is_number(value) and (not is_count or float(value).is_integer())
 
 
 def _are_texts(values):

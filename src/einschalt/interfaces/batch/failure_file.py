@@ -64,6 +64,3 @@ def _is_final(error, stage):
         return False
     errors = error.problems if isinstance(error, BlockError) else [error]
     return not any(isinstance(one, PASSING) for one in errors)
-
-
-__all__ = ["FAILURE", "keep_failure"]
