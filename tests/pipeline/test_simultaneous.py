@@ -160,14 +160,21 @@ def test_parameters_transform_the_models_onto_the_points(block, adjusted):
     np.testing.assert_allclose(
         easting - rows["easting"], rows["residual_easting"], atol=1e-8
     )
-    # the parameters' covariance gives that of a transformed point
-    first = adjusted.models.iloc[0]
-    covariance = (
-        adjusted.covariance(first["model_id"], first["coverage"])
-        if (adjusted.models["model_id"].eq(first["model_id"]).sum() == 1)
-        else adjusted.estimates.cofactors[0]
-    )
-    assert np.linalg.eigvalsh(np.asarray(covariance)).min() > 0.0
+
+
+def test_cofactors_of_parameters_give_those_of_transformed_points(adjusted):
+    """The solution has these about the centroid of each model, in units of its size."""
+    solution, observations = adjusted.solution, adjusted.solution.observations
+    assert adjusted.estimates.names == ("a0", "a1", "a2", "b0", "b1", "b2")
+    row = np.column_stack([np.ones(len(observations.xy)), observations.xy])
+    own = adjusted.estimates.cofactors[observations.model]
+    easting = np.einsum("na,nab,nb->n", row, own[:, :3, :3], row)
+    northing = np.einsum("na,nab,nb->n", row, own[:, 3:, 3:], row)
+    expected = np.empty(len(row))
+    reordered = solution.ordering.reordered.rows
+    expected[reordered] = solution.solver.cofactors.transformed[:, 0, 0]
+    np.testing.assert_allclose(easting, expected, rtol=1e-6)
+    np.testing.assert_allclose(northing, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from einschalt.theory.block_adjustment.gross_errors import (
 
 @pytest.fixture
 def spoilt(make_block):
-    """A block with four gross errors of 0.4 m in points that four or more models hold."""
+    """A block with four gross errors of 0.4 m in points that four models hold."""
     block = make_block("dense grid", "affine", every=3)
     holders = np.bincount(block.point)
     rng = np.random.default_rng(7)
