@@ -162,6 +162,27 @@ def test_parameters_transform_the_models_onto_the_points(block, adjusted):
     )
 
 
+def test_counts_and_spread_of_points_are_those_of_their_models(adjusted):
+    rows = adjusted.residuals.assign(
+        whose=adjusted.residuals["flight"] + adjusted.residuals["coverage"]
+    ).groupby("point_id")
+    points = adjusted.points.set_index("point_id")
+    same = {"check_names": False, "check_dtype": False}
+    residuals = ["residual_easting", "residual_northing"]
+    for name, expected in (
+        ("n_models", rows.size()),
+        ("n_coverages", rows["whose"].nunique()),
+        (
+            "spread_total",
+            rows[residuals].var().sum(axis=1, min_count=2) ** 0.5,
+        ),
+    ):
+        pd.testing.assert_series_equal(
+            points[name], expected.loc[points.index], **same, rtol=1e-9
+        )
+    assert points["n_coverages"].min() < points["n_coverages"].max()
+
+
 def test_cofactors_of_parameters_give_those_of_transformed_points(adjusted):
     """The solution has these about the centroid of each model, in units of its size."""
     solution, observations = adjusted.solution, adjusted.solution.observations

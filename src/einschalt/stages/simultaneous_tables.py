@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from scipy import sparse
 
 from einschalt.stages.spatial_tables import (
     remaining_bias,
@@ -87,8 +88,12 @@ def plan_errors(observations):
 def _n_coverages(tables, part, solution):
     observations = solution.observations
     coverage = tables.coverage[part.models][observations.model]
-    pairs = np.unique(np.column_stack([observations.point, coverage]), axis=0)
-    return np.bincount(pairs[:, 0], minlength=observations.n_points)
+    shape = (observations.n_points, int(tables.coverage.max(initial=-1)) + 1)
+    # many times as fast as unique pairs in a block of millions of observations
+    held = sparse.csr_array(
+        (np.ones(len(coverage), dtype=bool), (observations.point, coverage)), shape
+    )
+    return np.diff(held.indptr)
 
 
 def _spread(solution, n_models):
