@@ -91,6 +91,7 @@ def make_block():
             control_covariance=covariance,
         )
 
+    make.layouts = LAYOUTS
     return make
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.gross_errors import (
     NORMS,
     downweight,
+    examine_control,
     snoop_block,
 )
 
@@ -85,3 +87,45 @@ def test_of_two_measurements_of_a_point_one_stays(make_block):
         found = snoop_block(adjust(replace(good, xy=xy)), (), 0.001).is_out
         assert np.flatnonzero(found).tolist() != []
         assert found[good.point == good.point[row]].sum() == 1
+
+
+@pytest.fixture
+def make_large_block(make_block, monkeypatch):
+    """So many observations that p is 0 for all that a large error has touched."""
+    corners = [(480.0 * i, 480.0 * j) for i in range(30) for j in range(30)]
+    monkeypatch.setitem(make_block.layouts, "large", corners)
+    return lambda every: make_block("large", "affine", every=every)
+
+
+def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
+    """An error of 400 m makes half of the neighbourhood look wrong."""
+    large_block = make_large_block(every=5)
+    good = adjust(large_block)
+    by_chance = set(np.flatnonzero(snoop_block(good, (), 0.001).is_out))
+    assert len(by_chance) <= 4  # of 900 models, each with a probability of 0.001
+    holders = np.bincount(large_block.point)
+    is_new = ~large_block.is_control[large_block.point]
+    rows = np.flatnonzero(is_new & (holders[large_block.point] >= 3))
+    for row in rows[[10, 1000, 2000]]:
+        xy = large_block.xy.copy()
+        xy[row] += (40.0, -30.0)
+        bad = adjust(replace(large_block, xy=xy))
+        assert (judge_observations(bad, bad.observations).p_value == 0.0).any()
+        found = set(np.flatnonzero(snoop_block(bad, (), 0.001).is_out))
+        assert found == {int(row), *by_chance}
+
+
+def test_all_wrong_control_is_named_however_much_it_is(make_large_block):
+    """One control point in ten."""
+    large_block = make_large_block(every=2)
+    rng = np.random.default_rng(1)
+    given = np.flatnonzero(large_block.is_control)
+    wrong = rng.choice(given, 110, replace=False)
+    control = large_block.control.copy()
+    control[wrong] += (1.0, -0.7)
+    found = examine_control(adjust(replace(large_block, control=control)), (), 0.001)
+    assert set(wrong) <= set(np.flatnonzero(found.is_suspect))
+    assert found.is_suspect.sum() <= 1.05 * len(wrong)
+    np.testing.assert_allclose(
+        np.median(found.error[wrong], axis=0), [1.0, -0.7], atol=0.02
+    )

@@ -2,8 +2,10 @@
 
 An observation is taken out by a standard error so large that it counts for nothing;
 so the structure of the block stays, and no order has to be found anew. In one step the
-worst observations are taken out together that share neither model nor point: errors
-spread to those first.
+worst observations are taken out together that share neither model nor point, and are at
+least half as bad as the worst of all: a gross error makes others look wrong, those of
+its model and point first, and where it is large those of other models as well. What is
+worse is told by w: p is 0 for every observation that a large error has touched.
 """
 
 from dataclasses import dataclass, replace
@@ -21,6 +23,10 @@ from einschalt.theory.block_adjustment.block_tests import (
 
 OUT = 1e5  # times its standard error: a weight of 1e-10
 MOST_STEPS = 100
+# of the worst w, above which observations are taken out in the same step
+NEARLY_WORST = 0.5
+# models over which a wrong given point may make others look wrong
+REACH = 2
 MOST_ITERATIONS = 50
 TOLERANCE = 1e-3
 LEAST_FACTOR = 1e-9
@@ -96,10 +102,7 @@ def _without(solution, terms, given, is_out, is_aside):
 
 
 def _wrong_control(solution, of_rows, is_out, significance):
-    """The worst given point that is refused, and worse than its measurements; or none.
-
-    One at a time: a wrong one makes its neighbours look wrong too.
-    """
+    """The worst given points that are refused, and worse than their measurements."""
     tests = judge_control(solution)
     w = np.where(np.isfinite(of_rows.w) & ~is_out, of_rows.w, 0.0)
     worst_row = np.zeros(solution.observations.n_points)
@@ -107,8 +110,23 @@ def _wrong_control(solution, of_rows, is_out, significance):
     is_tested = np.isfinite(tests.p_value)
     is_wrong = is_tested & (tests.w > worst_row)
     is_wrong[is_wrong] = tests.p_value[is_wrong] * is_tested.sum() <= significance
-    candidates = np.flatnonzero(is_wrong)
-    return candidates[np.argsort(-tests.w[candidates], kind="stable")[:1]]
+    return _worst_given(solution.observations, tests.w, is_wrong)
+
+
+def _worst_given(observations, w, is_refused):
+    """Refused given points that are the worst far around; a wrong one spreads too."""
+    model, point = observations.model, observations.point
+    w = np.where(is_refused, w, 0.0)
+    around = w
+    for _ in range(REACH):
+        of_model = np.zeros(observations.n_models)
+        np.maximum.at(of_model, model, around[point])
+        around = np.zeros(observations.n_points)
+        np.maximum.at(around, point, of_model[model])
+    is_worst = (w >= around) & (w >= NEARLY_WORST * w.max(initial=0.0))
+    places = np.flatnonzero(is_refused & is_worst)
+    # of equal ones, the first
+    return places[np.unique(w[places], return_index=True)[1]]
 
 
 def _times(standard_error, factors):
@@ -119,15 +137,21 @@ def _times(standard_error, factors):
 def _worst_rows(solution, tests, is_out, significance):
     """Refused observations that are the worst of their model and of their point."""
     model, point = solution.observations.model, solution.observations.point
-    p = np.where(np.isfinite(tests.p_value) & ~is_out, tests.p_value, np.inf)
     n_models = solution.observations.n_models
-    n_tested = np.maximum(np.bincount(model[np.isfinite(p)], minlength=n_models), 1)
+    is_tested = np.isfinite(tests.p_value) & ~is_out
+    n_tested = np.bincount(model[is_tested], minlength=n_models)
+    is_refused = is_tested.copy()
+    is_refused[is_tested] = (
+        tests.p_value[is_tested] * n_tested[model[is_tested]] <= significance
+    )
+    w = np.where(is_refused, tests.w, 0.0)
     start = np.searchsorted(model, np.arange(n_models + 1))
-    worst_of_model = segment_min_max(p, start)[0]
-    worst_of_point = np.full(solution.observations.n_points, np.inf)
-    np.minimum.at(worst_of_point, point, p)
-    is_worst = (p <= worst_of_model[model]) & (p <= worst_of_point[point])
-    rows = np.flatnonzero(is_worst & (p * n_tested[model] <= significance))
+    worst_of_model = segment_min_max(w, start)[1]
+    worst_of_point = np.zeros(solution.observations.n_points)
+    np.maximum.at(worst_of_point, point, w)
+    is_worst = (w >= worst_of_model[model]) & (w >= worst_of_point[point])
+    is_worst &= w >= NEARLY_WORST * w.max(initial=0.0)
+    rows = np.flatnonzero(is_refused & is_worst)
     # of equal ones the first: two measurements of a point are refused alike
     rows = rows[np.unique(model[rows], return_index=True)[1]]
     return rows[np.unique(point[rows], return_index=True)[1]]
@@ -244,19 +268,20 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
     is_suspect = np.zeros(len(tests.w), dtype=bool)
     found = {name: getattr(tests, name).copy() for name in ("w", "p_value", "error")}
     for _ in range(MOST_STEPS):
-        p = np.where(is_suspect | np.isnan(tests.p_value), np.inf, tests.p_value)
-        n_tested = int(np.isfinite(p).sum())
-        worst = int(np.argmin(p))
-        if n_tested == 0 or p[worst] * n_tested > significance:
+        observations = solution.observations
+        is_refused = ~is_suspect & np.isfinite(tests.p_value)
+        n_tested = np.count_nonzero(is_refused)
+        is_refused[is_refused] = tests.p_value[is_refused] * n_tested <= significance
+        worst = _worst_given(observations, tests.w, is_refused)
+        if len(worst) == 0:
             break
         is_suspect[worst] = True
-        observations = solution.observations
         covariance = observations.control_covariance.copy()
         covariance[worst] *= OUT**2
         changed = replace(observations, control_covariance=covariance)
         solution = replace(
             solution.readjusted(changed, terms),
-            redundancy=solution.redundancy - observations.control.shape[1],
+            redundancy=solution.redundancy - observations.control.shape[1] * len(worst),
         )
         tests = judge_control(solution)
         for name, values in found.items():
