@@ -23,7 +23,7 @@ LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class TreePart:
     """A branch, or the trunk.
 
     Attributes
@@ -51,9 +51,9 @@ class Branches:
 
     Attributes
     ----------
-    branches : tuple of Part
+    branches : tuple of TreePart
         The one with most work first.
-    trunk : Part
+    trunk : TreePart
         All other fronts.
     left_start : ndarray of int64, shape (n_fronts,)
         Where a branch leaves the square matrix of its boundary; −1 at other fronts.
@@ -61,8 +61,8 @@ class Branches:
         Elements of all these matrices.
     """
 
-    branches: tuple[Part, ...]
-    trunk: Part
+    branches: tuple[TreePart, ...]
+    trunk: TreePart
     left_start: np.ndarray
     n_left: int
 
@@ -72,7 +72,7 @@ class Branches:
         Parameters
         ----------
         function : callable
-            Of a Part.
+            Of a TreePart.
         """
         if self.branches:
             with ThreadPoolExecutor(batches.n_cores()) as pool:
@@ -123,12 +123,12 @@ def part_fronts(fronts, n_unknowns) -> Branches:
 
 def _part(root, visited, arrays):
     stack, path = _room(root, visited, *arrays)
-    return Part(int(root), visited, int(stack), int(path))
+    return TreePart(int(root), visited, int(stack), int(path))
 
 
 @numba.njit(cache=True, nogil=True)
 def _room(own_root, visited, own, edge, parent, n_children, left_start):
-    """Elements of stack and path; see ``Part``."""
+    """Elements of stack and path; see ``TreePart``."""
     waiting = np.empty(visited.size, dtype=np.int64)
     top, pile, largest_pile = 0, 0, 0
     for f in visited:
