@@ -303,7 +303,38 @@ def test_wrong_control_is_named_with_size_and_direction(block):
     np.testing.assert_allclose(strain, [0.5, -0.3], atol=0.12)
     text = summarize(found)
     assert "Control points that disagree with the block" in text
+    # with 0.00…0028 the column was as wide as the exponent
+    assert "< 0.001" in text
+    assert "0.000000" not in text
     assert "control points disagree" in found.simultaneous.summary()
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_the_least_control_is_not_said_to_disagree(kind):
+    """Nothing checks it; what pulls at it are errors in the design matrix."""
+    least = {"affine": 3, "helmert": 2}[kind]
+    for seed in range(8):
+        block = es.simulate_block("demo", seed=seed)
+        control = block.control_points[block.control_points["role"] == "control"]
+        xy = control[POINTS].to_numpy()
+        away = np.hypot(*(xy - xy[0]).T)
+        places = [0, int(np.argmax(away))]
+        aside = (xy - xy[0]) @ [[0.0, 1.0], [-1.0, 0.0]] @ (xy[places[1]] - xy[0])
+        places.append(int(np.argmax(np.abs(aside))))
+        few = control.iloc[places[:least]].reset_index(drop=True)
+        flights = {
+            name: replace(flight, transformation=kind)
+            for name, flight in block.flights.items()
+        }
+        found = es.adjust_block(
+            replace(block, control_points=few, **flights), kind=kind
+        )
+        assert found.failures.empty
+        assert len(found.control) == least
+        assert not found.control["is_suspect"].any()
+        assert found.control["w"].isna().all()
+        at_control = found.residuals["point_id"].isin(few["point_id"])
+        assert found.residuals.loc[at_control, "is_suspect"].mean() < 0.05
 
 
 def test_densified_points_are_the_adjusted_ones(result, adjusted):

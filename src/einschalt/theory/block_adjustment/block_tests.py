@@ -11,7 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betaincc
 
-from einschalt.theory.adjustment.reliability import LEAST_REDUNDANCY_NUMBER
+# share of an error that has to show before an observation is checked. Measured
+# coordinates stand in the design matrix, errors and all: shrunk to nothing the block
+# would have no residuals. So it pulls at the least control, which nothing checks, as if
+# redundancy numbers were f σ²/d², with its redundancy f and the size d of the control
+LEAST_CHECK = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +108,7 @@ def _tests(solution, residuals, cofactors, redundancy):
     estimated by −R⁻¹ v.
     """
     n_axes = residuals.shape[1]
-    is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**n_axes
+    is_checked = _least_share(redundancy) > LEAST_CHECK
     which = is_checked[:, None, None]
     v = residuals[:, :, None]
     error = -np.linalg.solve(np.where(which, redundancy, np.eye(n_axes)), v)[:, :, 0]
@@ -119,3 +123,15 @@ def _tests(solution, residuals, cofactors, redundancy):
     # the share is beta distributed: (1 − T/Ω)^((f − 2)/2) for two coordinates
     p_value = betaincc(n_axes / 2.0, (f - n_axes) / 2.0, share)
     return BlockTests(np.sqrt(square) / solution.s_0, p_value, error)
+
+
+def _least_share(redundancy):
+    """About the least eigenvalue, where all are shares between 0 and 1.
+
+    The determinant over what the others would be if all were equal: exact then, and
+    too small by 2^(d - 1) at most.
+    """
+    n_axes = redundancy.shape[1]
+    mean = np.trace(redundancy, axis1=1, axis2=2) / n_axes
+    others = np.where(mean > 0.0, mean, np.inf) ** (n_axes - 1)
+    return np.linalg.det(redundancy) / others
