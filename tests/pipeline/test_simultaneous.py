@@ -531,3 +531,32 @@ def test_two_models_with_one_common_point_and_control_of_their_own(block):
     assert at["both"]["standard_error_easting"] == pytest.approx(
         sum(weight) ** -0.5, rel=1e-9
     )
+
+
+def test_a_block_that_control_does_not_hold_is_said_to_shrink():
+    """Three points in one corner: the other corner is 22 m away, and 8.8 m claimed."""
+    block = es.simulate_block("neukirchen", seed=0)
+    control = block.control_points.query("role == 'control'")
+    xy = control[POINTS].to_numpy()
+    corner = np.argsort(np.hypot(*(xy - xy.min(axis=0)).T))[:3]
+    few = control.iloc[corner].reset_index(drop=True)
+    settings = es.Settings(method="simultaneous")
+    found = es.densify(
+        replace(block, control_points=few, may_be_unmeasured=True), settings
+    )
+    text = summarize(found).replace("\n    ", " ")
+    assert "Control does not hold the block against its own pull" in text
+    assert " times the standard errors, which do not hold that. Give control on" in text
+    points = found.simultaneous.points
+    truth = block.truth.set_index("point_id").loc[points["point_id"], POINTS]
+    error = points[POINTS].to_numpy() - truth.to_numpy()
+    moved = found.simultaneous.displacements[POINTS].to_numpy()
+    claimed = (points["standard_error_total"] ** 2).mean()
+    assert (error**2).sum(axis=1).mean() > 4.0 * claimed
+    assert ((error - moved) ** 2).sum(axis=1).mean() < claimed
+    # nothing checks three points
+    assert not found.simultaneous.control["is_suspect"].any()
+    whole = es.densify(block, settings)
+    assert "its own pull" not in summarize(whole)
+    moved = whole.simultaneous.displacements[POINTS].to_numpy()
+    assert np.abs(moved).max() < 1e-3

@@ -25,6 +25,7 @@ from einschalt.stages.spatial_tables import centre_table
 from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import BlockSolution, adjust
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
+from einschalt.theory.block_adjustment.design_errors import displacement_by_design
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     ControlVerdict,
@@ -166,6 +167,18 @@ class BlockAdjustment(ModelResult):
             unit_error=np.ones(len(self.models)),
             is_usable=self.models["is_usable"].to_numpy(),
         )
+
+    @cached_property
+    def displacements(self):
+        """What errors of model coordinates move the points by, in the mean.
+
+        DataFrame: point_id, easting, northing [m], as ``points``. Standard errors do
+        not hold it; it is small where control holds the block. None of spatial models.
+        """
+        if self.tables.is_spatial:
+            return None
+        easting, northing = displacement_by_design(self.solution).T
+        return self.points[["point_id"]].assign(easting=easting, northing=northing)
 
     def m_0_of(self, flight):
         """m_0 of all models of a flight together (total) [m]; NaN without redundancy.

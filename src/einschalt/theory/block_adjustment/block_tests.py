@@ -16,6 +16,7 @@ from scipy.special import betaincc
 # would have no residuals. So it pulls at the least control, which nothing checks, as if
 # redundancy numbers were f σ²/d², with its redundancy f and the size d of the control
 LEAST_CHECK = 1e-4
+CLEARLY = 10.0  # times that
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ def judge_control(solution) -> BlockTests:
     n_axes = observations.control.shape[1]
     redundancy = np.eye(n_axes) - adjusted @ observations.control_weight[is_tested]
     residuals = solution.control_residuals[is_tested]
-    found = _tests(solution, residuals, given - adjusted, redundancy)
+    least = max(LEAST_CHECK, CLEARLY * _pull(observations, solution))
+    found = _tests(solution, residuals, given - adjusted, redundancy, least)
     n_points = observations.n_points
     w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
     error = np.full((n_points, n_axes), np.nan)
@@ -101,14 +103,14 @@ def judge_control(solution) -> BlockTests:
     return BlockTests(w, p_value, error)
 
 
-def _tests(solution, residuals, cofactors, redundancy):
+def _tests(solution, residuals, cofactors, redundancy, least=LEAST_CHECK):
     """Tests of residuals v with cofactors Q_vv.
 
     A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
     estimated by −R⁻¹ v.
     """
     n_axes = residuals.shape[1]
-    is_checked = _least_share(redundancy) > LEAST_CHECK
+    is_checked = _least_share(redundancy) > least
     which = is_checked[:, None, None]
     v = residuals[:, :, None]
     error = -np.linalg.solve(np.where(which, redundancy, np.eye(n_axes)), v)[:, :, 0]
@@ -135,3 +137,19 @@ def _least_share(redundancy):
     mean = np.trace(redundancy, axis1=1, axis2=2) / n_axes
     others = np.where(mean > 0.0, mean, np.inf) ** (n_axes - 1)
     return np.linalg.det(redundancy) / others
+
+
+def _pull(observations, solution):
+    """Redundancy number of the least control that errors in the design feign."""
+    is_observed = observations.is_control & ~observations.is_fixed
+    if not is_observed.any():
+        return 0.0
+    weight = observations.control_weight[is_observed]
+    weight = np.trace(weight, axis1=1, axis2=2) / weight.shape[1]
+    plan = solution.points[is_observed, :2]
+    plan = plan - np.average(plan, axis=0, weights=weight)
+    least, greatest = np.linalg.eigvalsh((plan.T * weight) @ plan)
+    # one direction gives a similarity transformation its scale in the other too
+    is_affine = getattr(observations, "is_affine", np.zeros(1, dtype=bool))
+    hold = least if is_affine.all() else least + greatest
+    return 0.5 * solution.redundancy / hold if hold > 0.0 else 0.0
