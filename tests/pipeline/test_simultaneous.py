@@ -420,6 +420,7 @@ def test_residuals_of_control_can_be_distributed(block):
     given = block.control_points.set_index("point_id").loc[control.index, POINTS]
     np.testing.assert_allclose(control[POINTS], given, rtol=0, atol=1e-9)
     assert "standard_error_total" not in found.points
+    assert "the propagated one is that after it" not in summarize(found)
 
 
 def test_names_that_both_flights_use_are_kept_apart(block):
@@ -560,3 +561,18 @@ def test_a_block_that_control_does_not_hold_is_said_to_shrink():
     assert "its own pull" not in summarize(whole)
     moved = whole.simultaneous.displacements[POINTS].to_numpy()
     assert np.abs(moved).max() < 1e-3
+
+
+@pytest.mark.parametrize("outliers", ["huber", "tukey"])
+def test_robust_weights_raise_no_alarm_in_clean_blocks(outliers):
+    """Their sum of squares is smaller than that of the errors; s_0 and tests know."""
+    s_0, n_suspects = [], 0
+    for seed in range(3):
+        block = es.simulate_block("neukirchen", seed=seed)
+        robust = es.adjust_block(block, outliers=outliers)
+        plain = es.adjust_block(block)
+        s_0.append(robust.s_0 / plain.s_0)
+        n_suspects += int(robust.residuals["is_suspect"].sum())
+    np.testing.assert_allclose(s_0, 1.0, atol=0.015)
+    # 942 models that have a suspect with a probability of 0.001 each
+    assert n_suspects <= 5
