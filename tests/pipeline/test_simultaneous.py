@@ -576,3 +576,36 @@ def test_robust_weights_raise_no_alarm_in_clean_blocks(outliers):
     np.testing.assert_allclose(s_0, 1.0, atol=0.015)
     # 942 models that have a suspect with a probability of 0.001 each
     assert n_suspects <= 5
+
+
+@pytest.mark.parametrize("outliers", ["snoop", "tukey"])
+def test_good_measurements_beside_wrong_control_are_not_blamed(outliers):
+    """Three control points are wrong by 1 m, and forty measurements by 50 µm."""
+    n_blamed, n_found, n_wrong = 0, 0, 0
+    for seed in range(2):
+        block = es.simulate_block("neukirchen", seed=seed)
+        rng = np.random.default_rng(seed)
+        control = block.control_points.copy()
+        places = rng.choice(control.index[control["role"] == "control"], 3, False)
+        control.loc[places, "easting"] += 1.0
+        rows = block.low_flight.model_points.copy()
+        wrong = rng.choice(rows.index, 40, replace=False)
+        rows.loc[wrong, "x"] += 0.05
+        spoilt = replace(
+            block,
+            control_points=control,
+            low_flight=replace(block.low_flight, model_points=rows),
+        )
+        found = es.adjust_block(spoilt, outliers=outliers)
+        named = found.control.query("is_suspect")["point_id"]
+        assert set(named) == set(control.loc[places, "point_id"])
+        key = ["flight", "coverage", "model_id", "point_id"]
+        suspects = set(found.residuals.query("is_suspect")[key].itertuples(index=False))
+        true = rows.loc[wrong].assign(flight="low_flight")[key]
+        true = set(true.itertuples(index=False))
+        n_blamed += len(suspects - true)
+        n_found += len(suspects & true)
+        n_wrong += len(true)
+    assert n_found > 0.9 * n_wrong
+    # it was 20 to 30 beside the wrong control alone
+    assert n_blamed <= 5

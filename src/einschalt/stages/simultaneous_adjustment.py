@@ -454,7 +454,7 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
     points = point_table(tables, part, solution)
-    residuals = residual_table(tables, part, cleaned, significance)
+    residuals = residual_table(tables, part, cleaned, judged.control, significance)
     is_centre = tables.is_centre[part.points]
     of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(

@@ -228,12 +228,15 @@ class ControlVerdict:
         nothing checks a point.
     error : ndarray, shape (n_points, 2)
         Error of the given coordinates that explains the contradiction [m].
+    without : BlockSolution
+        The block with the suspects set aside.
     """
 
     is_suspect: np.ndarray
     w: np.ndarray
     p_value: np.ndarray
     error: np.ndarray
+    without: BlockSolution
 
 
 def examine_control(solution, terms, significance) -> ControlVerdict:
@@ -280,4 +283,4 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
         tests = judge_control(solution)
         for name, values in found.items():
             values[~is_suspect] = getattr(tests, name)[~is_suspect]
-    return ControlVerdict(is_suspect, **found)
+    return ControlVerdict(is_suspect, **found, without=solution)
