@@ -331,7 +331,38 @@ def test_wrong_control_is_named_with_size_and_direction(block):
     np.testing.assert_allclose(strain, [0.5, -0.3], atol=0.12)
     text = summarize(found)
     assert "Control points that disagree with the block" in text
+    # with 0.00…0028 the column was as wide as the exponent
+    assert "< 0.001" in text
+    assert "0.000000" not in text
     assert "control points disagree" in found.simultaneous.summary()
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_the_least_control_is_not_said_to_disagree(kind):
+    """Nothing checks it; what pulls at it are errors in the design matrix."""
+    least = {"affine": 3, "helmert": 2}[kind]
+    for seed in range(8):
+        block = es.simulate_block("demo", seed=seed)
+        control = block.control_points[block.control_points["role"] == "control"]
+        xy = control[POINTS].to_numpy()
+        away = np.hypot(*(xy - xy[0]).T)
+        places = [0, int(np.argmax(away))]
+        aside = (xy - xy[0]) @ [[0.0, 1.0], [-1.0, 0.0]] @ (xy[places[1]] - xy[0])
+        places.append(int(np.argmax(np.abs(aside))))
+        few = control.iloc[places[:least]].reset_index(drop=True)
+        flights = {
+            name: replace(flight, transformation=kind)
+            for name, flight in block.flights.items()
+        }
+        found = es.adjust_block(
+            replace(block, control_points=few, **flights), kind=kind
+        )
+        assert found.failures.empty
+        assert len(found.control) == least
+        assert not found.control["is_suspect"].any()
+        assert found.control["w"].isna().all()
+        at_control = found.residuals["point_id"].isin(few["point_id"])
+        assert found.residuals.loc[at_control, "is_suspect"].mean() < 0.05
 
 
 def test_densified_points_are_the_adjusted_ones(result, adjusted):
@@ -417,6 +448,7 @@ def test_residuals_of_control_can_be_distributed(block):
     given = block.control_points.set_index("point_id").loc[control.index, POINTS]
     np.testing.assert_allclose(control[POINTS], given, rtol=0, atol=1e-9)
     assert "standard_error_total" not in found.points
+    assert "the propagated one is that after it" not in summarize(found)
 
 
 def test_names_that_both_flights_use_are_kept_apart(block):
@@ -528,3 +560,80 @@ def test_two_models_with_one_common_point_and_control_of_their_own(block):
     assert at["both"]["standard_error_easting"] == pytest.approx(
         sum(weight) ** -0.5, rel=1e-9
     )
+
+
+def test_a_block_that_control_does_not_hold_is_said_to_shrink():
+    """Three points in one corner: the other corner is 22 m away, and 8.8 m claimed."""
+    block = es.simulate_block("neukirchen", seed=0)
+    control = block.control_points.query("role == 'control'")
+    xy = control[POINTS].to_numpy()
+    corner = np.argsort(np.hypot(*(xy - xy.min(axis=0)).T))[:3]
+    few = control.iloc[corner].reset_index(drop=True)
+    settings = es.Settings(method="simultaneous")
+    found = es.densify(
+        replace(block, control_points=few, may_be_unmeasured=True), settings
+    )
+    text = summarize(found).replace("\n    ", " ")
+    assert "Control does not hold the block against its own pull" in text
+    assert " times the standard errors, which do not hold that. Give control on" in text
+    points = found.simultaneous.points
+    truth = block.truth.set_index("point_id").loc[points["point_id"], POINTS]
+    error = points[POINTS].to_numpy() - truth.to_numpy()
+    moved = found.simultaneous.displacements[POINTS].to_numpy()
+    claimed = (points["standard_error_total"] ** 2).mean()
+    assert (error**2).sum(axis=1).mean() > 4.0 * claimed
+    assert ((error - moved) ** 2).sum(axis=1).mean() < claimed
+    # nothing checks three points
+    assert not found.simultaneous.control["is_suspect"].any()
+    whole = es.densify(block, settings)
+    assert "its own pull" not in summarize(whole)
+    moved = whole.simultaneous.displacements[POINTS].to_numpy()
+    assert np.abs(moved).max() < 1e-3
+
+
+@pytest.mark.parametrize("outliers", ["huber", "tukey"])
+def test_robust_weights_raise_no_alarm_in_clean_blocks(outliers):
+    """Their sum of squares is smaller than that of the errors; s_0 and tests know."""
+    s_0, n_suspects = [], 0
+    for seed in range(3):
+        block = es.simulate_block("neukirchen", seed=seed)
+        robust = es.adjust_block(block, outliers=outliers)
+        plain = es.adjust_block(block)
+        s_0.append(robust.s_0 / plain.s_0)
+        n_suspects += int(robust.residuals["is_suspect"].sum())
+    np.testing.assert_allclose(s_0, 1.0, atol=0.015)
+    # 942 models that have a suspect with a probability of 0.001 each
+    assert n_suspects <= 5
+
+
+@pytest.mark.parametrize("outliers", ["snoop", "tukey"])
+def test_good_measurements_beside_wrong_control_are_not_blamed(outliers):
+    """Three control points are wrong by 1 m, and forty measurements by 50 µm."""
+    n_blamed, n_found, n_wrong = 0, 0, 0
+    for seed in range(2):
+        block = es.simulate_block("neukirchen", seed=seed)
+        rng = np.random.default_rng(seed)
+        control = block.control_points.copy()
+        places = rng.choice(control.index[control["role"] == "control"], 3, False)
+        control.loc[places, "easting"] += 1.0
+        rows = block.low_flight.model_points.copy()
+        wrong = rng.choice(rows.index, 40, replace=False)
+        rows.loc[wrong, "x"] += 0.05
+        spoilt = replace(
+            block,
+            control_points=control,
+            low_flight=replace(block.low_flight, model_points=rows),
+        )
+        found = es.adjust_block(spoilt, outliers=outliers)
+        named = found.control.query("is_suspect")["point_id"]
+        assert set(named) == set(control.loc[places, "point_id"])
+        key = ["flight", "coverage", "model_id", "point_id"]
+        suspects = set(found.residuals.query("is_suspect")[key].itertuples(index=False))
+        true = rows.loc[wrong].assign(flight="low_flight")[key]
+        true = set(true.itertuples(index=False))
+        n_blamed += len(suspects - true)
+        n_found += len(suspects & true)
+        n_wrong += len(true)
+    assert n_found > 0.9 * n_wrong
+    # it was 20 to 30 beside the wrong control alone
+    assert n_blamed <= 5

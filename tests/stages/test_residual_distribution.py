@@ -71,3 +71,19 @@ def test_without_control_nothing_is_moved(points, control):
     found = distribute_residuals(points.loc[4:], control, "natural_neighbour").points
     assert (found["distributed_easting"] == 0.0).all()
     np.testing.assert_array_equal(found["easting"], points.loc[4:, "easting"])
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("apart", [0.0, 0.01])
+def test_control_points_side_by_side_keep_what_each_was_given(points, method, apart):
+    """Two marks that were given (almost) the same coordinates, and densified others."""
+    twin = table([("B2", 100.0 + apart, 0.05, "control", 0.0, 0.05)])
+    points = pd.concat([points, twin], ignore_index=True)
+    found = distribute_residuals(points, points[["point_id"]], method).points
+    given = points[["easting", "northing"]].to_numpy(dtype=float)
+    given = given - points[["difference_easting", "difference_northing"]].to_numpy()
+    is_control = (points["role"] == "control").to_numpy()
+    np.testing.assert_allclose(
+        found.loc[is_control, ["easting", "northing"]], given[is_control], atol=1e-9
+    )
+    assert found["distributed_northing"].abs().max() < 0.06

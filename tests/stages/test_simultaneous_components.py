@@ -8,6 +8,8 @@ import pytest
 import einschalt as es
 from einschalt.pipeline.simulation import PRESETS
 from einschalt.stages import simultaneous_components
+from einschalt.stages.block_tables import MeasuredFlight, code_block
+from einschalt.stages.simultaneous_adjustment import simultaneous_adjustment
 
 GROUPS = ["high_flight", "low_flight", "control"]
 
@@ -102,3 +104,21 @@ def test_sizes_are_those_of_the_last_adjustment(block, monkeypatch):
     first = es.adjust_block(wrong, variance_components="estimated").components
     # one pass comes near with the flights; a step that counted twice gives the square
     np.testing.assert_allclose(first["factor"][:2], full["factor"][:2], rtol=0.1)
+
+
+def test_without_redundancy_nothing_is_known_of_a_factor():
+    """Rounding may leave less than nothing; warnings are errors in these tests."""
+    for seed in range(6):
+        block = es.simulate_block("demo", seed=seed)
+        truth = block.truth
+        for _, rows in block.low_flight.model_points.groupby(["coverage", "model_id"]):
+            held = truth[truth["point_id"].isin(rows["point_id"].iloc[[0, 3, -1]])]
+            flight = MeasuredFlight(
+                "low_flight", rows, np.full(len(rows), 0.03), "affine"
+            )
+            tables = code_block([flight], held.assign(standard_error_m=0.03))
+            found = simultaneous_adjustment(tables)
+            assert found.redundancy == 0
+            assert found.components["factor"].isna().all()
+            assert found.components["factor_standard_error"].isna().all()
+            assert (found.components["redundancy"] >= 0.0).all()

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import count, length, names
+from einschalt.foundations.shown_names import printable
+from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.pipeline.suggestion import Suggestion
 
 LARGE = 3.0
 MOSTLY = 0.5
+WORTH_A_WORD = 0.5
 MODEL = ["coverage", "model_id"]
 
 
@@ -36,6 +38,35 @@ def imprecise_points(result):
         problem + where,
         "Measure more control there, spread over the model, or do without these points",
     )
+
+
+def block_that_shrinks(result):
+    """A simultaneous adjustment that control does not hold against its own pull."""
+    adjusted = result.simultaneous
+    if adjusted is None or adjusted.displacements is None:
+        return None
+    is_new = (adjusted.points["role"] == "new").to_numpy()
+    points = adjusted.points[is_new]
+    plan = ["easting", "northing"]
+    moved = np.hypot(*adjusted.displacements.loc[is_new, plan].to_numpy().T)
+    claimed = np.hypot(
+        *points[[f"standard_error_{name}" for name in plan]].to_numpy().T
+    )
+    if not len(moved) or not _rms(moved) > WORTH_A_WORD * _rms(claimed):
+        return None
+    times = factor(_rms(moved) / _rms(claimed))
+    worst = printable(points["point_id"].iloc[int(np.argmax(moved))])
+    return Suggestion(
+        "Control does not hold the block against its own pull: errors of the model "
+        f"coordinates move the new points by about {length(_rms(moved))} (total, RMS), "
+        f"up to {length(moved.max())} at {worst}, {times} "
+        "the standard errors, which do not hold that",
+        "Give control on the far side of the block too",
+    )
+
+
+def _rms(values):
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _models_of(result, new, weak):

@@ -27,7 +27,10 @@ from einschalt.pipeline.orientation_suggestions import (
     orientations_without_convergence,
 )
 from einschalt.pipeline.pattern_suggestions import film_affinity, network_strain
-from einschalt.pipeline.precision_suggestions import imprecise_points
+from einschalt.pipeline.precision_suggestions import (
+    block_that_shrinks,
+    imprecise_points,
+)
 from einschalt.pipeline.suggestion import SIGNIFICANCE, Suggestion
 from einschalt.pipeline.suspect_suggestions import (
     control_that_contradicts,
@@ -69,6 +72,7 @@ def find_suggestions(result) -> tuple[Suggestion, ...]:
         corrections_that_spoil(result),
         models_upside_down(result),
         claim_that_does_not_stand(result),
+        block_that_shrinks(result),
         drift(result),
         check_differences(result),
         control_differences(result),

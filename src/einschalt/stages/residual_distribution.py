@@ -15,6 +15,7 @@ from einschalt.stages.stage4_error_propagation import propagate
 from einschalt.theory.adjustment.propagation import sum_of_chains
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,
+    with_own,
 )
 
 PLANE = ("easting", "northing")
@@ -70,6 +71,8 @@ def distribute_residuals(points, control_points, method):
     if len(places):
         given = np.where(is_used[:, None], xy - differences, xy)
         weights = distribution_weights(given[places], given, method)
+        # beside another control point it would take of that one's, and miss the given
+        weights = with_own(weights, places, np.arange(len(places)))
     else:
         weights = sparse.csr_array((len(points), 0))
     shift = -(weights @ differences[places])

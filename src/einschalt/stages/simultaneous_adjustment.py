@@ -29,6 +29,7 @@ from einschalt.theory.block_adjustment.block_solution import (
     adjust,
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
+from einschalt.theory.block_adjustment.design_errors import displacement_by_design
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     ControlVerdict,
@@ -170,6 +171,18 @@ class BlockAdjustment(ModelResult):
             unit_error=np.ones(len(self.models)),
             is_usable=self.models["is_usable"].to_numpy(),
         )
+
+    @cached_property
+    def displacements(self):
+        """What errors of model coordinates move the points by, in the mean.
+
+        DataFrame: point_id, easting, northing [m], as ``points``. Standard errors do
+        not hold it; it is small where control holds the block. None of spatial models.
+        """
+        if self.tables.is_spatial:
+            return None
+        easting, northing = displacement_by_design(self.solution).T
+        return self.points[["point_id"]].assign(easting=easting, northing=northing)
 
     def m_0_of(self, flight):
         """m_0 of all models of a flight together (total) [m]; NaN without redundancy.
@@ -447,7 +460,7 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
     points = point_table(tables, part, solution)
-    residuals = residual_table(tables, part, cleaned, significance)
+    residuals = residual_table(tables, part, cleaned, judged.control, significance)
     is_centre = tables.is_centre[part.points]
     of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(

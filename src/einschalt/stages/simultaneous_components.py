@@ -145,15 +145,15 @@ def _table(observations, groups, applied, found):
     is_told = np.isfinite(found.factor) | (applied != 1.0)
     factor = np.where(is_told, applied * np.nan_to_num(found.factor, nan=1.0), np.nan)
     sizes = [error[groups.code == k] for k in range(len(groups.names))] + [control]
+    with np.errstate(divide="ignore"):
+        error_of_factor = factor / np.sqrt(2.0 * found.redundancy)
     median = [np.median(size) if size.size else np.nan for size in sizes]
     table = pd.DataFrame(
         {
             "group": [*groups.names, CONTROL],
             "standard_error_m": median,
             "factor": factor,
-            # rounding may leave a group without redundancy a little less than none
-            "factor_standard_error": factor
-            / np.sqrt(2.0 * np.maximum(found.redundancy, 0.0)),
+            "factor_standard_error": error_of_factor,
             "redundancy": found.redundancy,
             "is_estimated": False,
         },

@@ -108,7 +108,7 @@ def _spread(solution, n_models):
     return np.where(n_models > 1, spread, np.nan)
 
 
-def residual_table(tables, part, cleaned, significance):
+def residual_table(tables, part, cleaned, control, significance):
     """Residuals of all observations, tested, and what stays undetected.
 
     Parameters
@@ -116,6 +116,8 @@ def residual_table(tables, part, cleaned, significance):
     tables : BlockTables
     part : Part
     cleaned : CleanedBlock
+    control : ControlVerdict
+        Without control that contradicts, a suspect must still be one.
     significance : float
         Probability with which a model without gross errors has a suspect.
 
@@ -129,6 +131,11 @@ def residual_table(tables, part, cleaned, significance):
     r = redundancy_numbers(leverage)
     bias = minimal_detectable_bias(plan_errors(observations), r)
     start = np.searchsorted(observations.model, np.arange(observations.n_models + 1))
+    is_refused = is_rejected_by_holm(tests.p_value, start, significance)
+    if control.is_suspect.any():
+        # what only wrong control makes look wrong was measured well
+        still = judge_observations(control.without, observations).p_value
+        is_refused &= is_rejected_by_holm(still, start, significance) | np.isnan(still)
     names = tables.models.iloc[part.models[observations.model]].reset_index(drop=True)
     residuals = names.assign(
         point_id=tables.point_id[part.points[observations.point]],
@@ -138,8 +145,7 @@ def residual_table(tables, part, cleaned, significance):
         redundancy_number=r,
         w=tests.w,
         p_value=tests.p_value,
-        is_suspect=cleaned.is_out
-        | is_rejected_by_holm(tests.p_value, start, significance),
+        is_suspect=cleaned.is_out | is_refused,
         minimal_detectable_bias=bias,
         external_reliability=remaining_bias(bias, r),
     )

@@ -150,3 +150,29 @@ def test_known_points_at_one_place_share_their_weight(method):
 def test_no_points_are_no_rows(method):
     known = np.random.default_rng(8).uniform(size=(20, 2))
     assert distribution_weights(known, np.empty((0, 2)), method).shape == (0, 20)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("apart", [1e-6, 0.03, 2.0])
+def test_two_control_points_side_by_side_make_no_slope(method, apart):
+    """3 cm between them are 3 cm for all points, not metres."""
+    rng = np.random.default_rng(9)
+    known = FAR + np.stack(np.mgrid[:5, :5], axis=-1).reshape(-1, 2) * 500.0
+    known = np.vstack([known, known[12] + [apart, 0.0]])
+    values = rng.normal(0.0, 0.01, len(known))
+    values[-1] = values[12] + 0.03
+    found = distribution_weights(known, points_among(known), method) @ values
+    assert np.abs(found).max() < 0.08
+
+
+@pytest.mark.parametrize("n_pairs", [1, 2, 8])
+def test_multiquadric_of_twin_marks_is_that_of_their_middles(n_pairs):
+    rng = np.random.default_rng(10)
+    middles = rng.uniform(0.0, 3000.0, (n_pairs, 2))
+    offset = np.array([0.3, -0.4])
+    known = np.concatenate([middles - offset, middles + offset])
+    points = rng.uniform(0.0, 3000.0, (50, 2))
+    weights = distribution_weights(known, points, "multiquadric").toarray()
+    both = weights[:, :n_pairs] + weights[:, n_pairs:]
+    expected = distribution_weights(middles, points, "multiquadric").toarray()
+    np.testing.assert_allclose(both, expected, atol=1e-9)

@@ -2,6 +2,7 @@
 
 from einschalt.foundations.shown_names import printable
 from einschalt.foundations.typesetting import lengths, number
+from einschalt.pipeline.sections.claim import probability
 from einschalt.pipeline.sections.section import Section
 
 MOST_SHOWN = 20
@@ -28,7 +29,7 @@ def section(result) -> Section:
         lengths(shown["strain_easting"]),
         lengths(shown["strain_northing"]),
         map(number, shown["w"]),
-        map(number, shown["p_value"]),
+        map(probability, shown["p_value"]),
         strict=True,
     )
     said = [STRAIN]

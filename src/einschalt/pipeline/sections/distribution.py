@@ -9,10 +9,8 @@ SHARES = (
     "Control points keep the coordinates that were given; the others took their share "
     "of the differences (distributed_easting, distributed_northing)."
 )
-FIGURES = (
-    "paper and internal are figures before the distribution; the propagated one is "
-    "that after it."
-)
+BEFORE = "paper and internal are figures before the distribution"
+FIGURES = f"{BEFORE}; the propagated one is that after it."
 
 
 def section(result) -> Section:
@@ -35,5 +33,5 @@ def section(result) -> Section:
         f"Residuals of control, distributed by {way} (total)",
         ("", "points", "moved, RMS", "at most"),
         tuple(rows),
-        (SHARES, FIGURES),
+        (SHARES, FIGURES if "standard_error_total" in points else f"{BEFORE}."),
     )

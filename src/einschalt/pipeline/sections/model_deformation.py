@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import fixed, length, lengths, number
+from einschalt.foundations.typesetting import fixed, length, lengths
+from einschalt.pipeline.sections.claim import probability
 from einschalt.pipeline.sections.section import Section
 
 LEAST_CHECK = 8
@@ -23,7 +24,7 @@ def section(result) -> Section:
     found = adjusted.deformations
     rows = zip(
         found["flight"].str.replace("_", " "),
-        map(number, found["p_value"]),
+        map(probability, found["p_value"]),
         lengths(found["size_middle"]),
         lengths(found["size_edge"]),
         np.where(found["is_modelled"], "yes", "no"),

@@ -11,7 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betaincc
 
-from einschalt.theory.adjustment.reliability import LEAST_REDUNDANCY_NUMBER
+# share of an error that has to show before an observation is checked. Measured
+# coordinates stand in the design matrix, errors and all: shrunk to nothing the block
+# would have no residuals. So it pulls at the least control, which nothing checks, as if
+# redundancy numbers were f σ²/d², with its redundancy f and the size d of the control
+LEAST_CHECK = 1e-4
+CLEARLY = 10.0  # times that
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +93,8 @@ def judge_control(solution) -> BlockTests:
     n_axes = observations.control.shape[1]
     redundancy = np.eye(n_axes) - adjusted @ observations.control_weight[is_tested]
     residuals = solution.control_residuals[is_tested]
-    found = _tests(solution, residuals, given - adjusted, redundancy)
+    least = max(LEAST_CHECK, CLEARLY * _pull(observations, solution))
+    found = _tests(solution, residuals, given - adjusted, redundancy, least)
     n_points = observations.n_points
     w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
     error = np.full((n_points, n_axes), np.nan)
@@ -97,14 +103,14 @@ def judge_control(solution) -> BlockTests:
     return BlockTests(w, p_value, error)
 
 
-def _tests(solution, residuals, cofactors, redundancy):
+def _tests(solution, residuals, cofactors, redundancy, least=LEAST_CHECK):
     """Tests of residuals v with cofactors Q_vv.
 
     A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
     estimated by −R⁻¹ v.
     """
     n_axes = residuals.shape[1]
-    is_checked = np.linalg.det(redundancy) > LEAST_REDUNDANCY_NUMBER**n_axes
+    is_checked = _least_share(redundancy) > least
     which = is_checked[:, None, None]
     v = residuals[:, :, None]
     error = -np.linalg.solve(np.where(which, redundancy, np.eye(n_axes)), v)[:, :, 0]
@@ -119,3 +125,31 @@ def _tests(solution, residuals, cofactors, redundancy):
     # the share is beta distributed: (1 − T/Ω)^((f − 2)/2) for two coordinates
     p_value = betaincc(n_axes / 2.0, (f - n_axes) / 2.0, share)
     return BlockTests(np.sqrt(square) / solution.s_0, p_value, error)
+
+
+def _least_share(redundancy):
+    """About the least eigenvalue, where all are shares between 0 and 1.
+
+    The determinant over what the others would be if all were equal: exact then, and
+    too small by 2^(d - 1) at most.
+    """
+    n_axes = redundancy.shape[1]
+    mean = np.trace(redundancy, axis1=1, axis2=2) / n_axes
+    others = np.where(mean > 0.0, mean, np.inf) ** (n_axes - 1)
+    return np.linalg.det(redundancy) / others
+
+
+def _pull(observations, solution):
+    """Redundancy number of the least control that errors in the design feign."""
+    is_observed = observations.is_control & ~observations.is_fixed
+    if not is_observed.any():
+        return 0.0
+    weight = observations.control_weight[is_observed]
+    weight = np.trace(weight, axis1=1, axis2=2) / weight.shape[1]
+    plan = solution.points[is_observed, :2]
+    plan = plan - np.average(plan, axis=0, weights=weight)
+    least, greatest = np.linalg.eigvalsh((plan.T * weight) @ plan)
+    # one direction gives a similarity transformation its scale in the other too
+    is_affine = getattr(observations, "is_affine", np.zeros(1, dtype=bool))
+    hold = least if is_affine.all() else least + greatest
+    return 0.5 * solution.redundancy / hold if hold > 0.0 else 0.0

@@ -187,7 +187,21 @@ def downweight(solution, terms, norm_name, significance) -> CleanedBlock:
     if not is_whole:
         error = solution.observations.standard_error
         solution = solution.readjusted(replace(given, standard_error=error), terms)
-    return CleanedBlock(solution, is_out)
+    n_axes = solution.residuals.shape[1]
+    return CleanedBlock(_consistent(solution, NORMS[norm_name][n_axes]), is_out)
+
+
+def _consistent(solution, norm):
+    """With the sum of squares that clean observations would have at full weight.
+
+    The norm takes weight from these too: s_0 would be 0.9 or 0.85 where errors are as
+    large as given, and the tests would refuse what chance does.
+    """
+    error = solution.observations.standard_error
+    error = error.reshape(len(solution.residuals), -1)
+    weighted = ((solution.residuals / error) ** 2).sum()
+    lost = weighted * (1.0 / norm.consistency - 1.0)
+    return replace(solution, sum_of_squares=solution.sum_of_squares + lost)
 
 
 def _without_wrong_control(solution, terms, significance):
@@ -239,12 +253,15 @@ class ControlVerdict:
         nothing checks a point.
     error : ndarray, shape (n_points, 2)
         Error of the given coordinates that explains the contradiction [m].
+    without : BlockSolution
+        The block with the suspects set aside.
     """
 
     is_suspect: np.ndarray
     w: np.ndarray
     p_value: np.ndarray
     error: np.ndarray
+    without: BlockSolution
 
 
 def examine_control(solution, terms, significance) -> ControlVerdict:
@@ -266,6 +283,7 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
     """
     tests = judge_control(solution)
     is_suspect = np.zeros(len(tests.w), dtype=bool)
+    lost = None
     found = {name: getattr(tests, name).copy() for name in ("w", "p_value", "error")}
     for _ in range(MOST_STEPS):
         observations = solution.observations
@@ -279,11 +297,16 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
         covariance = observations.control_covariance.copy()
         covariance[worst] *= OUT**2
         changed = replace(observations, control_covariance=covariance)
+        if lost is None:  # what robust weights lost of the sum of squares, see there
+            same = solution.readjusted(observations, terms)
+            lost = solution.sum_of_squares / same.sum_of_squares
+        without = solution.readjusted(changed, terms)
         solution = replace(
-            solution.readjusted(changed, terms),
+            without,
             redundancy=solution.redundancy - observations.control.shape[1] * len(worst),
+            sum_of_squares=without.sum_of_squares * lost,
         )
         tests = judge_control(solution)
         for name, values in found.items():
             values[~is_suspect] = getattr(tests, name)[~is_suspect]
-    return ControlVerdict(is_suspect, **found)
+    return ControlVerdict(is_suspect, **found, without=solution)

@@ -59,6 +59,7 @@ def group_components(solution, group, n_groups) -> GroupComponents:
         np.nansum(1.0 - solution.control_leverage),
     )
     squares = np.append(np.bincount(code, squares, n_groups), weighted)
+    redundancy = np.maximum(redundancy, 0.0)  # less is rounding
     is_known = redundancy > LEAST_REDUNDANCY
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = np.sqrt(squares / redundancy)

@@ -9,6 +9,7 @@ See docs/theory/residual_distribution.md.
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from einschalt.theory.residual_distribution.natural_neighbours import (
@@ -19,6 +20,8 @@ N_NEAREST = 12
 N_BASES = 30
 # Hardy's constant: 0.815 of the mean distance of nearest neighbours
 HARDY = 0.815
+# share of the usual distance of the third neighbour within which known points are one
+NEAR = 0.05
 AT_ONCE = 4096
 
 
@@ -74,11 +77,13 @@ def multiquadric_weights(known_xy, point_xy):
 
     Sum of √(d² + c²) over the known points, c being 0.815 times their mean distance
     from their nearest neighbour; each point is interpolated among its N_BASES nearest.
+    Known points that lie close together are one, in their middle, and share its weight:
+    a slope from one to the other would go on far beyond them, and centimetres would
+    become metres.
 
     Parameters
     ----------
     known_xy : ndarray, shape (n_known, 2)
-        No two at the same place.
     point_xy : ndarray, shape (n_points, 2)
 
     Returns
@@ -91,6 +96,51 @@ def multiquadric_weights(known_xy, point_xy):
     >>> multiquadric_weights(ends, np.array([[1.0, 5.0]])).toarray().round(12)
     array([[0.5, 0.5]])
     """
+    share = _sharing(_groups_of_near(known_xy))
+    weights = sparse.csr_array(_weights_of_apart(share @ known_xy, point_xy) @ share)
+    distance, nearest = KDTree(known_xy).query(point_xy)
+    at_known = np.flatnonzero(distance == 0.0)
+    return with_own(weights, at_known, nearest[at_known])
+
+
+def with_own(weights, rows, columns):
+    """Weights with rows in which one known point has the whole.
+
+    Parameters
+    ----------
+    weights : csr_array, shape (n_points, n_known)
+    rows, columns : ndarray of int, shape (n,)
+
+    Returns
+    -------
+    csr_array, shape (n_points, n_known)
+    """
+    others = np.ones(weights.shape[0])
+    others[rows] = 0.0
+    own = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=weights.shape)
+    changed = sparse.csr_array(sparse.diags_array(others) @ weights + own)
+    changed.eliminate_zeros()
+    return changed
+
+
+def _groups_of_near(known_xy):
+    n_known = len(known_xy)
+    tree = KDTree(known_xy)
+    third = tree.query(known_xy, [min(4, n_known)])[0]
+    pairs = tree.query_pairs(NEAR * np.median(third), output_type="ndarray")
+    links = sparse.csr_array(
+        (np.ones(len(pairs)), tuple(pairs.T)), shape=(n_known, n_known)
+    )
+    return connected_components(links, directed=False)[1]
+
+
+def _sharing(group):
+    """Mean of each group, as a matrix of shape (n_groups, n_known)."""
+    share = 1.0 / np.bincount(group)[group]
+    return sparse.csr_array((share, (group, np.arange(len(group)))))
+
+
+def _weights_of_apart(known_xy, point_xy):
     n_points, n_known = len(point_xy), len(known_xy)
     if n_known == 1:
         return sparse.csr_array(np.ones((n_points, 1)))
@@ -150,13 +200,6 @@ def distribution_weights(known_xy, point_xy, method):
     csr_array, shape (n_points, n_known)
         Rows add up to 1.
     """
-    places, which, count = np.unique(
-        known_xy, axis=0, return_inverse=True, return_counts=True
-    )
-    which = which.ravel()
+    places, which = np.unique(known_xy, axis=0, return_inverse=True)
     weights = DISTRIBUTIONS[method](places, point_xy)
-    share = sparse.csr_array(
-        (1.0 / count[which], (which, np.arange(len(known_xy)))),
-        shape=(len(places), len(known_xy)),
-    )
-    return sparse.csr_array(weights @ share)
+    return sparse.csr_array(weights @ _sharing(which.ravel()))
