@@ -66,7 +66,7 @@ SPOILT = {
 
 
 @pytest.fixture(scope="module")
-def calls(demo_block):
+def calls(demo_block, tmp_path_factory):
     """Every public call with arguments that are right."""
     block = es.simulate_block("demo", seed=1)
     assert len(block.truth) == len(demo_block.truth)
@@ -165,6 +165,19 @@ def calls(demo_block):
                 "estimator": "rigorous",
             },
         ),
+        "densify_many": (
+            es.densify_many,
+            {
+                "blocks": (),  # so that nothing is computed where all is right
+                "output": tmp_path_factory.mktemp("results"),
+                "scheduler": None,
+                "settings": None,
+                "workers": None,
+                "memory_gb": None,
+                "which": "changed",
+                "progress": None,
+            },
+        ),
         "simulate_block": (
             es.simulate_block,
             {"preset": "demo", "geometry": None, "noise": None},
@@ -219,6 +232,7 @@ NAMES = [
     "average_coverages",
     "orient_from_parallaxes",
     "orient_from_images",
+    "densify_many",
     "simulate_block",
     "BlockGeometry",
     "BlockNoise",
@@ -241,7 +255,10 @@ def outcome(function, arguments):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_value_of_a_wrong_kind_ends_in_another_error(name, calls):
+def test_no_value_of_a_wrong_kind_ends_in_another_error(
+    name, calls, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)  # some texts name a folder, which is made
     function, right = calls[name]
     step = SLOW.get(name, 1)
     for place, (argument, given) in enumerate(right.items()):
@@ -323,6 +340,16 @@ def test_no_value_of_a_wrong_kind_ends_in_another_error(name, calls):
             1,
             r"case = 1 is unknown; expected independent|dep",
         ),
+        ("densify_many", "blocks", 3, r"blocks = 3; expected a folder below which"),
+        ("densify_many", "blocks", [3], r"blocks = 3; expected the path of a"),
+        ("densify_many", "output", "", r"output = ''; expected the path of a"),
+        ("densify_many", "settings", "all", r"settings = 'all'; expected Settings, or"),
+        ("densify_many", "settings", {1: 2}, r"settings = a dict.*names of settings"),
+        ("densify_many", "workers", True, r"workers = True; expected a whole number"),
+        ("densify_many", "memory_gb", "4", r"memory_gb = '4'; expected a number ab"),
+        ("densify_many", "scheduler", 3, r"scheduler = 3; expected the address of"),
+        ("densify_many", "which", 3, r"which = 3; expected changed or unfinished"),
+        ("densify_many", "progress", 3, r"progress = 3; expected a function of the n"),
         (
             "simulate_block",
             "preset",

@@ -74,7 +74,7 @@ def test_tasks_run_on_both_workers(cluster):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_deaths(cluster, tmp_path):
+def test_deaths(cluster, tmp_path, caplog):
     """A worker that is killed is replaced by the other; then no worker is left."""
     engine = DaskEngine(cluster.address)
     mark = tmp_path / "mark"
@@ -89,6 +89,8 @@ def test_deaths(cluster, tmp_path):
     cluster.scheduler.send_signal(signal.SIGKILL)
     with pytest.raises(EngineError, match=r"the scheduler at tcp://.* is gone.*Start"):
         next(answers)
+    # what is said is said once, without a traceback of Dask's
+    assert not [one for one in caplog.records if one.name == "distributed.client"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

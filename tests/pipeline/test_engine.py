@@ -159,7 +159,7 @@ def test_one_process_does_not_take_the_cores_of_the_others():
     assert cores == 1
 
 
-@pytest.mark.parametrize("n_workers", [0, -1, 2.5, 2.0, "2", 5000])
+@pytest.mark.parametrize("n_workers", [0, -1, 2.5, 2.0, "2", 5000, True])
 def test_number_of_workers(n_workers):
     with pytest.raises(SettingsError, match=r"workers = .*expected a whole number fro"):
         LocalEngine(n_workers)

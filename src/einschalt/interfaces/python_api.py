@@ -4,10 +4,11 @@ The lower floors compute and touch no files; here their objects learn to write
 themselves.
 """
 
+import os
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
-from einschalt.foundations.arguments import as_path, described
+from einschalt.foundations.arguments import as_path, described, require_kind
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
@@ -142,11 +143,7 @@ def densify(block, settings=None, *, progress=None):
             expected="Settings",
             remedy="Write Settings(coverage_mean=…)",
         )
-    if not (progress is None or callable(progress)):
-        raise SettingsError(
-            f"progress = {described(progress)}",
-            expected="a function of the title of a stage and a fraction",
-        )
+    _require_callable(progress, "the title of a stage and a fraction")
     result = computed.densify(block, settings, progress=progress)
     return DensificationResult(**checked.plain_fields(result))
 
@@ -201,14 +198,47 @@ def densify_many(
         The call is wrong, the output cannot be written, or another batch runs in it. A
         block that fails is a row.
     """
-    if isinstance(blocks, (str, Path)):
-        blocks = find_blocks(blocks, output)
-    given = settings.model_dump() if isinstance(settings, Settings) else settings or {}
-    Settings(**given)  # before the work
+    output = as_path("output", output)
+    blocks = _folders_of(blocks, output)
+    given = _given_settings(settings)
+    _require_callable(progress, "the news after each block")
     engine = chosen_engine(scheduler, workers, memory_gb)
     with batch_folder(output) as folder:
         plan = plan_batch(blocks, folder, given=given, which=which)
         return run_batch(plan, engine, progress=progress)
+
+
+def _folders_of(blocks, output):
+    """Folders of the blocks: those that are given, or all below the one that is."""
+    if isinstance(blocks, (str, os.PathLike)):
+        return find_blocks(as_path("blocks", blocks), output)
+    expected = "a folder below which the blocks lie, or a list of the blocks' folders"
+    require_kind("blocks", blocks, Iterable, expected=expected)
+    return [as_path("blocks", block) for block in blocks]
+
+
+def _given_settings(settings):
+    """What goes before the settings of each block, checked before the work."""
+    if isinstance(settings, Settings):
+        return settings.model_dump()
+    given = {} if settings is None else settings
+    require_kind(
+        "settings", given, dict, expected="Settings, or a dict of some of them"
+    )
+    try:
+        Settings(**given)
+    except TypeError:
+        raise SettingsError(
+            f"settings = {described(given)}", expected="names of settings as its keys"
+        ) from None
+    return given
+
+
+def _require_callable(progress, news):
+    if not (progress is None or callable(progress)):
+        raise SettingsError(
+            f"progress = {described(progress)}", expected=f"a function of {news}"
+        )
 
 
 def chosen_engine(scheduler=None, workers=None, memory_gb=None):

@@ -5,6 +5,7 @@
 
 import gc
 
+from einschalt.foundations.arguments import require_text
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.engine import Answer, EngineError, ProcessEndedError
 
@@ -23,9 +24,15 @@ class DaskEngine:
     ----------
     scheduler : str
         Its address, ``tcp://host:port``.
+
+    Raises
+    ------
+    SettingsError
+        It is no text.
     """
 
     def __init__(self, scheduler):
+        require_text("scheduler", scheduler, expected=EXPECTED)
         self.scheduler = scheduler
 
     def answers(self, function, tasks):
@@ -49,6 +56,8 @@ class DaskEngine:
         """
         distributed = _distributed()
         client = self._connected(distributed)
+        # of a scheduler that is gone it prints tracebacks beside what is said below
+        distributed.client.logger.setLevel("CRITICAL")
         try:
             futures = {
                 client.submit(function, task, pure=False): place

@@ -24,7 +24,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Any, Protocol
 
-from einschalt.foundations.arguments import finite_number
+from einschalt.foundations.arguments import described, finite_number
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.pipeline.engine_worker import LENGTH, limit_memory
@@ -35,6 +35,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 # at its limit glibc would look for room in every thread's memory, at each allocation
 QUICK_TO_SAY_NO = {"MALLOC_ARENA_MAX": "1"}
 TRIES_ALONE = 2
+MOST_WORKERS = 1024
 
 
 class ProcessEndedError(EinschaltError):
@@ -122,10 +123,9 @@ class LocalEngine:
 
     def __init__(self, n_workers=None, *, memory_gb=None):
         self.n_workers = n_cores() if n_workers is None else n_workers
-        is_whole = isinstance(self.n_workers, Integral)
-        if not is_whole or self.n_workers not in range(1, 1025):
+        if not _is_number_of_processes(self.n_workers):
             raise SettingsError(
-                f"workers = {self.n_workers!r}",
+                f"workers = {described(self.n_workers)}",
                 expected="a whole number from 1 to 1024",
                 remedy=f"This computer has {n_cores()} cores",
             )
@@ -179,11 +179,16 @@ class LocalEngine:
         return _Setup(environment, self.memory_bytes)
 
 
+def _is_number_of_processes(value):
+    is_whole = isinstance(value, Integral) and not isinstance(value, bool)
+    return is_whole and 1 <= value <= MOST_WORKERS
+
+
 def _bytes_of(memory_gb):
     expected = "a number above 0 (gigabytes for each process)"
     number = finite_number("memory_gb", memory_gb, expected=expected)
     if not number > 0.0:
-        raise SettingsError(f"memory_gb = {memory_gb!r}", expected=expected)
+        raise SettingsError(f"memory_gb = {number!r}", expected=expected)
     return int(number * 1e9)
 
 

@@ -37,6 +37,13 @@ def test_links_are_followed_once(tree):
     assert len(find_blocks(tree)) == 6
 
 
+@pytest.mark.parametrize("there", ["..", "../.."])
+def test_links_to_folders_above_bring_in_no_neighbours(tree, there):
+    (tree / "2024" / "above").symlink_to(there)
+    found = [path.relative_to(tree).as_posix() for path in find_blocks(tree / "2024")]
+    assert found == ["2024/north", "2024/south"]
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
@@ -93,6 +100,18 @@ def test_one_block_twice(tree):
         name_blocks([tree / "a", tree / "b", tree / "a"])
 
 
-def test_a_block_that_is_called_like_the_table():
-    with pytest.raises(SettingsError, match=r"'blocks.csv' is called like the table"):
-        name_blocks([Path("/one/blocks.csv")])
+def test_blocks_beside_each_other_that_differ_in_case_only():
+    said = r"the blocks .*/one/North and .*/one/north differ in case only.*Rename one"
+    with pytest.raises(SettingsError, match=said):
+        name_blocks(["/one/North", "/two/south", "/one/north"])
+
+
+@pytest.mark.parametrize(
+    "folders", [["/one/blocks.csv"], ["/one/Blocks.CSV/north", "/two/north"]]
+)
+def test_a_block_that_is_called_like_the_table(folders):
+    said = (
+        r"of the block .*/one/.* would go into 'blocks.csv', which is called like the"
+    )
+    with pytest.raises(SettingsError, match=f"(?i){said} table"):
+        name_blocks(folders)

@@ -58,7 +58,7 @@ def test_dry_run_says_why_and_writes_nothing(first, invoke, blocks, tmp_path):
     assert said.stdout.splitlines() == [
         "keep  north: unchanged",
         "keep  south: unchanged",
-        "run   west: no result yet",
+        "run   west: no result yet; the last run failed",
         "1 of 3 blocks would be computed; nothing was written",
     ]
     assert {path: path.stat().st_mtime_ns for path in output.rglob("*")} == before
@@ -94,6 +94,7 @@ def test_settings_that_densify_takes_are_options():
         (["--resume", "--all"], "--resume and --all exclude each other"),
         (["--workers", "0"], "workers = 0; expected a whole number from 1 to 1024"),
         (["--memory", "-1"], "memory_gb = -1.0; expected a number above 0"),
+        (["--memory", "inf"], "memory_gb = inf; expected a number above 0"),
         (["--significance", "2"], "significance = 2.0"),
         (
             ["--scheduler", "tcp://a:1", "--workers", "2"],
@@ -106,6 +107,34 @@ def test_wrong_calls_end_with_2(invoke, blocks, tmp_path, options, said):
     assert shown.exit_code == 2
     assert said in shown.stderr
     assert not (tmp_path / "out" / "blocks.csv").exists()
+
+
+def test_a_plan_that_could_not_be_carried_out_is_none(invoke, blocks):
+    shown = invoke("batch", blocks, "-o", blocks / "north/block.toml", "--dry-run")
+    assert shown.exit_code == 2
+    assert "block.toml: is no folder; expected a folder for the results" in shown.stderr
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("batch", "BLOCKS", "--output", ""),
+        ("batch", "", "--output", "out"),
+        ("densify", "BLOCKS/north", "--output", ""),
+        ("simulate", "--preset", "demo", "--output", ""),
+        ("transform", "a.csv", "b.csv", "--output", ""),
+        ("orient", "a.csv", "--base", "92", "--output", ""),
+    ],
+)
+def test_an_empty_path_is_not_the_present_folder(
+    invoke, blocks, tmp_path, monkeypatch, call
+):
+    """A script says ``--output "$OUT"``, and OUT is not set."""
+    monkeypatch.chdir(tmp_path)
+    shown = invoke(*(word.replace("BLOCKS", str(blocks)) for word in call))
+    assert shown.exit_code == 2
+    assert "the path is empty; expected a file or folder" in shown.stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_no_blocks(invoke, tmp_path):

@@ -45,6 +45,14 @@ def page():
     return Page(render_batch(blocks_table(rows)))
 
 
+def test_a_long_name_is_broken_and_pushes_no_figures_aside():
+    row = {"block": "l" * 255, "outcome": "done", "seconds": 1.0}
+    text = render_batch(blocks_table([row]))
+    rule = text.partition("\ntbody th { white-space: normal;")[2].partition("}")[0]
+    assert "overflow-wrap: anywhere" in rule
+    assert "max-width" in rule
+
+
 def test_what_files_say_is_text(page):
     assert "script" not in page.tags
     assert page.text.count("<script>alert(1)</script>") >= 4

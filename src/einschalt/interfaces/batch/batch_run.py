@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.batches import n_cores
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.batch.batch_tables import write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
 from einschalt.interfaces.batch.block_search import name_blocks
@@ -39,6 +40,7 @@ from einschalt.pipeline.batch import (
 )
 
 MARKS = ".einschalt-batch.json"
+FAILED_BEFORE = "the last run failed"
 WHICH = ("changed", "unfinished", "failed", "all")
 
 
@@ -95,12 +97,13 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
     ------
     EinschaltError
         ``which`` is unknown, a block is given twice, or the results would fall among
-        the blocks.
+        the blocks or into a file.
     """
-    if which not in WHICH:
-        raise SettingsError(f"which = {which!r}", expected=" or ".join(WHICH))
+    if not is_choice(which, WHICH):
+        raise SettingsError(f"which = {described(which)}", expected=" or ".join(WHICH))
     output = Path(output).absolute()
     named = name_blocks(blocks)
+    _require_folder(output)
     for folder in (output, *(output / name for name in named)):
         refuse_block_folder(folder)
     marks = _marks_of_an_interrupted_run(output)
@@ -120,6 +123,17 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
         marks=sorting.new_marks,
         is_continued=marks is not None,
     )
+
+
+def _require_folder(output):
+    """A plan that the run could not carry out would be worth nothing."""
+    if output.exists() and not output.is_dir():
+        raise FileError(
+            "is no folder",
+            expected="a folder for the results",
+            remedy="Choose another folder: a file has this name",
+            file=output,
+        )
 
 
 def _marks_of_an_interrupted_run(output):
@@ -143,7 +157,8 @@ class _Sorting:
         row = None if self.which == "all" else self._known_row(state)
         if row is None:
             self.to_run.append(state.task)
-            self.reasons[name] = state.why or "asked for"
+            failed = f"; {FAILED_BEFORE}" if state.failure else ""
+            self.reasons[name] = f"{state.why or 'asked for'}{failed}"
             self.new_marks[name] = self.marks.get(name, state.task.former)
             return
         self.rows[name] = row

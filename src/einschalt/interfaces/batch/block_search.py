@@ -15,7 +15,8 @@ def find_blocks(folder, output=None) -> list[Path]:
     """Find all blocks below a folder, itself included.
 
     Hidden folders and the folder of the results are passed over; links are followed,
-    each folder once.
+    each folder once. A link to a folder above is not: it would bring in blocks that lie
+    beside the folder that was named.
 
     Parameters
     ----------
@@ -60,10 +61,11 @@ def find_blocks(folder, output=None) -> list[Path]:
 
 
 def _below(folder, not_here):
+    above = set(Path(os.path.realpath(folder)).parents)
     seen = set()
     for path, folders, files in os.walk(folder, followlinks=True):
         real = Path(os.path.realpath(path))
-        if real in seen or real == not_here:
+        if real in seen or real in above or real == not_here:
             folders.clear()
             continue
         seen.add(real)
@@ -89,7 +91,8 @@ def name_blocks(paths) -> dict[str, Path]:
     Raises
     ------
     SettingsError
-        A block is named twice, or as the table of the batch is.
+        A block is named twice, two differ in case only, or one is called as the table
+        of the batch is.
     """
     folders = [_folder_of(path) for path in paths]
     depth = 1
@@ -103,13 +106,15 @@ def name_blocks(paths) -> dict[str, Path]:
         if longer == names:
             raise _named_twice(folders, names, twice)
         names = longer
-    reserved = [name for name in names if name.casefold() in TABLE_FILES]
-    if reserved:
-        raise SettingsError(
-            f"the folder {reserved[0]!r} is called like the table of all blocks",
-            expected="another name",
-            remedy="Rename the folder",
-        )
+    for name, folder in zip(names, folders, strict=True):
+        first = name.partition("/")[0]
+        if first.casefold() in TABLE_FILES:
+            raise SettingsError(
+                f"the result of the block {folder} would go into {first!r}, which is "
+                "called like the table of all blocks",
+                expected="another name",
+                remedy="Rename the folder",
+            )
     return dict(zip(names, folders, strict=True))
 
 
@@ -132,6 +137,14 @@ def _end_of(folder, depth):
 
 def _named_twice(folders, names, twice):
     place = next(k for k, name in enumerate(names) if name.casefold() in twice)
+    same = [k for k, n in enumerate(names) if n.casefold() == names[place].casefold()]
+    other = next((folders[k] for k in same if folders[k] != folders[place]), None)
+    if other is not None:
+        return SettingsError(
+            f"the blocks {folders[place]} and {other} differ in case only",
+            expected="names that differ on every system",
+            remedy="Rename one of the folders",
+        )
     return SettingsError(
         f"the block {folders[place]} is given twice",
         expected="each block once",

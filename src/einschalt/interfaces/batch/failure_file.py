@@ -21,6 +21,10 @@ NOTE = (
     "The block failed. Other files in this folder, if there are any, are of an earlier "
     "run."
 )
+NOTE_OF_WRITING = (
+    "The block failed while its result was written. Other files in this folder may be "
+    "of this run or of an earlier one."
+)
 
 
 def keep_failure(task, row, error):
@@ -36,7 +40,7 @@ def keep_failure(task, row, error):
     content = {
         "schema": 1,
         "program": "einschalt",
-        "note": NOTE,
+        "note": NOTE_OF_WRITING if row["stage"] == WRITING else NOTE,
         "stage": row["stage"],
         "reason": row["reason"],
         "remedy": row["remedy"],

@@ -19,6 +19,7 @@ from einschalt.interfaces.cli.densify import (
     Weighting,
 )
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+from einschalt.interfaces.cli.paths import given_path, output_option
 from einschalt.interfaces.cli.progress import batch_progress
 
 SOME_FAILED = 1
@@ -39,11 +40,13 @@ def _flag(name, text):
 def batch(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="FOLDER", help="Folder below which the blocks lie."),
+        typer.Argument(
+            parser=given_path,
+            metavar="FOLDER",
+            help="Folder below which the blocks lie.",
+        ),
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the results.")
-    ],
+    output: Annotated[Path, output_option("Folder for the results.")],
     workers: Annotated[
         int | None,
         typer.Option(show_default="one per core", help="Processes at the same time."),

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.paths import output_option
 from einschalt.interfaces.cli.progress import stage_progress
 
 # the values that Settings allows: it is not imported here, so that help comes at once
@@ -35,9 +36,7 @@ def densify(
         Path,
         typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the results.")
-    ],
+    output: Annotated[Path, output_option("Folder for the results.")],
     method: _option(
         Method,
         "The two-step way of 1971, or all models of all flights in one adjustment.",

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import WRONG, complain, tell, with_exit_status
+from einschalt.interfaces.cli.paths import output_option
 
 ONE_MODEL = "1"
 METRES_PER_MM = 1e-3
@@ -36,9 +37,7 @@ def _terrain(kind, text):
 
 @with_exit_status
 def orient(
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the results.")
-    ],
+    output: Annotated[Path, output_option("Folder for the results.")],
     measurements: Annotated[
         Path | None,
         typer.Argument(

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.paths import output_option
 
 # the values that the simulation knows: it is not imported here, so that help comes at
 # once
@@ -32,9 +33,7 @@ def _noise(kind, text, *names):
 
 @with_exit_status
 def simulate(
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the block.")
-    ],
+    output: Annotated[Path, output_option("Folder for the block.")],
     preset: Annotated[
         PresetName,
         typer.Option(help="Kovarik's test block of 1190 points, or a small one."),

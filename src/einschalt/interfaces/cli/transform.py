@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+from einschalt.interfaces.cli.paths import output_option
 
 ONE_MODEL = "1"
 TABLES = ("parameters", "models", "residuals", "failures", "points")
@@ -37,9 +38,7 @@ def transform(
             "also weight.",
         ),
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for the results.")
-    ],
+    output: Annotated[Path, output_option("Folder for the results.")],
     kind: Annotated[
         Literal["affine", "helmert", "rigid", "helmert_3d"],
         typer.Option(help="Transformation of every model."),
