@@ -109,6 +109,17 @@ def test_wrong_calls_end_with_2(invoke, blocks, tmp_path, options, said):
     assert not (tmp_path / "out" / "blocks.csv").exists()
 
 
+def test_quiet_tells_of_blocks_that_failed_and_of_nothing_else(first, invoke, blocks):
+    output, _ = first
+    shown = invoke("batch", blocks, "-o", output, "--quiet", "--workers", 1)
+    assert shown.exit_code == 1
+    assert not shown.stdout
+    assert "west: low_flight.csv: the file does not exist" in shown.stderr
+    shown = invoke("batch", blocks / "north", "-o", output, "--quiet")
+    assert shown.exit_code == 0
+    assert not shown.output
+
+
 def test_a_plan_that_could_not_be_carried_out_is_none(invoke, blocks):
     shown = invoke("batch", blocks, "-o", blocks / "north/block.toml", "--dry-run")
     assert shown.exit_code == 2

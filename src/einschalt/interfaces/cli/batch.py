@@ -141,21 +141,20 @@ def batch(
             which=which,
             progress=progress,
         )
-    if not quiet:
-        _tell_end(table, perf_counter() - started, output)
-    _end_with_status(table)
+    _end(table, perf_counter() - started, output, is_quiet=quiet)
 
 
-def _tell_end(table, seconds, output):
+def _end(table, seconds, output, *, is_quiet):
     # imported when the command runs, as above
     from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
 
-    tell(summarize_batch(table, seconds))
-    tell(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
-
-
-def _end_with_status(table):
-    if (table["outcome"] == "failed").any():
+    has_failed = (table["outcome"] == "failed").any()
+    if has_failed or not is_quiet:
+        # blocks that failed are errors: whoever asks for nothing else is told of them
+        say = complain if is_quiet else tell
+        say(summarize_batch(table, seconds))
+        say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
+    if has_failed:
         raise typer.Exit(SOME_FAILED)
 
 
