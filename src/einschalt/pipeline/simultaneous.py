@@ -89,7 +89,8 @@ def adjust_block(
         that a test finds; or none, but the test is made (``deformations``).
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors: they are only named, taken out, or given less
-        weight.
+        weight. Control that contradicts the block is only named with "keep", and set
+        aside otherwise.
     significance : float
         Probability with which a model without gross errors has a suspect.
     variance_components : {"given", "estimated"}

@@ -1,6 +1,6 @@
 """The simultaneous adjustment: all models of all flights with the control at once."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.block_tables import BlockTables
 from einschalt.stages.results import Estimates, ModelResult, failures_table
-from einschalt.stages.simultaneous_components import weigh_groups
+from einschalt.stages.simultaneous_cleaning import clean_part
 from einschalt.stages.simultaneous_tables import (
     common_table,
     control_table,
@@ -31,11 +31,8 @@ from einschalt.theory.block_adjustment.block_solution import (
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.design_errors import displacement_by_design
 from einschalt.theory.block_adjustment.gross_errors import (
-    CleanedBlock,
     ControlVerdict,
-    downweight,
     examine_control,
-    snoop_block,
 )
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
@@ -112,6 +109,7 @@ class BlockAdjustment(ModelResult):
     control : DataFrame
         point_id, difference_easting, difference_northing (adjusted less given),
         standard_error_given (total), redundancy_number, w, p_value, is_suspect,
+        is_set_aside (a suspect that takes no part: outliers is not "keep"),
         strain_easting, strain_northing: the error of the given coordinates that
         explains the difference [m].
     common : DataFrame
@@ -224,9 +222,10 @@ class BlockAdjustment(ModelResult):
             )
         suspects = self.control[self.control["is_suspect"]]
         if len(suspects):
+            aside = " and are set aside" if suspects["is_set_aside"].any() else ""
             lines.append(
                 f"{len(suspects)} of {len(self.control)} control points disagree with "
-                f"the block: {name_some(suspects['point_id'])}"
+                f"the block{aside}: {name_some(suspects['point_id'])}"
             )
         if len(self.failures):
             lines.append(
@@ -288,17 +287,19 @@ def _adjust_tables(tables, options):
     tests, terms = _examined(solution, terms, options)
     if any(test.terms in terms for test in tests):
         solution = solution.readjusted(part.observations, terms)
-    estimates_all = options.variance_components == "estimated"
-    weighed = weigh_groups(tables, part, solution, terms, all_of_them=estimates_all)
-    cleaned = _clean(weighed.solution, terms, options)
+    clean = clean_part(tables, part, solution, terms, options)
+    cleaned = clean.cleaned
+    control = examine_control(cleaned.solution, terms, options.significance)
+    is_set_aside = options.outliers != "keep"
+    if is_set_aside:
+        cleaned = replace(cleaned, solution=control.without)
     judged = _Judged(
-        deformations=deformation_table(tables, cleaned.solution, tests, terms, options),
-        control=examine_control(cleaned.solution, terms, options.significance),
-        components=weighed.table,
+        deformation_table(tables, cleaned.solution, tests, terms, options),
+        control,
+        clean.components,
+        is_set_aside=is_set_aside,
     )
-    return _result(
-        tables, weighed.part, cleaned, verdicts, options.significance, judged
-    )
+    return _result(tables, clean.part, cleaned, verdicts, options.significance, judged)
 
 
 def _adjusted(part, options):
@@ -315,6 +316,7 @@ class _Judged:
     deformations: pd.DataFrame
     control: ControlVerdict
     components: pd.DataFrame
+    is_set_aside: bool  # control that contradicts takes no part
 
 
 def _examined(solution, terms, options):
@@ -376,14 +378,6 @@ def _without_centres(tables, is_kept):
 def _terms(part, options):
     flights = set(part.observations.flight.tolist())
     return tuple(terms for terms in options.common if terms.flight in flights)
-
-
-def _clean(solution, terms, options):
-    if options.outliers == "snoop":
-        return snoop_block(solution, terms, options.significance)
-    if options.outliers == "keep":
-        return CleanedBlock(solution, np.zeros(len(solution.residuals), dtype=bool))
-    return downweight(solution, terms, options.outliers, options.significance)
 
 
 def failed_models(tables, verdicts):
@@ -467,7 +461,9 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
         points=points[~is_centre].reset_index(drop=True),
         models=model_table(tables, part, solution, reasons),
         residuals=residuals[~of_centre].reset_index(drop=True),
-        control=control_table(tables, part, solution, judged.control),
+        control=control_table(
+            tables, part, solution, judged.control, is_set_aside=judged.is_set_aside
+        ),
         common=common_table(tables, solution),
         deformations=judged.deformations,
         failures=failures,

@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from einschalt.theory.block_adjustment.block_solution import BlockSolution
+from einschalt.theory.block_adjustment.gross_errors import SoundBlock
 from einschalt.theory.block_adjustment.group_components import group_components
 from einschalt.theory.block_adjustment.observations import Part
-from einschalt.theory.block_adjustment.spatial_solution import SpatialSolution
 
 MOST_PASSES = 20
 SETTLED = 0.01
+# beyond it there are gross errors, and one group would take all of them
+MOST_FACTOR = 1e3
 CONTROL = "control"
 COLUMNS = [
     *("group", "standard_error_m", "factor", "factor_standard_error"),
@@ -75,7 +76,9 @@ class Weighed:
     ----------
     part : Part
         Its observations have these errors.
-    solution : BlockSolution or SpatialSolution
+    block : SoundBlock
+    factors : ndarray, shape (n_groups + 1,)
+        Of the errors, since the block was given; the last one is that of the control.
     table : DataFrame
         group, standard_error_m (median, of one coordinate), factor (the errors that
         the residuals show, over those that were given; of groups whose errors nobody
@@ -84,22 +87,25 @@ class Weighed:
     """
 
     part: Part
-    solution: BlockSolution | SpatialSolution
+    block: SoundBlock
+    factors: np.ndarray
     table: pd.DataFrame
 
 
-def weigh_groups(tables, part, solution, terms, *, all_of_them) -> Weighed:
+def weigh_groups(tables, part, block, terms, *, all_of_them, factors=1.0) -> Weighed:
     """Give the groups the errors that their residuals show, where that is asked for.
 
     Parameters
     ----------
     tables : BlockTables
     part : Part
-    solution : BlockSolution or SpatialSolution
+    block : SoundBlock
         Of the part.
     terms : sequence of CommonTerms
     all_of_them : bool
         Estimate every group and the control, or those that nobody has given only.
+    factors : ndarray, shape (n_groups + 1,), optional
+        That the errors of the part have already.
 
     Returns
     -------
@@ -108,19 +114,20 @@ def weigh_groups(tables, part, solution, terms, *, all_of_them) -> Weighed:
     groups = groups_of(tables, part)
     n_groups = len(groups.names)
     is_free = np.append(groups.is_unknown | all_of_them, all_of_them)
-    applied = np.ones(n_groups + 1)
-    found = group_components(solution, groups.code, n_groups)
+    applied = np.ones(n_groups + 1) * factors
+    found = group_components(block, groups.code, n_groups)
     for _ in range(MOST_PASSES):
         step = np.where(is_free & (found.factor > 0.0), found.factor, 1.0)
+        step = np.clip(applied * step, 1.0 / MOST_FACTOR, MOST_FACTOR) / applied
         if (np.abs(step - 1.0) < SETTLED).all():
             break
         applied *= step
         part = replace(part, observations=_scaled(part.observations, groups, step))
-        solution = solution.readjusted(part.observations, terms)
-        found = group_components(solution, groups.code, n_groups)
+        block = block.readjusted(part.observations, terms)
+        found = group_components(block, groups.code, n_groups)
     table = _table(part.observations, groups, applied, found)
     table["is_estimated"] = is_free[table.index] & table["factor"].notna()
-    return Weighed(part, solution, table.reset_index(drop=True))
+    return Weighed(part, block, applied, table.reset_index(drop=True))
 
 
 def _scaled(observations, groups, step):

@@ -154,7 +154,7 @@ def residual_table(tables, part, cleaned, control, significance):
     return with_heights_of_residuals(residuals, solution, observations)
 
 
-def control_table(tables, part, solution, tests):
+def control_table(tables, part, solution, tests, *, is_set_aside):
     """Control against the block: who disagrees, by how much and where to.
 
     Parameters
@@ -163,6 +163,8 @@ def control_table(tables, part, solution, tests):
     part : Part
     solution : BlockSolution or SpatialSolution
     tests : ControlVerdict
+    is_set_aside : bool
+        Whether the solution is that without the suspects.
 
     Returns
     -------
@@ -172,13 +174,14 @@ def control_table(tables, part, solution, tests):
     places = np.flatnonzero(observations.is_control)
     difference = solution.control_residuals[places]
     r = redundancy_numbers(solution.control_leverage[places, :2].mean(axis=1))
-    given = observations.control_covariance[places, :2, :2]
+    rows = part.points[places]
+    given = tables.observations.control_covariance[rows, :2, :2]
     trace = np.trace(given, axis1=1, axis2=2)
     p_value = tests.p_value[places]
     strain = tests.error[places]
     control = pd.DataFrame(
         {
-            "point_id": tables.point_id[part.points[places]],
+            "point_id": tables.point_id[rows],
             "difference_easting": difference[:, 0],
             "difference_northing": difference[:, 1],
             "standard_error_given": np.sqrt(trace),
@@ -186,6 +189,7 @@ def control_table(tables, part, solution, tests):
             "w": tests.w[places],
             "p_value": p_value,
             "is_suspect": tests.is_suspect[places],
+            "is_set_aside": tests.is_suspect[places] & is_set_aside,
             "strain_easting": strain[:, 0],
             "strain_northing": strain[:, 1],
         }

@@ -11,6 +11,7 @@ TOGETHER = (
     "The largest of {}, as far as a smooth strain of their network can be estimated; "
     "none has to disagree by itself."
 )
+ASIDE = "They are set aside: the new points do not depend on them."
 STRAIN = "easting, northing: the error of the given coordinates that explains it."
 
 
@@ -33,6 +34,8 @@ def section(result) -> Section:
         strict=True,
     )
     said = [STRAIN]
+    if suspects["is_set_aside"].any():
+        said.append(ASIDE)
     if len(suspects) > len(shown):
         said.append(f"These are the worst {len(shown)} of {len(suspects)}.")
     header = ("", "easting", "northing", "w", "p")

@@ -49,12 +49,77 @@ class CleanedBlock:
     is_out: np.ndarray
 
 
-def snoop_block(solution, terms, significance) -> CleanedBlock:
-    """Take the worst observations out until the test refuses none.
+@dataclass(frozen=True, eq=False)
+class SoundBlock:
+    """A block without its gross errors.
+
+    Attributes
+    ----------
+    solution : BlockSolution
+        Of the sound observations and the sound control.
+    is_out : ndarray of bool, shape (n_rows,)
+        Measurements that were taken out.
+    is_wrong : ndarray of bool, shape (n_points,)
+        Given points that were set aside.
+    """
+
+    solution: BlockSolution
+    is_out: np.ndarray
+    is_wrong: np.ndarray
+
+    @classmethod
+    def whole(cls, solution):
+        """Take a block as it is.
+
+        Parameters
+        ----------
+        solution : BlockSolution
+
+        Returns
+        -------
+        SoundBlock
+        """
+        n_rows, n_points = len(solution.residuals), solution.observations.n_points
+        return cls(solution, np.zeros(n_rows, dtype=bool), np.zeros(n_points, bool))
+
+    def has_the_errors_of(self, other):
+        """Whether another block has the same gross errors.
+
+        Parameters
+        ----------
+        other : SoundBlock
+
+        Returns
+        -------
+        bool
+        """
+        return np.array_equal(self.is_out, other.is_out) and np.array_equal(
+            self.is_wrong, other.is_wrong
+        )
+
+    def readjusted(self, given, terms):
+        """Adjust the block anew, without the same rows and given points.
+
+        Parameters
+        ----------
+        given : BlockObservations
+            All of them, with other errors.
+        terms : sequence of CommonTerms
+
+        Returns
+        -------
+        SoundBlock
+        """
+        solution = _without(self.solution, terms, given, self.is_out, self.is_wrong)
+        return SoundBlock(solution, self.is_out, self.is_wrong)
+
+
+def sound_block(solution, terms, significance) -> SoundBlock:
+    """Take the worst observations and given points out until the test refuses none.
 
     Given points that contradict the block more than any measurement of theirs are set
-    aside meanwhile: the measurements would be taken out in their place. They are part
-    of the block that is returned, for ``examine_control`` to name them.
+    aside: the measurements would be taken out in their place. A large gross error makes
+    good control look wrong as well, so all of it is judged once more in the end.
 
     Parameters
     ----------
@@ -66,25 +131,52 @@ def snoop_block(solution, terms, significance) -> CleanedBlock:
 
     Returns
     -------
-    CleanedBlock
+    SoundBlock
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
     is_aside = np.zeros(given.n_points, dtype=bool)
     for _ in range(MOST_STEPS):
         tests = judge_observations(solution, solution.observations)
-        doubted = _wrong_control(solution, tests, is_out, significance)
+        of_control = judge_control(solution)
+        doubted = _wrong_control(solution, (of_control, tests), is_out, significance)
         worst = _worst_rows(solution, tests, is_out, significance)
-        if len(doubted):
+        # the worst of all is the one that is wrong: it makes others look so
+        w_of_rows = tests.w[worst].max(initial=0.0)
+        if len(doubted) and of_control.w[doubted].max() >= w_of_rows:
             is_aside[doubted] = True
         elif len(worst):
             is_out[worst] = True
         else:
             break
         solution = _without(solution, terms, given, is_out, is_aside)
-    if is_aside.any():
-        solution = _without(solution, terms, given, is_out, np.zeros_like(is_aside))
-    return CleanedBlock(solution, is_out)
+    if not is_aside.any():
+        return SoundBlock(solution, is_out, is_aside)
+    solution = _without(solution, terms, given, is_out, np.zeros_like(is_aside))
+    verdict = examine_control(solution, terms, significance)
+    return SoundBlock(verdict.without, is_out, verdict.is_suspect)
+
+
+def with_all_control(block, given, terms) -> CleanedBlock:
+    """Put given points that were set aside back into a sound block.
+
+    Parameters
+    ----------
+    block : SoundBlock
+    given : BlockObservations
+        All of them.
+    terms : sequence of CommonTerms
+
+    Returns
+    -------
+    CleanedBlock
+        For ``examine_control`` to name them.
+    """
+    solution = block.solution
+    if block.is_wrong.any():
+        none = np.zeros_like(block.is_wrong)
+        solution = _without(solution, terms, given, block.is_out, none)
+    return CleanedBlock(solution, block.is_out)
 
 
 def _without(solution, terms, given, is_out, is_aside):
@@ -101,9 +193,9 @@ def _without(solution, terms, given, is_out, is_aside):
     return replace(solution, redundancy=solution.redundancy - lost)
 
 
-def _wrong_control(solution, of_rows, is_out, significance):
+def _wrong_control(solution, both, is_out, significance):
     """The worst given points that are refused, and worse than their measurements."""
-    tests = judge_control(solution)
+    tests, of_rows = both
     w = np.where(np.isfinite(of_rows.w) & ~is_out, of_rows.w, 0.0)
     worst_row = np.zeros(solution.observations.n_points)
     np.maximum.at(worst_row, solution.observations.point, w)
@@ -157,38 +249,37 @@ def _worst_rows(solution, tests, is_out, significance):
     return rows[np.unique(point[rows], return_index=True)[1]]
 
 
-def downweight(solution, terms, norm_name, significance) -> CleanedBlock:
+def downweight(block, given, terms, norm_name) -> CleanedBlock:
     """Give observations with large residuals less weight (iteratively).
 
-    As in :func:`snoop_block`, given points that contradict the block more than any
-    measurement of theirs are set aside meanwhile: the measurements would lose their
-    weight in their place, and nothing would contradict the point any more.
+    The weights begin with the residuals of the sound block, and without its wrong
+    control: the measurements of that would lose their weight in its place, and nothing
+    would contradict it any more.
 
     Parameters
     ----------
-    solution : BlockSolution
-        With all observations.
+    block : SoundBlock
+    given : BlockObservations
+        All of them.
     terms : sequence of CommonTerms
     norm_name : {"huber", "tukey"}
         Tukey's begins where Huber's ends.
-    significance : float
-        Probability with which good control loses a point.
 
     Returns
     -------
     CleanedBlock
+        With all control, for ``examine_control`` to name what is wrong.
     """
-    is_out = np.zeros(len(solution.observations.model), dtype=bool)
-    given = solution.observations
-    solution = _without_wrong_control(solution, terms, significance)
-    is_whole = solution.observations is given
+    # what was taken out comes back, with little weight
+    n_back = block.solution.residuals.shape[1] * np.count_nonzero(block.is_out)
+    solution = replace(block.solution, redundancy=block.solution.redundancy + n_back)
     for name in ("huber", "tukey") if norm_name == "tukey" else (norm_name,):
         solution = _weighted(solution, terms, NORMS[name], given.standard_error)
-    if not is_whole:
+    if block.is_wrong.any():
         error = solution.observations.standard_error
         solution = solution.readjusted(replace(given, standard_error=error), terms)
-    n_axes = solution.residuals.shape[1]
-    return CleanedBlock(_consistent(solution, NORMS[norm_name][n_axes]), is_out)
+    norm = NORMS[norm_name][solution.residuals.shape[1]]
+    return CleanedBlock(_consistent(solution, norm), np.zeros_like(block.is_out))
 
 
 def _consistent(solution, norm):
@@ -202,21 +293,6 @@ def _consistent(solution, norm):
     weighted = ((solution.residuals / error) ** 2).sum()
     lost = weighted * (1.0 / norm.consistency - 1.0)
     return replace(solution, sum_of_squares=solution.sum_of_squares + lost)
-
-
-def _without_wrong_control(solution, terms, significance):
-    """Set given points aside that contradict the block, the worst first."""
-    given = solution.observations
-    is_aside = np.zeros(given.n_points, dtype=bool)
-    is_out = np.zeros(len(given.model), dtype=bool)
-    for _ in range(MOST_STEPS):
-        tests = judge_observations(solution, solution.observations)
-        doubted = _wrong_control(solution, tests, is_out, significance)
-        if len(doubted) == 0:
-            break
-        is_aside[doubted] = True
-        solution = _without(solution, terms, given, is_out, is_aside)
-    return solution
 
 
 def _weighted(solution, terms, norms, given_error):

@@ -32,12 +32,13 @@ class GroupComponents:
     redundancy: np.ndarray
 
 
-def group_components(solution, group, n_groups) -> GroupComponents:
+def group_components(block, group, n_groups) -> GroupComponents:
     """Size of the errors of each group of measurements, and of the control.
 
     Parameters
     ----------
-    solution : BlockSolution or SpatialSolution
+    block : SoundBlock
+        What was taken out of it does not count.
     group : ndarray of int, shape (n_rows, d)
         Group of each measured coordinate.
     n_groups : int
@@ -47,16 +48,19 @@ def group_components(solution, group, n_groups) -> GroupComponents:
     GroupComponents
         The last one, beyond ``n_groups``, is the control.
     """
+    solution = block.solution
     observations = solution.observations
     error = observations.standard_error.reshape(len(group), -1)
-    squares = ((solution.residuals / error) ** 2).ravel()
+    is_in = ~block.is_out[:, None]
+    squares = (is_in * (solution.residuals / error) ** 2).ravel()
     code = group.ravel()
-    share = (1.0 - solution.leverage).ravel()
-    control = np.nan_to_num(solution.control_residuals)
+    share = (is_in * (1.0 - solution.leverage)).ravel()
+    is_right = ~block.is_wrong
+    control = np.nan_to_num(solution.control_residuals) * is_right[:, None]
     weighted = np.einsum("na,nab,nb->", control, observations.control_weight, control)
     redundancy = np.append(
         np.bincount(code, share, n_groups),
-        np.nansum(1.0 - solution.control_leverage),
+        np.nansum(1.0 - solution.control_leverage[is_right]),
     )
     squares = np.append(np.bincount(code, squares, n_groups), weighted)
     redundancy = np.maximum(redundancy, 0.0)  # less is rounding

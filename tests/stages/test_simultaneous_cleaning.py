@@ -1,0 +1,121 @@
+"""Gross errors are no sizes of errors, and what is taken out spoils nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+
+PLAN = ["easting", "northing"]
+HANDLED = ["snoop", "huber", "tukey"]
+
+
+@pytest.fixture(scope="module")
+def block():
+    return es.simulate_block("neukirchen", seed=2)
+
+
+@pytest.fixture(scope="module")
+def clean_rms(block):
+    return rms(es.adjust_block(block), block)
+
+
+@pytest.fixture(scope="module")
+def exchanged(block):
+    """Two points of a model with each other's names, some hundred metres apart."""
+    points = block.low_flight.model_points.copy()
+    model = points[["coverage", "model_id"]].iloc[700]
+    held = points.index[(points[["coverage", "model_id"]] == model).all(axis=1)]
+    pair = held[[0, -1]]
+    points.loc[pair, ["x", "y"]] = points.loc[pair[::-1], ["x", "y"]].to_numpy()
+    names = set(points.loc[pair, "point_id"])
+    return replace(
+        block, low_flight=replace(block.low_flight, model_points=points)
+    ), names
+
+
+@pytest.fixture(scope="module")
+def displaced(block):
+    """Two control points, wrong by a metre and by forty centimetres."""
+    control = block.control_points.copy()
+    wrong = control.index[control["role"] == "control"][[20, 70]]
+    control.loc[wrong, "easting"] += [1.0, 0.0]
+    control.loc[wrong, "northing"] += [0.0, -0.4]
+    return replace(block, control_points=control), set(control.loc[wrong, "point_id"])
+
+
+def rms(found, block):
+    """Total error of the new points, root mean square [m]."""
+    points = found.points[found.points["role"] == "new"].set_index("point_id")
+    true = block.truth.set_index("point_id").reindex(points.index)
+    return np.sqrt(((points[PLAN] - true[PLAN]) ** 2).sum(axis=1).mean())
+
+
+def claimed(found):
+    """What the new points claim, root mean square [m]."""
+    points = found.points[found.points["role"] == "new"]
+    errors = points[["standard_error_easting", "standard_error_northing"]]
+    return np.sqrt((errors**2).sum(axis=1).mean())
+
+
+@pytest.mark.parametrize("components", ["given", "estimated"])
+@pytest.mark.parametrize("outliers", HANDLED)
+def test_exchanged_names_cost_their_own_measurements(
+    exchanged, clean_rms, outliers, components
+):
+    wrong, names = exchanged
+    found = es.adjust_block(wrong, outliers=outliers, variance_components=components)
+    # Tukey's norm uses 95 % of clean observations
+    assert rms(found, wrong) < 1.08 * clean_rms
+    assert 0.9 < claimed(found) / rms(found, wrong) < 1.1
+    suspects = found.residuals[found.residuals["is_suspect"]]
+    assert names <= set(suspects["point_id"])
+    # two standard errors of the smallest group, the control, are 12 %
+    np.testing.assert_allclose(found.components["factor"], 1.0, atol=0.15)
+
+
+@pytest.mark.parametrize("outliers", HANDLED)
+def test_wrong_control_is_named_and_set_aside(displaced, clean_rms, outliers):
+    wrong, names = displaced
+    found = es.adjust_block(wrong, outliers=outliers)
+    suspects = found.control[found.control["is_suspect"]].set_index("point_id")
+    assert set(suspects.index) == names
+    assert suspects["is_set_aside"].all()
+    sizes = np.sort(suspects[["strain_easting", "strain_northing"]].abs().max(axis=1))
+    np.testing.assert_allclose(sizes, [0.4, 1.0], atol=0.15)
+    # the difference is the whole of it, for nothing holds the block there
+    moved = suspects[["difference_easting", "difference_northing"]].abs().max(axis=1)
+    np.testing.assert_allclose(np.sort(moved), sizes, atol=0.01)
+    assert rms(found, wrong) < 1.08 * clean_rms
+    assert 0.9 < claimed(found) / rms(found, wrong) < 1.1
+    assert "2 of" in found.summary()
+    assert "disagree with the block and are set aside" in found.summary()
+    given = wrong.control_points.set_index("point_id")["standard_error_m"]
+    np.testing.assert_allclose(
+        suspects["standard_error_given"], given.reindex(suspects.index)
+    )
+
+
+def test_what_is_kept_is_named_and_takes_part(displaced, clean_rms):
+    wrong, names = displaced
+    found = es.adjust_block(wrong, outliers="keep")
+    suspects = found.control[found.control["is_suspect"]]
+    assert names <= set(suspects["point_id"])
+    assert not found.control["is_set_aside"].any()
+    assert "disagree with the block:" in found.summary()
+    assert rms(found, wrong) > 1.3 * clean_rms
+
+
+def test_given_errors_are_shown_when_others_are_estimated(block):
+    found = es.adjust_block(block, variance_components="estimated")
+    given = block.control_points.set_index("point_id")["standard_error_m"]
+    control = found.control.set_index("point_id")["standard_error_given"]
+    np.testing.assert_allclose(control, given.reindex(control.index))
+
+
+def test_kilometres_that_are_kept_make_no_size_of_errors(exchanged):
+    wrong, _ = exchanged
+    found = es.adjust_block(wrong, outliers="keep", variance_components="estimated")
+    assert np.isfinite(found.points["standard_error_easting"]).all()
+    assert (found.components["factor"] > 0.5).all()
