@@ -66,6 +66,16 @@ def test_an_earlier_claim_is_not_that_of_the_present_points():
     assert changes["standard_error_total"].isna().all()
 
 
+def test_points_that_claim_nothing_move_by_a_millimetre():
+    unknown = ["standard_error_total", "standard_error_paper"]
+    before = points(height=5.0).drop(columns=unknown)
+    after = points(easting=[200.0, 200.0009, 300.0], northing=[10.0, 20.0, 30.0011])
+    after = after.drop(columns=unknown).assign(height=[5.0, 5.0, 5.0])
+    assert compare_points(after, before)["point_id"].tolist() == ["1", "3"]
+    after = before.assign(height=[5.0, 5.01, 5.0], standard_error_height=np.nan)
+    assert compare_points(after, before)["point_id"].tolist() == ["2"]
+
+
 def test_comparison_against_a_loop():
     rng = np.random.default_rng(0)
     n = 500

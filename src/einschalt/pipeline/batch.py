@@ -33,6 +33,7 @@ COLUMNS = (
     "largest_move",
 )
 POSITION = ("point_id", "easting", "northing", "height")
+SAME = 1e-3  # coordinates that differ by less are the same [m]
 CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
 NOT_ASKED = "only blocks that failed were asked for"
@@ -178,7 +179,8 @@ def compare_points(points, previous) -> pd.DataFrame:
         gone the old ones), moved_easting, moved_northing, moved_total [m],
         standard_error_total: what the point claims (propagated; where that is not
         known after Kovarik's budget, else internal). A height that moved by more than
-        its standard error counts as well. A point that claims nothing has not moved.
+        its standard error counts as well. A point that claims nothing has moved where
+        its coordinates differ by more than a millimetre.
     """
     # what the earlier result claims must not stand in for what this one does not say
     before = previous[[name for name in POSITION if name in previous]]
@@ -191,7 +193,9 @@ def compare_points(points, previous) -> pd.DataFrame:
         for axis in ("easting", "northing")
     }
     total = np.hypot(*moved.values())
-    is_moved = (both["side"] == "both") & ((total > claimed) | _is_lifted(both))
+    is_moved = (both["side"] == "both") & (
+        (total > claimed.fillna(SAME)) | _is_lifted(both)
+    )
     change = np.select(
         [is_moved, both["side"] == "left_only", both["side"] == "right_only"],
         CHANGES_OF_POINTS,
@@ -225,7 +229,7 @@ def _is_lifted(both):
     if not {"height", "height_before", "standard_error_height"} <= set(both):
         return np.zeros(len(both), dtype=bool)
     lift = (both["height"] - both["height_before"]).abs()
-    return (lift > both["standard_error_height"]).to_numpy()
+    return (lift > both["standard_error_height"].fillna(SAME)).to_numpy()
 
 
 @dataclass
