@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -91,3 +92,12 @@ def test_nothing_is_said_where_nothing_was_tested():
     untested.simultaneous.deformations = untested.simultaneous.deformations.iloc[:0]
     assert section(untested).rows == ()
     assert section(SimpleNamespace(simultaneous=None)).rows == ()
+
+
+def test_what_could_not_be_tested_is_not_said_to_be_absent():
+    result = a_result()
+    result.simultaneous.deformations["p_value"] = np.nan
+    assert verdict(result).startswith("Whether models are deformed cannot be tested")
+    # one flight that could be tested is enough to say something
+    result.simultaneous.deformations.loc[0, "p_value"] = 0.4
+    assert "no deformation shows" in verdict(result)

@@ -64,6 +64,11 @@ def verdict(result) -> str:
             "Believe the simultaneous adjustment: the deformation is modelled, and "
             "what is left shows no pattern."
         )
+    if found["p_value"].isna().all():
+        return (
+            "Whether models are deformed cannot be tested: their points have too "
+            "little redundancy. Neither way is better founded for this block."
+        )
     return "Believe the simultaneous adjustment: no deformation shows."
 
 
