@@ -1,5 +1,6 @@
 """The simultaneous adjustment of a block, alone and beside the two-step way."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -263,6 +264,28 @@ def test_wrong_control_is_named_and_keeps_its_measurements(block, outliers):
     assert list(suspects["point_id"]) == [control.loc[worst, "point_id"]]
     assert suspects["strain_easting"].item() == pytest.approx(1.0, abs=0.15)
     assert "1 of" in found.summary()
+
+
+@pytest.mark.parametrize(
+    ("outliers", "said"),
+    [
+        ("keep", r"1 control point that contradicts the block, by up to"),
+        ("snoop", r"1 control point set aside, for contradicting the block, by up to"),
+    ],
+)
+def test_a_summary_names_wrong_control_first_and_once(block, outliers, said):
+    control = block.control_points.copy()
+    worst = control.index[control["role"] == "control"][3]
+    control.loc[worst, "northing"] -= 1.0
+    settings = es.Settings(method="simultaneous", outliers=outliers)
+    text = es.densify(replace(block, control_points=control), settings).summary()
+    text = text.replace("\n    ", " ")
+    name = control.loc[worst, "point_id"]
+    assert re.search(rf"- {said}.*: {name}", text)
+    assert ("worse than claimed" in text) == (outliers == "keep")
+    assert "contradict each other by more than their standard" not in text
+    if outliers == "snoop":
+        assert "claimed for them" not in text
 
 
 def test_a_block_without_a_high_flight_has_none_to_adjust(

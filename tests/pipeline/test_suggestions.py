@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline import suggestions as sg
+from einschalt.pipeline.known_point_suggestions import claim_column
 from einschalt.pipeline.sections.flights import orientations
 from einschalt.pipeline.sections.verdict import verdict
 
@@ -186,9 +187,9 @@ def test_a_propagated_figure_that_the_measurements_contradict(
 ):
     """Propagation knows no measurement: a blunder of 200 m does not enlarge it."""
     assert sg.has_credible_propagation(good_result)
-    assert sg.claim_column(good_result) == "standard_error_total"
+    assert claim_column(good_result) == "standard_error_total"
     assert not sg.has_credible_propagation(faulty_result)
-    assert sg.claim_column(faulty_result) == "standard_error_paper"
+    assert claim_column(faulty_result) == "standard_error_paper"
     found = sg.contradicted_figures(faulty_result)
     assert found.problem.startswith("The measurements contradict the propagated figure")
     assert " m or worse (total, mean of two coverages)" in verdict(faulty_result)

@@ -6,6 +6,7 @@ from einschalt.foundations.shown_names import printable
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.sections.patterns import ppm
 from einschalt.pipeline.suggestion import Suggestion
+from einschalt.pipeline.suspect_suggestions import has_control_against_block
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
 WORTH_A_WORD = 0.1
@@ -44,6 +45,8 @@ def network_strain(result):
         return None
     if strain.is_smooth:
         return _smooth_strain(result, strain)
+    if has_control_against_block(result):
+        return None  # they are named already
     return Suggestion(
         f"The {strain.n_control} control points contradict each other by more than "
         "their standard errors",

@@ -112,6 +112,36 @@ def control_that_contradicts(result):
     )
 
 
+def control_against_block(result):
+    """Control points that the simultaneous adjustment of all models contradicts."""
+    if not has_control_against_block(result):
+        return None
+    control = result.simultaneous.control
+    suspects = control[control["is_suspect"]].sort_values("p_value", kind="stable")
+    size = np.hypot(suspects["strain_easting"], suspects["strain_northing"])
+    problem = (
+        f"{count(len(suspects), 'control point')} {{}} the block, by up to "
+        f"{length(size.max())}: {names(suspects['point_id'])}"
+    )
+    if suspects["is_set_aside"].any():
+        return Suggestion(
+            problem.format("set aside, for contradicting"),
+            "Check their coordinates and names",
+        )
+    verb = "contradicts" if len(suspects) == 1 else "contradict"
+    return Suggestion(
+        f"{problem.format(f'that {verb}')}. Kept, they make the new points near them "
+        "worse than claimed",
+        'Check their coordinates and names, or set outliers = "snoop"',
+    )
+
+
+def has_control_against_block(result):
+    """Whether the simultaneous adjustment contradicts single control points."""
+    adjusted = result.simultaneous
+    return adjusted is not None and adjusted.control["is_suspect"].any()
+
+
 def wrong_measuring_errors(result):
     """Flights whose m_g, as it was given, is not that of the measurements."""
     if result.components is None:

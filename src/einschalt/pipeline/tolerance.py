@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.pipeline.known_point_suggestions import (
+    check_points_exceed,
+    claim_column,
+)
 from einschalt.pipeline.settings import NO_TOLERANCE
-from einschalt.pipeline.suggestions import check_points_exceed, claim_column
 
 TOTAL = "standard_error_total"
 

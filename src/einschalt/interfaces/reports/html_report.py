@@ -17,6 +17,7 @@ from einschalt.foundations.typesetting import (
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.pipeline import summary
+from einschalt.pipeline.known_point_suggestions import claim_column
 from einschalt.pipeline.sections import (
     claim,
     error_sources,
@@ -25,10 +26,7 @@ from einschalt.pipeline.sections import (
     precision,
 )
 from einschalt.pipeline.sections.verdict import verdict_on
-from einschalt.pipeline.suggestions import (
-    claim_column,
-    find_suggestions,
-)
+from einschalt.pipeline.suggestions import find_suggestions
 
 MOST_MODELS = 500
 WORST_MODELS = 100
