@@ -5,6 +5,7 @@ from functools import reduce
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.units import METRES_PER_MM
@@ -13,6 +14,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.error_propagation import can_propagate
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import BlockNoise, simulate_block
+from einschalt.stages.stage4_error_propagation import NUMBERS_AT_ONCE, n_ranges
 
 STEP = 1e-3
 TRANSFORMATIONS = [
@@ -199,3 +201,28 @@ def test_covariance_of_an_unknown_point(block):
     errors = densify(block).errors
     with pytest.raises(TableError, match=r"point 99x: it is not among the densified"):
         errors.covariance_between(["99x"], errors.point_ids[:1])
+
+
+def test_ranges_of_points_grow_with_the_block_and_not_with_its_square():
+    """A point depends on no more sources because the block goes on elsewhere."""
+
+    def chain(n_points):
+        values, high = 4 * n_points, 3 * n_points
+        mean = _rows(n_points, values, 4)
+        models = _rows(values, n_points, 12)
+        return {"high_flight": (mean, models, _rows(n_points, high, 4))}
+
+    ranges = [n_ranges(chain(n), n, 1) for n in (20_000, 40_000, 80_000)]
+    assert ranges[1] == pytest.approx(2 * ranges[0], abs=1)
+    assert ranges[2] == pytest.approx(4 * ranges[0], abs=3)
+    # in a small block rows are full
+    assert n_ranges(chain(1_000), 50_000, 1) >= 50_000 * 4_000 // NUMBERS_AT_ONCE
+
+
+def _rows(n_rows, n_columns, n_each):
+    """Sparse matrix with so many numbers in each row, near its place."""
+    first = np.arange(n_rows) * (n_columns - n_each) // n_rows
+    columns = first[:, None] + np.arange(n_each)
+    pointer = n_each * np.arange(n_rows + 1)
+    entries = (np.ones(n_rows * n_each), columns.ravel(), pointer)
+    return sparse.csr_array(entries, shape=(n_rows, n_columns))

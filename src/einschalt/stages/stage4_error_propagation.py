@@ -35,6 +35,7 @@ NUMBERS_AT_ONCE = 20_000_000
 PAIRS_AT_ONCE = 20_000
 # share of entries from which a product is no longer kept sparse
 FULL = 0.1
+UNEVEN = 2.0  # size of the fullest rows, over the mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +204,7 @@ class PropagatedErrors:
         n_points = min(places.size, len(self.point_ids))
         n_parts = max(
             -(-len(places) // PAIRS_AT_ONCE),
-            _n_ranges(self.chains, n_points, self.n_axes),
+            n_ranges(self.chains, n_points, self.n_axes),
         )
         n_parts = max(1, min(n_parts, len(places)))
         parts = [self._between(part) for part in np.array_split(places, n_parts)]
@@ -250,7 +251,7 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     found = {source: [] for source in chains}
     # in ranges of points: the product as a whole would hold some hundred blocks a point
     for places in np.array_split(
-        np.arange(n_points), _n_ranges(chains, n_points, n_axes)
+        np.arange(n_points), n_ranges(chains, n_points, n_axes)
     ):
         for source, rows in _rows_of(chains, places, n_axes):
             part = point_covariances(rows, standard_errors[source], n_axes)
@@ -259,11 +260,37 @@ def propagate(point_ids, chains, standard_errors, n_axes):
     return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
 
 
-def _n_ranges(chains, n_points, n_axes):
-    """Into how many ranges the points are divided, so that memory suffices."""
-    width = max(matrix.shape[1] for chain in chains.values() for matrix in chain)
-    by_memory = -(-n_points * n_axes * width // NUMBERS_AT_ONCE)
+def n_ranges(chains, n_points, n_axes):
+    """Into how many ranges the points are divided, so that memory suffices.
+
+    Parameters
+    ----------
+    chains : dict of str to tuple of sparse arrays
+        Error operator of each source as a product, the final points on the left.
+    n_points, n_axes : int
+
+    Returns
+    -------
+    int
+    """
+    row = max(_row_size(chain) for chain in chains.values())
+    by_memory = -(-n_points * n_axes * row // NUMBERS_AT_ONCE)
     return max(1, -(-n_points // POINTS_AT_ONCE), by_memory)
+
+
+def _row_size(chain):
+    """Numbers that a row holds at most on its way through a chain, about.
+
+    Where it is mostly filled it becomes a full one. In large blocks it never does:
+    their points depend on no more sources than those of small ones.
+    """
+    size, largest = 1.0, 1.0
+    for matrix in chain:
+        width = matrix.shape[1]
+        size = min(size * matrix.nnz / matrix.shape[0], width)
+        likely = UNEVEN * size
+        largest = max(largest, width if likely > FULL * width else likely)
+    return int(largest) + 1
 
 
 def _rows_of(chains, places, n_axes):
