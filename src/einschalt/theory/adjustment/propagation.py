@@ -35,20 +35,34 @@ def hat_operator(design, cofactors, weight_sum, weights, layout):
     """
     n_axes = design.shape[1]
     left = np.einsum("nau,nuv->nav", design, cofactors[layout.model_of_row])
-    blocks = np.einsum(
-        "pau,pbu->pab",
-        left[layout.row],
-        np.conj(design[layout.row_of_fitted[layout.fitted]]),
-        optimize=True,
+    blocks = np.empty((len(layout.row), n_axes, n_axes), dtype=left.dtype)
+    _fill_hat(
+        blocks,
+        (left, design),
+        weight_sum[layout.model_of_row],
+        weights,
+        (layout.row, layout.fitted, layout.row_of_fitted),
     )
-    blocks += (
-        np.eye(n_axes) / weight_sum[layout.model_of_row[layout.row]][:, None, None]
-    )
-    blocks *= weights[layout.fitted][:, None, None]
     return sparse.bsr_array(
         (blocks, layout.fitted, layout.pointer),
         shape=(len(design) * n_axes, len(weights) * n_axes),
     )
+
+
+@numba.njit(cache=True, nogil=True)
+def _fill_hat(blocks, designs, weight_sum, weights, pairs):
+    # in one pass: gathered for all pairs, the designs would take a gigabyte
+    left, right = designs
+    row, fitted, row_of_fitted = pairs
+    n_pairs, n_axes, _ = blocks.shape
+    for p in range(n_pairs):
+        i, j = row[p], row_of_fitted[fitted[p]]
+        for a in range(n_axes):
+            for b in range(n_axes):
+                blocks[p, a, b] = 1.0 / weight_sum[i] if a == b else 0.0
+                for u in range(left.shape[2]):
+                    blocks[p, a, b] += left[i, a, u] * np.conj(right[j, b, u])
+                blocks[p, a, b] *= weights[fitted[p]]
 
 
 class PairLayout:
