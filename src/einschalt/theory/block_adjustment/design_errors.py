@@ -3,9 +3,9 @@
 The adjustment takes the coordinates in its design matrix as free of errors, and its
 residuals are lengths on the ground: a model that is a little smaller has smaller ones.
 So all models of a block pull together, and what control does not hold gives way. That
-is of second order, and no matter in a block with control around it (0.05 mm in
-Neukirchen); but it grows with the number of models and with the distance from control,
-faster than standard errors do, which know nothing of it.
+is of second order, and no matter in a block with control around it (0.02 mm in
+Neukirchen, RMS); but it grows with the number of models and with the distance from
+control, faster than standard errors do, which know nothing of it.
 
 See docs/theory/block_adjustment.md.
 """

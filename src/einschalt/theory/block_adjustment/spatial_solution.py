@@ -5,9 +5,9 @@ Gauss-Newton: a small step of a model about its centroid moves a point by
     dT = dt + dλ a + dω × a,    a = s R (x − c),
 
 with shift, relative scale and turn in units of its extent, the root mean square of a.
-Points are eliminated
-and the models are factored front by front as in the plane, with three rows a point and
-seven unknowns a model; the last linearisation gives every variance.
+Points are eliminated and the models are factored front by front as in the plane, with
+three rows a point and seven unknowns a model; the last linearisation gives every
+variance.
 """
 
 from dataclasses import dataclass, replace
