@@ -16,7 +16,7 @@ import einschalt as es
 from benchmarks.racing import Outcome, report
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
-from einschalt.pipeline.engine import LocalEngine
+from einschalt.pipeline.batch.local_engine import LocalEngine
 
 N_BLOCKS = 12
 SIDE = 5_000.0

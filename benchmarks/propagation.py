@@ -10,8 +10,8 @@ from time import perf_counter
 
 import einschalt as es
 from benchmarks.racing import ROUNDS, Outcome, report
-from einschalt.pipeline.error_model import model_of_both_flights
-from einschalt.pipeline.error_propagation import propagate_model
+from einschalt.stages.error_propagation.error_model import model_of_both_flights
+from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
 LARGEST_RATIO = 3.0  # of the time that the fits of both flights take

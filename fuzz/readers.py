@@ -30,7 +30,7 @@ from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import PROVENANCE
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.interfaces.reports.problem_list import problem_lines
-from einschalt.pipeline.batch import blocks_table
+from einschalt.pipeline.batch.block_table import blocks_table
 from einschalt.pipeline.densify import densify
 from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIGHTS
 from einschalt.stages.transformation_kinds import KINDS, ground_schema

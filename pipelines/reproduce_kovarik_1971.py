@@ -5,7 +5,10 @@ His diagrams are lost as pictures. Where we disagree, the reason stands below.
 
 import textwrap
 
-from einschalt.pipeline.kovarik_1971 import compare_conclusions, compare_with_print
+from einschalt.pipeline.planning.kovarik_1971 import (
+    compare_conclusions,
+    compare_with_print,
+)
 
 compared = compare_with_print()
 shown = compared.assign(

@@ -40,7 +40,7 @@ def _with_faults(points):
 @pytest.fixture(scope="session")
 def demo_block():
     """A simulated block of 100 points, six of them check points."""
-    from einschalt.pipeline.simulation import simulate_block
+    from einschalt.pipeline.simulation.simulate_block import simulate_block
 
     return simulate_block("demo", seed=1)
 
@@ -64,7 +64,7 @@ def faulty_result(demo_block):
 @pytest.fixture(scope="session")
 def given_approximations_result(demo_block, good_result):
     """A block with approximate points instead of a high flight."""
-    from einschalt.pipeline.block import Block
+    from einschalt.pipeline.block.block import Block
     from einschalt.pipeline.densify import densify
 
     block = Block(
@@ -84,7 +84,10 @@ def given_approximations_result(demo_block, good_result):
 def unchecked_result():
     """A block without check points."""
     from einschalt.pipeline.densify import densify
-    from einschalt.pipeline.simulation import BlockGeometry, simulate_block
+    from einschalt.pipeline.simulation.simulate_block import (
+        BlockGeometry,
+        simulate_block,
+    )
 
     geometry = BlockGeometry(width=3_000.0, height=3_000.0)
     return replace(

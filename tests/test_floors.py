@@ -1,12 +1,26 @@
 """Imports point down: interfaces, pipeline, stages, theory, foundations."""
 
 import ast
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "einschalt"
 FLOORS = ["foundations", "theory", "stages", "pipeline", "interfaces"]
+# inside pipeline/, lowest first; a name is a room (a folder) or a file beside them
+ROOMS = [
+    "settings",
+    "block",
+    "densification",
+    "assessment",
+    "summary",
+    "densify",
+    "batch",
+    "simulation",
+    "planning",
+]
+MOST_FILES_IN_A_ROOM = 14
 FORBIDDEN_NAMES = {"utils", "helpers", "common", "misc", "util", "helper"}
 # what a library may be imported by
 ONLY_IN = {
@@ -56,6 +70,37 @@ def test_imports_point_down(path):
         floor = floor_of(module)
         assert floor is not None, f"imports the root package: {module}"
         assert floor <= own, f"imports upwards: {module}"
+
+
+def room_of(module):
+    parts = module.split(".")
+    is_inside = parts[:2] == ["einschalt", "pipeline"] and len(parts) > 2
+    return ROOMS.index(parts[2]) if is_inside else None
+
+
+def test_rooms_of_the_pipeline_are_in_their_order():
+    inside = [path for path in MODULES if stem(path).startswith("pipeline/")]
+    for path in inside:
+        if path.name == "__init__.py":
+            continue
+        module = "einschalt." + stem(path)[:-3].replace("/", ".")
+        for other in imported_modules(path):
+            room = room_of(other)
+            assert room is None or room <= room_of(module), f"{module}: {other}"
+
+
+def test_rooms_of_the_pipeline_can_be_overseen():
+    inside = [path for path in MODULES if stem(path).startswith("pipeline/")]
+    files = Counter(path.parent for path in inside if path.name != "__init__.py")
+    assert max(files.values()) <= MOST_FILES_IN_A_ROOM, files.most_common(1)
+
+
+def test_the_sparse_factorization_knows_nothing_of_photogrammetry():
+    room = SOURCE / "foundations" / "sparse_cholesky"
+    for path in room.glob("*.py"):
+        others = {m for m in imported_modules(path) if m.startswith("einschalt.")}
+        allowed = ("einschalt.foundations.sparse_cholesky.", "einschalt.foundations.")
+        assert all(other.startswith(allowed) for other in others), path.name
 
 
 def test_no_circles():

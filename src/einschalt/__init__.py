@@ -23,7 +23,7 @@ _ORIENTATION = "einschalt.stages.relative_orientation"
 _HOME = {
     "read_block": "einschalt.interfaces.python_api",
     "Block": "einschalt.interfaces.python_api",
-    "Flight": "einschalt.pipeline.block",
+    "Flight": "einschalt.pipeline.block.block",
     "Camera": "einschalt.theory.interior_orientation",
     "Settings": "einschalt.pipeline.settings",
     "densify": "einschalt.interfaces.python_api",
@@ -34,14 +34,14 @@ _HOME = {
     "transform_models": "einschalt.stages.stage3_model_transformation",
     "error_budget": "einschalt.stages.stage4_error_budget",
     "average_coverages": "einschalt.stages.stage5_double_coverage",
-    "adjust_block": "einschalt.pipeline.simultaneous",
+    "adjust_block": "einschalt.pipeline.densification.simultaneous",
     "orient_from_parallaxes": f"{_ORIENTATION}.orient_from_parallaxes",
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
-    "plan_precision": "einschalt.pipeline.planning",
-    "optimal_scale": "einschalt.pipeline.planning",
+    "plan_precision": "einschalt.pipeline.planning.precision_table",
+    "optimal_scale": "einschalt.pipeline.planning.precision_table",
     "simulate_block": "einschalt.interfaces.python_api",
-    "BlockGeometry": "einschalt.pipeline.simulation",
-    "BlockNoise": "einschalt.pipeline.simulation",
+    "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
+    "BlockNoise": "einschalt.pipeline.simulation.simulate_block",
     "EinschaltError": "einschalt.foundations.errors",
 }
 

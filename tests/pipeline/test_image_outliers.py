@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.densification.gross_errors import no_gross_measurements
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.gross_measurements import no_gross_measurements
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulated_noise import BlockNoise
-from einschalt.pipeline.simulation import simulate_block
-from einschalt.pipeline.suspect_suggestions import (
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.summary.suggestions.suspects import (
     gross_measurements,
     suspect_observations,
 )

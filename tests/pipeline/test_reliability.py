@@ -7,7 +7,7 @@ from scipy.stats import norm
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.stages.stage3_model_transformation import transform_models
 
 KEY = ["flight", "coverage", "model_id", "point_id"]

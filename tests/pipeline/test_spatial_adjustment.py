@@ -9,8 +9,8 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.interfaces.reports.html_report import render
-from einschalt.pipeline.simulation import PRESETS
-from einschalt.pipeline.summary import summarize
+from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 
 SPATIAL = replace(PRESETS["demo"].geometry, transformation="helmert_3d")

@@ -9,7 +9,7 @@ import pytest
 import einschalt as es
 from einschalt.foundations.errors import BlockError, GeometryError, SettingsError
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
-from einschalt.pipeline.simulation import PRESETS
+from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 LENGTHS = ["x", "y", "z", "y_parallax", "base"]
 

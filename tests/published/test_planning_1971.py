@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import einschalt as es
-from einschalt.theory.planned_leverage import corner_factor, mid_edge_factor
+from einschalt.theory.planning.leverage import corner_factor, mid_edge_factor
 
 GOLDEN = json.loads(
     (Path(__file__).parent / "cases" / "planning.json").read_text(encoding="utf-8")

@@ -14,8 +14,8 @@ import pandas as pd
 import pytest
 
 import einschalt as es
-from einschalt.pipeline.error_propagation import propagate_values
 from einschalt.stages.stage2_relative_orientation import image_pairs
+from einschalt.stages.stage4_error_propagation import propagate_values
 
 FOLDER = Path(__file__).parents[2] / "data_examples" / "sxb_strasbourg"
 README = FOLDER / "README.md"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.block_facts import ORIENTATION_CASES, ORIENTATION_METHODS
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.block.facts import ORIENTATION_CASES, ORIENTATION_METHODS
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
     METHODS,

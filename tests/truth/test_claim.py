@@ -6,8 +6,8 @@ The long form is 100 blocks of each kind; its figures stand in docs/truth.md.
 import pytest
 
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulated_approximations import onto_given_approximations
-from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.simulation.approximations import onto_given_approximations
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 N_BLOCKS = 4
 

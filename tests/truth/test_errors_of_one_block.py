@@ -15,10 +15,14 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.names import encode_pairs
-from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, BlockNoise, simulate_block
+from einschalt.pipeline.simulation.simulate_block import (
+    PRESETS,
+    BlockNoise,
+    simulate_block,
+)
 
 COLUMNS = ["easting", "northing"]
 KEY = ["coverage", "model_id", "point_id"]

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.sections.model_deformation import verdict
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
-from einschalt.pipeline.simultaneous import adjust_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.pipeline.summary.sections.model_deformation import verdict
 
 EDGE_UM = 18.75  # 15 cm at 1:8000
 SEEDS = range(3)

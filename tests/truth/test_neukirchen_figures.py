@@ -10,7 +10,7 @@ import pytest
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 SEEDS = range(20)
 

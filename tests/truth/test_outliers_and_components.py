@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulated_noise import BlockNoise
-from einschalt.pipeline.simulation import simulate_block
-from einschalt.pipeline.suspect_suggestions import (
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.summary.suggestions.suspects import (
     suspect_observations,
     wrong_measuring_errors,
 )

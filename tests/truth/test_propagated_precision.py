@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 SEEDS = range(20)
 MODES = [

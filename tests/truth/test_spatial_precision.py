@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulation import BlockGeometry, simulate_block
+from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
 
 GROUND = ["easting", "northing", "height"]
 N_BLOCKS = 24

@@ -12,7 +12,7 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import pyproj
 
-from einschalt.pipeline.block import plain_fields
+from einschalt.pipeline.block.block import plain_fields
 
 SCHEMA = 1
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio")

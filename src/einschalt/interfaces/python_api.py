@@ -15,19 +15,19 @@ from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.result_folder import write_result
-from einschalt.pipeline import block as checked
 from einschalt.pipeline import densify as computed
-from einschalt.pipeline import simulation as simulated
-from einschalt.pipeline.dask_engine import DaskEngine
-from einschalt.pipeline.engine import LocalEngine
+from einschalt.pipeline.batch.dask_engine import DaskEngine
+from einschalt.pipeline.batch.local_engine import LocalEngine
+from einschalt.pipeline.block import block as checked
 from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation import simulate_block as simulated
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Block(checked.Block):
     """The checked tables of one survey, which can be written as a folder.
 
-    Its fields are those of :class:`einschalt.pipeline.block.Block`:
+    Its fields are those of :class:`einschalt.pipeline.block.block.Block`:
     ``control_points``, ``high_flight`` or ``approximate_points``, ``low_flight``,
     ``crs``, ``name``, ``settings``.
     """

@@ -1,1 +1,1 @@
-"""Floor 3: the order of the stages, settings, simulation."""
+"""Floor 3: a block densified, judged and told; simulation, planning, batches."""

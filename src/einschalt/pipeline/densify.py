@@ -8,22 +8,31 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.pipeline.block import Block
-from einschalt.pipeline.block_figures import (
+from einschalt.pipeline.assessment.claim import examine_claim
+from einschalt.pipeline.assessment.figures import (
     BlockFigures,
     adjusted_figures,
     two_step_figures,
 )
-from einschalt.pipeline.claim_tests import examine_claim
-from einschalt.pipeline.coverage_screening import screen_block, with_suspects
-from einschalt.pipeline.error_model import PLAN, ErrorModel
-from einschalt.pipeline.error_propagation import model_of_known_errors, propagate_model
-from einschalt.pipeline.gross_measurements import (
+from einschalt.pipeline.assessment.precision_tables import PrecisionTables
+from einschalt.pipeline.assessment.systematic_errors import find_patterns
+from einschalt.pipeline.assessment.tolerance import with_tolerance
+from einschalt.pipeline.assessment.variance_components import (
+    can_tell_components,
+    estimate_components,
+)
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.block.repeated_pointings import m_g_of_repeated_settings
+from einschalt.pipeline.densification.coverage_screening import (
+    screen_block,
+    with_suspects,
+)
+from einschalt.pipeline.densification.gross_errors import (
     GrossMeasurements,
     find_gross_measurements,
     no_gross_measurements,
 )
-from einschalt.pipeline.iteration import (
+from einschalt.pipeline.densification.iteration import (
     MOVES,
     Iteration,
     assumed_after_iteration,
@@ -31,29 +40,26 @@ from einschalt.pipeline.iteration import (
     iterated_model,
     require_iterable,
 )
-from einschalt.pipeline.low_pass import LowPass, pass_low_flight
-from einschalt.pipeline.observation_precision import observation_precision
-from einschalt.pipeline.precision_tables import PrecisionTables
-from einschalt.pipeline.repeated_settings import m_g_of_repeated_settings
-from einschalt.pipeline.residual_distribution import distributed, require_control
-from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simultaneous import (
+from einschalt.pipeline.densification.low_flight_fit import LowPass, pass_low_flight
+from einschalt.pipeline.densification.residual_distribution import (
+    distributed,
+    require_control,
+)
+from einschalt.pipeline.densification.residual_test_weights import observation_precision
+from einschalt.pipeline.densification.simultaneous import (
     adjust_flights,
     distribute_adjusted,
     point_columns,
     require_adjustable,
 )
-from einschalt.pipeline.summary import summarize
-from einschalt.pipeline.systematic_patterns import find_patterns
-from einschalt.pipeline.tolerance import with_tolerance
-from einschalt.pipeline.variance_components import (
-    can_tell_components,
-    estimate_components,
-)
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
+from einschalt.stages.error_propagation.error_model import PLAN, ErrorModel
+from einschalt.stages.error_propagation.operators import PropagatedErrors
 from einschalt.stages.model_screening import screen_models
 from einschalt.stages.results import FAILURE_COLUMNS
-from einschalt.stages.simultaneous_adjustment import BlockAdjustment
+from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
     average_high_flight,
@@ -63,7 +69,10 @@ from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage3_model_transformation import (
     ModelTransformation,
 )
-from einschalt.stages.stage4_error_propagation import PropagatedErrors
+from einschalt.stages.stage4_error_propagation import (
+    model_of_known_errors,
+    propagate_model,
+)
 from einschalt.stages.stage5_double_coverage import (
     CoverageMean,
 )

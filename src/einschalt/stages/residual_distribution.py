@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy import sparse
 
-from einschalt.stages.stage4_error_propagation import propagate
+from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.propagation import sum_of_chains
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,

@@ -15,8 +15,8 @@ from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.batch import batch_run, block_run
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.files import atomic
+from einschalt.pipeline.batch.local_engine import Answer, EngineError
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.engine import Answer, EngineError
 
 N_SOUND = 3
 FILES_OF_A_RESULT = {"points.csv", "points.parquet", "report.html", "provenance.json"}

@@ -19,7 +19,7 @@ import pytest
 from pyarrow import parquet
 
 import einschalt as es
-from einschalt.pipeline.engine import LocalEngine
+from einschalt.pipeline.batch.local_engine import LocalEngine
 
 LINUX = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 

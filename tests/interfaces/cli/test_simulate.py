@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.cli.simulate import Measurement, PresetName, Transformation
-from einschalt.pipeline.block import TRANSFORMATIONS
-from einschalt.pipeline.simulation import PRESETS
+from einschalt.pipeline.block.block import TRANSFORMATIONS
+from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 DEMO = ("simulate", "--preset", "demo", "--output")
 

@@ -25,9 +25,9 @@ from einschalt.interfaces.files.block_parts import POINT_TABLES
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.csv_tables import read_csv
 from einschalt.interfaces.files.input_files import checksum
-from einschalt.pipeline.block import Block
+from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 CONTROL = "control_points.csv"
 N_OPENED = 4  # how often a file is opened at most until it is read

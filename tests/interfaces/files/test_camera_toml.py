@@ -12,7 +12,7 @@ from einschalt.interfaces.files.camera_toml import (
     read_camera,
     write_camera,
 )
-from einschalt.pipeline.simulation import PRESETS
+from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.theory.interior_orientation import Camera
 
 OPENCV = """\

@@ -16,7 +16,7 @@ from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import TABLES, write_result
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 SUFFIXES = (".csv", ".parquet")
 PROPAGATED = ("error_sources", "neighbours", "ellipses", "control_left_out")

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 import pytest
 
 from einschalt.interfaces.reports.batch_report import render_batch
-from einschalt.pipeline.batch import blocks_table
+from einschalt.pipeline.batch.block_table import blocks_table
 
 HOSTILE = "<script>alert(1)</script>\x1b[2J"
 

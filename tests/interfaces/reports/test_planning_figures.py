@@ -11,12 +11,12 @@ from einschalt.interfaces.reports import figure_files
 from einschalt.interfaces.reports.planning_figures import diagrams_figure
 from einschalt.interfaces.reports.plans_figure import plans_figure
 from einschalt.interfaces.reports.precision_map_figure import precision_map_figure
-from einschalt.pipeline.expected_precision import expect_precision
-from einschalt.pipeline.flight_design import FlightDesign
-from einschalt.pipeline.plan_check import check_plans
-from einschalt.pipeline.plan_search import PlanChoices, PlanFrame, find_plans
-from einschalt.pipeline.planning import precision_table
-from einschalt.pipeline.planning_arguments import planned_model
+from einschalt.pipeline.planning.arguments import planned_model
+from einschalt.pipeline.planning.check import check_plans
+from einschalt.pipeline.planning.expected_precision import expect_precision
+from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.precision_table import precision_table
+from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
 
 AXES = {
     "scale_number": [6000, 8000, 12000],

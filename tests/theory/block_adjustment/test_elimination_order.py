@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
 from einschalt.theory.block_adjustment.model_graph import (
     Neighbours,
     chained_positions,
     fans_of,
     neighbours_of,
 )
-from einschalt.theory.block_adjustment.nested_dissection import dissect
 
 SIDE = 60
 SPACING = 1000.0

@@ -11,11 +11,11 @@ import numpy as np
 from tests.truth.long_form.calibration import errors_of
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
-from einschalt.pipeline.claim_tests import COVERAGES, LEVEL, NEIGHBOURS
+from einschalt.pipeline.assessment.claim import COVERAGES, LEVEL, NEIGHBOURS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulated_approximations import onto_given_approximations
-from einschalt.pipeline.simulation import simulate_block
+from einschalt.pipeline.simulation.approximations import onto_given_approximations
+from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.adjustment.multiple_testing import holm
 
 N_BLOCKS = 100

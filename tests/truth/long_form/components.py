@@ -10,10 +10,10 @@ import numpy as np
 from scipy.stats import binom
 from tests.truth.long_form.figures import Figure, Table, of_blocks
 
-from einschalt.pipeline.block import Block, plain_fields
+from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulation import simulate_block
-from einschalt.pipeline.suspect_suggestions import wrong_measuring_errors
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.summary.suggestions.suspects import wrong_measuring_errors
 
 N_BLOCKS = 50
 WRONG_BY = 1.5

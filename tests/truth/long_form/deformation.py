@@ -11,7 +11,7 @@ from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_rati
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 N_BLOCKS = 20
 N_SMALL = 800

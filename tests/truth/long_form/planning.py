@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
-from einschalt.pipeline.camera_presets import CAMERAS
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.expected_precision import expect_precision, zones_of
-from einschalt.pipeline.flight_design import FlightDesign
-from einschalt.pipeline.plan_effort import flights_of
-from einschalt.pipeline.simulation import simulate_block
-from einschalt.theory.planned_expectation import expected_parts
+from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.pipeline.planning.effort import flights_of
+from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
+from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.theory.planning.expected_precision import expected_parts
 
 # by the first word of a design: so many that the figures are known to 0.01
 N_BLOCKS = {"film": 40, "DMC": 32, "UltraCam": 48, "UAV": 100}

@@ -19,7 +19,7 @@ from tests.truth.long_form.figures import Table, of_blocks
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation import PRESETS, simulate_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 N_BLOCKS = 200
 MODES = {

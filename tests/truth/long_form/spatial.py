@@ -11,7 +11,7 @@ from tests.truth.long_form.calibration import HEAD, errors_of, figures_of, sums_
 from tests.truth.long_form.figures import Table, of_blocks, ratio
 
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulation import BlockGeometry, simulate_block
+from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
 
 N_BLOCKS = {"images": 500, "machine": 700}
 GEOMETRY = {

@@ -29,7 +29,7 @@ from einschalt.interfaces.files.atomic import (
     write_text,
 )
 from einschalt.interfaces.files.result_folder import refuse_block_folder
-from einschalt.pipeline.batch import (
+from einschalt.pipeline.batch.block_table import (
     DONE,
     FAILED,
     NOT_ASKED,

@@ -22,7 +22,7 @@ def write_tables(table, folder):
     Parameters
     ----------
     table : DataFrame
-        Of :func:`einschalt.pipeline.batch.blocks_table`.
+        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
     folder : Path
 
     Raises

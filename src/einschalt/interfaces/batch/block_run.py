@@ -26,7 +26,7 @@ from einschalt.interfaces.files.result_folder import (
     refuse_block_folder,
     write_result,
 )
-from einschalt.pipeline.batch import (
+from einschalt.pipeline.batch.block_table import (
     DONE,
     STAGES,
     WRITING,

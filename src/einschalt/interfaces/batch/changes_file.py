@@ -12,7 +12,7 @@ from einschalt.interfaces.files.atomic import said_as_file_error, write_bytes
 from einschalt.interfaces.files.csv_tables import read_csv, write_csv
 from einschalt.interfaces.files.parquet_tables import read_parquet
 from einschalt.interfaces.files.result_folder import DECIMALS
-from einschalt.pipeline.batch import CHANGES_OF_POINTS, compare_points
+from einschalt.pipeline.batch.block_table import CHANGES_OF_POINTS, compare_points
 
 PREVIOUS = "previous_points.parquet"
 CHANGES = "changes.csv"

@@ -13,8 +13,8 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.batch.block_state import FAILURE
 from einschalt.interfaces.files.atomic import make_folder, write_text
-from einschalt.pipeline.batch import WRITING
-from einschalt.pipeline.engine import ProcessEndedError
+from einschalt.pipeline.batch.block_table import WRITING
+from einschalt.pipeline.batch.local_engine import ProcessEndedError
 
 PASSING = (ProcessEndedError, ChangedFileError)
 NOTE = (

@@ -146,7 +146,7 @@ def batch(
 
 def _end(table, seconds, output, *, is_quiet):
     # imported when the command runs, as above
-    from einschalt.pipeline.batch import summarize_batch  # noqa: PLC0415
+    from einschalt.pipeline.batch.block_table import summarize_batch  # noqa: PLC0415
 
     has_failed = (table["outcome"] == "failed").any()
     if has_failed or not is_quiet:

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
-from einschalt.pipeline.planning import (
+from einschalt.pipeline.planning.precision_table import (
     best_columns,
     break_even_columns,
     frame_of,
     precision_table,
 )
-from einschalt.pipeline.planning_text import describe_table
+from einschalt.pipeline.planning.text import describe_table
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
@@ -121,8 +121,8 @@ def search(asked: Asked) -> Answer:
     Answer
     """
     # imported when they are asked for: propagation takes numba along
-    from einschalt.pipeline.plan_check import check_plans  # noqa: PLC0415
-    from einschalt.pipeline.plan_search import find_plans  # noqa: PLC0415
+    from einschalt.pipeline.planning.check import check_plans  # noqa: PLC0415
+    from einschalt.pipeline.planning.search import find_plans  # noqa: PLC0415
 
     frame = _frame_of(asked)
     found = find_plans(
@@ -172,7 +172,7 @@ def _plans_alone(found, said):
 
 def _frame_of(asked):
     # imported where it is needed: the tables alone come faster
-    from einschalt.pipeline.plan_search import PlanFrame  # noqa: PLC0415
+    from einschalt.pipeline.planning.search import PlanFrame  # noqa: PLC0415
 
     model = asked.flight.model
     return PlanFrame(
@@ -188,7 +188,7 @@ def _frame_of(asked):
 
 def _choices_of(asked):
     # imported where it is needed: the tables alone come faster
-    from einschalt.pipeline.plan_search import PlanChoices  # noqa: PLC0415
+    from einschalt.pipeline.planning.search import PlanChoices  # noqa: PLC0415
 
     preset = asked.flight.preset
     usual = PlanChoices(
@@ -230,8 +230,8 @@ def layout(asked: Asked) -> Answer:
     Answer
     """
     # imported when they are asked for: propagation takes numba along
-    from einschalt.pipeline.expected_precision import expect_precision  # noqa: PLC0415
-    from einschalt.pipeline.plan_effort import describe_effort  # noqa: PLC0415
+    from einschalt.pipeline.planning.effort import describe_effort  # noqa: PLC0415
+    from einschalt.pipeline.planning.expected_precision import expect_precision  # noqa: PLC0415
 
     expected = expect_precision(_design_of(asked))
     unshifted = _without_shift(expected)
@@ -249,7 +249,7 @@ def layout(asked: Asked) -> Answer:
 
 def _design_of(asked):
     # imported where it is needed: the tables alone come faster
-    from einschalt.pipeline.flight_design import FlightDesign  # noqa: PLC0415
+    from einschalt.pipeline.planning.flight_design import FlightDesign  # noqa: PLC0415
 
     preset, model = asked.flight.preset, asked.flight.model
     return FlightDesign(
@@ -274,7 +274,7 @@ def _design_of(asked):
 def _without_shift(expected):
     """Give the same block with coverages that lie upon each other."""
     # imported when they are asked for: propagation takes numba along
-    from einschalt.pipeline.expected_precision import expect_precision  # noqa: PLC0415
+    from einschalt.pipeline.planning.expected_precision import expect_precision  # noqa: PLC0415
 
     if expected.design.n_coverages == 1:
         return None
@@ -308,7 +308,7 @@ def with_terrain(given, file, asked: Asked) -> Answer:
     from einschalt.foundations.errors import raise_problems  # noqa: PLC0415
     from einschalt.foundations.tables import check_table  # noqa: PLC0415
     from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
-    from einschalt.pipeline import terrain_forecast  # noqa: PLC0415
+    from einschalt.pipeline.planning import terrain as terrain_forecast  # noqa: PLC0415
     from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIGHTS  # noqa: PLC0415
 
     raw = read_table(file, TERRAIN_HEIGHTS)

@@ -7,14 +7,14 @@ import numpy as np
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.pipeline.camera_presets import CAMERAS, CameraPreset
-from einschalt.pipeline.plan_costs import PlanCosts
-from einschalt.pipeline.planning_arguments import (
+from einschalt.pipeline.planning.arguments import (
     checked_choice,
     checked_number,
     planned_model,
 )
-from einschalt.theory.precision_planning import PlannedModel
+from einschalt.pipeline.planning.cameras import CAMERAS, CameraPreset
+from einschalt.pipeline.planning.costs import PlanCosts
+from einschalt.theory.planning.kovarik_precision import PlannedModel
 
 MOST_STEPS = 1_000_000
 QUESTIONS = ("tables", "target", "expect")

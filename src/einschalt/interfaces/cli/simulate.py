@@ -105,7 +105,7 @@ def simulate(
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
-    from einschalt.pipeline.simulation import PRESETS  # noqa: PLC0415
+    from einschalt.pipeline.simulation.simulate_block import PRESETS  # noqa: PLC0415
 
     geometry = {
         "width": width,
@@ -150,7 +150,7 @@ def _repeat(simulated, count, seed, engine, output):
     from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
         write_table,
     )
-    from einschalt.pipeline.repetitions import (  # noqa: PLC0415
+    from einschalt.pipeline.simulation.repetitions import (  # noqa: PLC0415
         Experiment,
         repeat_simulation,
         summarize_repetitions,

@@ -38,9 +38,9 @@ from einschalt.interfaces.files.input_files import (
     require_file,
 )
 from einschalt.interfaces.files.tables_by_suffix import read_table
-from einschalt.pipeline.axis_order import axis_problems
-from einschalt.pipeline.block import FLIGHTS, Block, Flight
-from einschalt.pipeline.block_check import check_block
+from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
+from einschalt.pipeline.block.check import check_block
 
 
 @dataclass(frozen=True, eq=False)

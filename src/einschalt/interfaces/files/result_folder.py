@@ -20,7 +20,7 @@ from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.provenance import provenance
 from einschalt.interfaces.reports.html_report import render
-from einschalt.pipeline.summary import lasting_summary
+from einschalt.pipeline.summary.summary import lasting_summary
 
 PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")

@@ -14,7 +14,7 @@ from einschalt.foundations.typesetting import (
     length_column,
     seconds,
 )
-from einschalt.pipeline.batch import DONE, FAILED, SKIPPED
+from einschalt.pipeline.batch.block_table import DONE, FAILED, SKIPPED
 
 
 def render_batch(table) -> str:
@@ -23,7 +23,7 @@ def render_batch(table) -> str:
     Parameters
     ----------
     table : DataFrame
-        Of :func:`einschalt.pipeline.batch.blocks_table`.
+        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
 
     Returns
     -------

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from einschalt.foundations.typesetting import lengths
 from einschalt.interfaces.reports.map_sheet import EDGE, STYLE, MapSheet, svg_of
-from einschalt.pipeline.sections.error_sources import share_text, source_name
+from einschalt.pipeline.summary.sections.error_sources import share_text, source_name
 
 SIZE_IN = (7.4, 2.6)
 COLOURS = {

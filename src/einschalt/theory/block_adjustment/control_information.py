@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.sparse_cholesky.multifrontal import factorize
 from einschalt.theory.block_adjustment.model_graph import fans_of
-from einschalt.theory.block_adjustment.multifrontal import factorize
 from einschalt.theory.block_adjustment.point_elimination import (
     PointSystem,
     assemble,

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from einschalt.theory.block_adjustment.exact_sums import transform_exactly
+from einschalt.foundations.exact_sums import transform_exactly
 from einschalt.theory.block_adjustment.model_graph import Fans
 
 

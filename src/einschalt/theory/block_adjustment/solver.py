@@ -5,20 +5,20 @@ from functools import cached_property
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.coordinate_channels import Channels
-from einschalt.theory.block_adjustment.elimination_pattern import (
+from einschalt.foundations.sparse_cholesky.elimination_pattern import (
     BlockPattern,
     Fronts,
     block_pattern,
     find_fronts,
 )
+from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
+from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
+from einschalt.theory.block_adjustment.coordinate_channels import Channels
 from einschalt.theory.block_adjustment.model_graph import (
     Reordered,
     chained_positions,
     neighbours_of,
 )
-from einschalt.theory.block_adjustment.multifrontal import Factor, factorize
-from einschalt.theory.block_adjustment.nested_dissection import dissect
 from einschalt.theory.block_adjustment.point_elimination import (
     PointSystem,
     assemble,

@@ -1,0 +1,1 @@
+"""Sparse symmetric systems: ordering, factorization, solution, selected inverse."""

@@ -1,0 +1,183 @@
+"""Front by front: collect, eliminate with dense LAPACK, leave the rest to the parent.
+
+A pivot that has lost all its digits belongs to an unknown that nothing determines; it
+is held, so that the part of the block that is determined can be solved all the same.
+"""
+
+import numba
+import numpy as np
+
+from einschalt.foundations.sparse_cholesky.dense_kernels import (
+    ADJOINT,
+    RIGHT,
+    factor_lower,
+    solve_triangle,
+    subtract_square,
+)
+
+# a pivot that has lost all but this share has no digit left that means anything
+LEAST_PIVOT = 1e-14
+# in place of such a pivot: the unknown is held
+HELD = 1e100
+
+
+@numba.njit(cache=True, nogil=True)
+def _collect(panel, sizes, own_first, blocks, column, row, local):
+    """Put the blocks of a front's own columns into its panel."""
+    n_own, size, u = sizes
+    for i in range(own_first, own_first + n_own):
+        left = (i - own_first) * u
+        for k in range(column[i], column[i + 1]):
+            top = local[row[k]] * u
+            for b in range(u):
+                for a in range(u):
+                    panel[(left + b) * size + top + a] += blocks[k, a, b]
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_update(panel, update, sizes, child, n_child, boundary, local):
+    """Add what a child left, lower triangle, to panel and update of its parent."""
+    n_own, size, u = sizes
+    own, rest = n_own * u, size - n_own * u
+    ld = n_child * u
+    for j in range(n_child):
+        column = local[boundary[j]] * u
+        for i in range(j, n_child):
+            top = local[boundary[i]] * u
+            for b in range(u):
+                source = (j * u + b) * ld + i * u
+                first = b if i == j else 0
+                if column < own:
+                    target = (column + b) * size + top
+                    for a in range(first, u):
+                        panel[target + a] += child[source + a]
+                else:
+                    target = (column - own + b) * rest + top - own
+                    for a in range(first, u):
+                        update[target + a] += child[source + a]
+
+
+@numba.njit(cache=True, nogil=True)
+def _factor_carefully(panel, k, size, reference, held):
+    """Cholesky factor of a front's own part; pivots that vanish are held."""
+    for j in range(k):
+        pivot = panel[j * size + j].real
+        for c in range(j):
+            value = panel[c * size + j]
+            pivot -= value.real**2 + value.imag**2
+        if pivot <= LEAST_PIVOT * reference[j]:
+            held[j] = True
+            panel[j * size + j] = HELD
+            for i in range(j + 1, k):
+                panel[j * size + i] = 0.0
+            continue
+        root = np.sqrt(pivot)
+        panel[j * size + j] = root
+        for i in range(j + 1, k):
+            value = panel[j * size + i]
+            for c in range(j):
+                value -= panel[c * size + i] * np.conj(panel[c * size + j])
+            panel[j * size + i] = value / root
+
+
+@numba.njit(cache=True, nogil=True)
+def _factor_own(panel, k, size, reference, held, copy, work):
+    for j in range(k):
+        for i in range(j, k):
+            copy[j * k + i] = panel[j * size + i]
+    is_sound = factor_lower(panel, k, size, work) == 0
+    for j in range(k):
+        pivot = panel[j * size + j].real
+        # not so written that NaN would pass
+        if not pivot * pivot > LEAST_PIVOT * reference[j]:
+            is_sound = False
+    if is_sound:
+        return
+    for j in range(k):
+        for i in range(j, k):
+            panel[j * size + i] = copy[j * k + i]
+    _factor_carefully(panel, k, size, reference, held)
+
+
+@numba.njit(cache=True, nogil=True)
+def factor_fronts(
+    blocks, pattern, panels, panel_start, fronts, part, sizes, is_held, work
+):
+    """Factor a branch or the trunk, children before their parents.
+
+    See :func:`factorize`. A branch puts the update of its root into ``left``, where
+    the trunk finds it.
+    """
+    column, row = pattern
+    start, n_children, boundary_start, boundary = fronts
+    own_root, visited, left_start, left = part
+    stack_size, largest = sizes
+    n_fronts, u = start.size - 1, blocks.shape[1]
+    stack = np.empty(stack_size, dtype=blocks.dtype)
+    place = np.zeros(n_fronts + 1, dtype=np.int64)  # of each waiting update
+    waiting = np.empty(n_fronts, dtype=np.int64)
+    local = np.empty(start[-1], dtype=np.int64)
+    reference = np.empty(largest)
+    held = np.zeros(largest, dtype=np.bool_)
+    update = np.empty(0, dtype=blocks.dtype)
+    copy = np.empty(0, dtype=blocks.dtype)
+    top = 0
+    for f in visited:
+        first, last = start[f], start[f + 1]
+        edge = boundary[boundary_start[f] : boundary_start[f + 1]]
+        n_own, n_edge = last - first, edge.size
+        k, rest = n_own * u, n_edge * u
+        size = k + rest
+        if left_start[f] >= 0 and f != own_root:
+            waiting[top] = f
+            place[top + 1] = place[top] + rest * rest
+            stack[place[top] : place[top + 1]] = left[left_start[f] :][: rest * rest]
+            top += 1
+            continue
+        if update.size < rest * rest:
+            update = np.empty(rest * rest, dtype=blocks.dtype)
+        if copy.size < k * k:
+            copy = np.empty(k * k, dtype=blocks.dtype)
+        for i in range(first, last):
+            local[i] = i - first
+        for i in range(n_edge):
+            local[edge[i]] = n_own + i
+        panel = panels[panel_start[f] : panel_start[f + 1]]
+        update[: rest * rest] = 0.0
+        dims = (n_own, size, u)
+        _collect(panel, dims, first, blocks, column, row, local)
+        for _ in range(n_children[f]):
+            top -= 1
+            child = waiting[top]
+            edge_of_child = boundary[boundary_start[child] : boundary_start[child + 1]]
+            _add_update(
+                panel,
+                update,
+                dims,
+                stack[place[top] :],
+                edge_of_child.size,
+                edge_of_child,
+                local,
+            )
+        if k > 0:
+            for i in range(n_own):
+                for a in range(u):
+                    reference[i * u + a] = blocks[column[first + i], a, a].real
+            held[:k] = False
+            _factor_own(panel, k, size, reference, held, copy, work)
+            for i in range(n_own):
+                for a in range(u):
+                    is_held[first + i, a] = held[i * u + a]
+            if rest > 0:
+                solve_triangle(
+                    RIGHT, ADJOINT, (rest, k), panel, size, panel[k:], size, work
+                )
+                subtract_square(panel[k:], rest, k, size, update, rest, work)
+        for j in range(rest):
+            low = place[top] + j * rest
+            stack[low + j : low + rest] = update[j * rest + j : (j + 1) * rest]
+        waiting[top] = f
+        place[top + 1] = place[top] + rest * rest
+        top += 1
+    if own_root >= 0:
+        left[left_start[own_root] :][: place[1]] = stack[: place[1]]

@@ -1,0 +1,191 @@
+"""Cholesky factor, solutions and selected inverse, front by front.
+
+Every front collects its part of the normal equations and what its children left,
+eliminates its own models with dense LAPACK, and leaves an update to its parent
+(multifrontal method, Duff and Reid 1983). The way back down gives the elements of the
+inverse where the normal equations have any (Erisman and Tinney 1975):
+
+    Z_bs = −Z_bb Y,   Z_ss = (L_ss L_ssᴴ)⁻¹ − Yᴴ Z_bs,   Y = L_bs L_ss⁻¹,
+
+s the models that a front eliminates and b its boundary, whose Z_bb the parent knows.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.sparse_cholesky.dense_kernels import one_thread, work_arrays
+from einschalt.foundations.sparse_cholesky.elimination_pattern import (
+    BlockPattern,
+    Fronts,
+    Storage,
+    storage_for,
+)
+from einschalt.foundations.sparse_cholesky.front_branches import part_fronts
+from einschalt.foundations.sparse_cholesky.front_factorization import (
+    HELD,
+    factor_fronts,
+)
+from einschalt.foundations.sparse_cholesky.front_solution import (
+    solve_backward,
+    solve_fronts,
+)
+from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """Cholesky factor of the reduced normal equations.
+
+    Attributes
+    ----------
+    pattern : BlockPattern
+    fronts : Fronts
+    storage : Storage
+    panels : ndarray
+        Columns of the factor, front after front.
+    is_held : ndarray of bool, shape (n_models, n_unknowns)
+        Unknowns, in the order of elimination, that nothing determines.
+    """
+
+    pattern: BlockPattern
+    fronts: Fronts
+    storage: Storage
+    panels: np.ndarray
+    is_held: np.ndarray
+
+    @property
+    def n_unknowns(self):
+        """Unknowns of each model."""
+        return self.is_held.shape[1]
+
+    def solve(self, right_sides):
+        """Solve for several right sides.
+
+        Parameters
+        ----------
+        right_sides : ndarray, shape (n_models, n_unknowns, n_right)
+            In the order of elimination.
+
+        Returns
+        -------
+        ndarray
+            Of the same shape; 0 for what is held.
+        """
+        n_models, n_unknowns, n_right = right_sides.shape
+        x = np.moveaxis(right_sides, 2, 0).reshape(n_right, -1)
+        x = np.ascontiguousarray(x, dtype=self.panels.dtype).copy()
+        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
+        with one_thread():
+            solve_fronts(
+                x,
+                self.panels,
+                self.storage.panel_start,
+                *arrays,
+                n_unknowns,
+                work_arrays(x.dtype),
+            )
+        return np.moveaxis(x.reshape(n_right, n_models, n_unknowns), 0, 2)
+
+    def null_vector(self, place, unknown):
+        """How everything moves with an unknown that nothing determines.
+
+        Parameters
+        ----------
+        place, unknown : int
+            One of ``is_held``.
+
+        Returns
+        -------
+        ndarray, shape (n_models, n_unknowns)
+        """
+        x = np.zeros((1, self.is_held.size), dtype=self.panels.dtype)
+        x[0, place * self.n_unknowns + unknown] = HELD
+        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
+        with one_thread():
+            solve_backward(
+                x,
+                self.panels,
+                self.storage.panel_start,
+                *arrays,
+                self.n_unknowns,
+                work_arrays(x.dtype),
+            )
+        return x.reshape(self.is_held.shape)
+
+    def selected_inverse(self):
+        """Inverse where the normal equations have blocks.
+
+        Returns
+        -------
+        ndarray, shape (n_blocks, n_unknowns, n_unknowns)
+            Block by block as in the pattern, lower triangle.
+        """
+        fronts, n_unknowns = self.fronts, self.n_unknowns
+        shape = (len(self.pattern.row), n_unknowns, n_unknowns)
+        inverse = np.zeros(shape, dtype=self.panels.dtype)
+        branches = part_fronts(fronts, n_unknowns)
+        left = np.empty(branches.n_left, dtype=inverse.dtype)
+
+        def invert(part):
+            invert_fronts(
+                inverse,
+                (self.pattern.start, self.pattern.row),
+                self.panels,
+                self.storage.panel_start,
+                (
+                    fronts.start,
+                    fronts.parent,
+                    fronts.n_children,
+                    fronts.boundary_start,
+                    fronts.boundary,
+                ),
+                (part.root, part.fronts, branches.left_start, left),
+                part.path,
+                work_arrays(inverse.dtype),
+            )
+
+        with one_thread():
+            invert(branches.trunk)
+            branches.each(invert)
+        return inverse
+
+
+def factorize(blocks, pattern, fronts) -> Factor:
+    """Factor the reduced normal equations.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (n_blocks, n_unknowns, n_unknowns)
+        Of the pattern; float or complex.
+    pattern : BlockPattern
+    fronts : Fronts
+
+    Returns
+    -------
+    Factor
+    """
+    n_unknowns = blocks.shape[1]
+    storage = storage_for(fronts, n_unknowns)
+    panels = np.zeros(storage.panel_start[-1], dtype=blocks.dtype)
+    is_held = np.zeros((len(pattern.start) - 1, n_unknowns), dtype=np.bool_)
+    branches = part_fronts(fronts, n_unknowns)
+    left = np.empty(branches.n_left, dtype=blocks.dtype)
+
+    def factor(part):
+        factor_fronts(
+            blocks,
+            (pattern.start, pattern.row),
+            panels,
+            storage.panel_start,
+            (fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary),
+            (part.root, part.fronts, branches.left_start, left),
+            (part.stack, storage.largest),
+            is_held,
+            work_arrays(blocks.dtype),
+        )
+
+    with one_thread():
+        branches.each(factor)
+        factor(branches.trunk)
+    return Factor(pattern, fronts, storage, panels, is_held)

@@ -1,0 +1,1 @@
+"""What the measurements say of a result: findings, and the figure to believe."""

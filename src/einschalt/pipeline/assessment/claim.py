@@ -1,0 +1,356 @@
+"""Does the claim stand? What was measured, against what the claimed figures predict.
+
+The propagated figure, or the budget where nothing can be propagated, rests on a model
+of errors: sizes that were given, and what is independent of what. Each test compares a
+quantity of the block with draws from that model: how far coverages differ, how large
+residuals are, whether those of neighbours are alike, what known points are missed by.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.special import chdtrc  # scipy.stats takes a second to import
+
+from einschalt.foundations.names import encode
+from einschalt.pipeline.assessment.mean_residuals import mean_residuals
+from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
+from einschalt.stages.error_propagation.error_model import (
+    CONTROL,
+    LEAST_APART,
+    PLAN,
+    ErrorModel,
+    control_errors,
+)
+from einschalt.theory.adjustment.drawn_errors import (
+    moved,
+    plan_of,
+    tail_of_mean,
+    tail_of_squares,
+)
+from einschalt.theory.adjustment.multiple_testing import holm
+from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.adjustment.spatial_correlation import (
+    Correlogram,
+    correlogram,
+    morans_i,
+    nearest_neighbours,
+)
+
+# a block whose errors are as the claim has them is called out with this probability
+LEVEL = 0.01
+MOST_DRAWS, FEWEST_DRAWS = 100, 20
+NUMBERS_AT_ONCE = 10_000_000
+# fewer points tell nothing of their neighbours
+FEWEST_POINTS = 10
+# beyond this share suspects are no gross errors: the model of errors is wrong
+MOST_SUSPECTS = 0.05
+
+
+@dataclass(frozen=True)
+class ClaimTest:
+    """One quantity of a block against what the claim predicts.
+
+    Attributes
+    ----------
+    name : str
+    n_points : int
+    observed, predicted : float
+        TOTAL root mean square [m]; of the correlation, Moran's I.
+    p_value : float
+        Probability of a quantity as large as this where the claim holds.
+    is_length : bool
+    """
+
+    name: str
+    n_points: int
+    observed: float
+    predicted: float
+    p_value: float
+    is_length: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """The tests of a block's claim.
+
+    Attributes
+    ----------
+    tests : tuple of ClaimTest
+        Empty where no model of errors can be made.
+    residuals : ResidualField or None
+        Residuals of the low flight, and their draws.
+    is_assumed : bool
+        Whether approximate coordinates are only assumed to be independent, or
+        orientations to be without errors.
+    paper : ClaimTest or None
+        Coverage differences against the budget, which takes all values of a point for
+        independent. It is no claim where there is a propagated figure.
+    """
+
+    tests: tuple[ClaimTest, ...]
+    residuals: "ResidualField | None"
+    is_assumed: bool
+    paper: ClaimTest | None = None
+
+    @cached_property
+    def refused(self):
+        """Tests that the block does not pass, by Holm over all of them."""
+        p_values = np.array([test.p_value for test in self.tests])
+        if not np.isfinite(p_values).any():
+            return ()
+        adjusted = holm(p_values, np.array([0, len(p_values)]))
+        return tuple(
+            test
+            for test, p_value in zip(self.tests, adjusted, strict=True)
+            if p_value <= LEVEL
+        )
+
+    @property
+    def stands(self):
+        """Whether no test contradicts the claim."""
+        return not self.refused
+
+    @property
+    def enlargement(self):
+        """By how much the measurements exceed the claim at least; 1 where it stands."""
+        # control that is worse than given shows more in its own differences than in
+        # the points: they give no bound
+        ratios = [
+            test.observed / test.predicted
+            for test in self.refused
+            if test.is_length and test.name != LEFT_OUT
+        ]
+        return float(max([1.0, *ratios]))
+
+    def of(self, name):
+        """The test of that name, or None."""
+        return next((test for test in self.tests if test.name == name), None)
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualField:
+    """Residuals of the low flight at their points, and draws of them.
+
+    Attributes
+    ----------
+    positions, vectors : ndarray, shape (n_points, 2)
+        [m]
+    drawn : ndarray, shape (n_points, 2, n_draws)
+        [m]
+    """
+
+    positions: np.ndarray
+    vectors: np.ndarray
+    drawn: np.ndarray
+
+    @cached_property
+    def correlogram(self) -> Correlogram:
+        """Correlation by distance."""
+        return correlogram(self.vectors, self.positions)
+
+    @cached_property
+    def expected(self) -> Correlogram:
+        """The same of the draws: its correlations have a column for each."""
+        return correlogram(self.drawn, self.positions)
+
+
+COVERAGES = "coverage differences"
+COVERAGES_HIGH = "coverage differences, high flight"
+RESIDUALS = "residuals of the low flight"
+NEIGHBOURS = "correlation of neighbouring residuals"
+LEFT_OUT = "control points, each left out"
+KNOWN = {"check": "check points", "control": "control points"}
+
+
+def examine_claim(result) -> Claim:
+    """Test what was measured against what the claimed figures predict.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    Claim
+    """
+    model = result.error_model
+    is_adjusted = result.simultaneous is not None
+    if model is None or is_adjusted or not result.low.fit.redundancy.any():
+        return Claim((), None, is_assumed=False)
+    rows = max(model.low.measured.shape[0], 1)
+    n_draws = int(np.clip(NUMBERS_AT_ONCE // rows, FEWEST_DRAWS, MOST_DRAWS))
+    return _Examination(result, model, n_draws).claim()
+
+
+class _Examination:
+    """A block and draws from its model of errors."""
+
+    def __init__(self, result, model: ErrorModel, n_draws):
+        self.result, self.model = result, model
+        self.drawn = model.draw(n_draws, seed=0)
+
+    def claim(self):
+        """Make all tests."""
+        of_residuals, field = self._residuals()
+        tests = (
+            self._coverages(COVERAGES, self.result.means, self.drawn.low),
+            self._high_coverages(),
+            *of_residuals,
+            self._left_out_control(),
+            *(self._known_points(role) for role in self._roles()),
+        )
+        return Claim(
+            tuple(test for test in tests if test is not None),
+            field,
+            is_assumed=self.model.is_assumed,
+            paper=self._against_paper(),
+        )
+
+    def _against_paper(self):
+        differences = coverage_differences(self.result.means).needed().table
+        good = self._without_suspects(differences["point_id"])
+        d = differences[DIFFERENCES].to_numpy()[good]
+        error = differences["standard_error_paper"].to_numpy()[good]
+        if not len(d) or not np.isfinite(error).all():
+            return None
+        ratio = np.sum(d**2) / np.sum(error**2)
+        return ClaimTest(
+            COVERAGES,
+            len(d),
+            float(np.sqrt(np.mean(np.sum(d**2, axis=1)))),
+            float(np.sqrt(np.mean(error**2))),
+            float(chdtrc(2 * len(d), 2 * len(d) * ratio)),
+        )
+
+    def _high_coverages(self):
+        if self.drawn.high is None:
+            return None
+        return self._coverages(COVERAGES_HIGH, self.result.high.means, self.drawn.high)
+
+    def _coverages(self, name, means, drawn):
+        differences = coverage_differences(means).needed()
+        table = differences.table
+        if len(table) == 0:
+            return None
+        operator = differences.operator(
+            len(drawn) // self.model.n_axes, self.model.n_axes
+        )
+        good = self._without_suspects(table["point_id"])
+        of_draws = plan_of(operator.tocsr() @ drawn, self.model.n_axes)[good]
+        return _test_of_size(name, table[DIFFERENCES].to_numpy()[good], of_draws)
+
+    def _without_suspects(self, point_ids):
+        points = self.result.points
+        suspects = points.loc[points["is_suspect"], "point_id"]
+        return _good(point_ids.isin(suspects).to_numpy())
+
+    def _residuals(self):
+        """Size of the residuals, and likeness of neighbours; with their field."""
+        model = self.model
+        means = mean_residuals(self.result, model, MOST_SUSPECTS)
+        if len(means.vectors) < FEWEST_POINTS:
+            return (), None
+        columns = means.of_values.tocsr() @ self.drawn.low
+        columns = columns - means.of_ground.tocsr() @ self.drawn.ground
+        of_draws = plan_of(columns, model.n_axes)
+        size = _test_of_size(RESIDUALS, means.vectors, of_draws)
+        if model.is_assumed and self.result.block.approximate_m_0_m is not None:
+            # errors that neighbours share leave small residuals: both tails
+            p_value = 2.0 * min(size.p_value, 1.0 - size.p_value)
+            size = replace(size, p_value=p_value)
+        near = nearest_neighbours(means.positions)
+        i, drawn_i = morans_i(means.vectors, near), morans_i(of_draws, near)
+        likeness = ClaimTest(
+            NEIGHBOURS,
+            len(means.vectors),
+            float(i),
+            float(np.mean(drawn_i)),
+            tail_of_mean(i, drawn_i),
+            is_length=False,
+        )
+        field = ResidualField(means.positions, means.vectors, of_draws)
+        return (size, likeness), field
+
+    def _left_out_control(self):
+        """Control points of the high flight predicted from all the others."""
+        left_out = self.result.left_out_control
+        if left_out is None:
+            return None
+        drawn = moved(self.drawn.sources, left_out.chains)
+        of_draws = plan_of(drawn, self.model.n_axes)
+        good = _good(self.result.control_left_out["is_suspect"].to_numpy())
+        return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])
+
+    def _roles(self):
+        """Roles of known points that took no part in the result."""
+        took_part = self.result.high is not None or self.result.iteration is not None
+        return ("check",) if took_part else KNOWN
+
+    def _known_points(self, role):
+        """Densified less given coordinates, which have errors of their own."""
+        result, model = self.result, self.model
+        given = result.block.control_points
+        if given is None or "standard_error_m" not in given:
+            return None
+        observed, roles = _known(result)
+        rows = np.flatnonzero((roles == role) & np.isfinite(observed).all(axis=1))
+        picked = selection(rows, len(observed), model.n_axes) @ model.final
+        of_points = plan_of(picked.tocsr() @ self.drawn.low, model.n_axes)
+        names = result.means.points["point_id"].to_numpy(dtype=object)[rows]
+        of_given = self._given_errors(names)
+        return _test_of_size(KNOWN[role], observed[rows], of_points - of_given)
+
+    def _given_errors(self, point_ids):
+        """Draws of the errors of given coordinates."""
+        given = self.result.block.control_points
+        place = encode(given["point_id"]).locate(encode(point_ids))
+        if CONTROL in self.drawn.sources:
+            return plan_of(self.drawn.sources[CONTROL], self.model.n_axes)[place]
+        size = control_errors(given, len(PLAN))[place]
+        shape = (len(place), 2, self.drawn.low.shape[1])
+        return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
+
+
+def _good(is_suspect):
+    """All but the suspects; everything where there are too many of them."""
+    if is_suspect.sum() > MOST_SUSPECTS * len(is_suspect):
+        return np.ones(len(is_suspect), dtype=bool)
+    return ~is_suspect
+
+
+def _known(result):
+    """Densified less given coordinates, before residuals were distributed; roles.
+
+    A control point whose given coordinates are its approximate ones is none: it took
+    part.
+    """
+    plan = list(PLAN)
+    points = result.means.points
+    given = result.block.control_points.set_index("point_id")
+    given = given.reindex(points["point_id"])
+    differences = points[plan].to_numpy() - given[plan].to_numpy(dtype=float)
+    role = given["role"].to_numpy(dtype=object)
+    if result.high is None:
+        approximate = result.block.approximate_points.set_index("point_id")[plan]
+        apart = approximate.reindex(points["point_id"]).to_numpy() - given[plan]
+        is_same = np.hypot(*apart.to_numpy(dtype=float).T) < LEAST_APART
+        role[is_same] = "approximate"
+    return differences, role
+
+
+def _test_of_size(name, observed, of_draws):
+    squares = np.sum(observed**2)
+    drawn = np.sum(of_draws**2, axis=(0, 1))
+    n_points = len(observed)
+    if not n_points:
+        return None
+    return ClaimTest(
+        name,
+        n_points,
+        float(np.sqrt(squares / n_points)),
+        float(np.sqrt(np.mean(drawn) / n_points)),
+        tail_of_squares(squares, drawn),
+    )

@@ -1,0 +1,57 @@
+"""How precise image points are, from the residuals of relative orientation."""
+
+import numpy as np
+
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
+from einschalt.pipeline.assessment.variance_components import Component
+from einschalt.theory.adjustment.least_squares import SQRT2
+
+UM_PER_MM = METRES_PER_MM / METRES_PER_UM
+# an image point lies in two models at most of its strip: their residuals repeat it
+MODELS_OF_IMAGE = 2
+
+
+def common_sigma_0(rows):
+    """RMS of the sigma_0 of several models, weighted by their redundancy.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Of ``orientations``.
+
+    Returns
+    -------
+    sigma_0 : float
+        [mm]; NaN without redundancy.
+    redundancy : float
+    """
+    sigma_0 = rows["sigma_0"].to_numpy(dtype=float)
+    redundancy = np.where(
+        np.isfinite(sigma_0), rows["redundancy"].to_numpy(dtype=float), 0.0
+    )
+    total = float(redundancy.sum())
+    square = redundancy @ np.nan_to_num(sigma_0) ** 2
+    return float(np.sqrt(square / total)) if total > 0.0 else np.nan, total
+
+
+def image_component(rows, flight) -> Component:
+    """Compare the m_g of image points as it was given with what residuals show.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Of ``orientations``, those of the flight.
+    flight : Flight
+        With ``image_points``.
+
+    Returns
+    -------
+    Component
+        TOTAL [µm]; NaN without redundancy. It sees y-parallax only.
+    """
+    sigma_0, redundancy = common_sigma_0(rows)
+    shown = SQRT2 * sigma_0 * UM_PER_MM
+    if not redundancy:
+        return Component(flight.m_g_um, np.nan, np.nan)
+    error = shown * np.sqrt(MODELS_OF_IMAGE / (2.0 * redundancy))
+    return Component(flight.m_g_um, float(shown), float(error))

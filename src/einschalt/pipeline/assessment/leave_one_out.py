@@ -1,0 +1,302 @@
+"""Leave-one-out over control: every control point once as if it were a check point.
+
+Nothing is computed again. A fit without a point is the fit in which the point's target
+is its own prediction, and that follows from residual and leverage; the rest follows
+from the operators of the propagation. So one pass leaves out every point, each from all
+models of both flights. Weights stay those of the whole block.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from einschalt.foundations.names import encode
+from einschalt.stages.error_propagation.error_model import CONTROL, LOW, with_own
+from einschalt.stages.error_propagation.operators import propagate
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
+from einschalt.theory.adjustment.propagation import selection
+
+# what is left of a residual where the other points alone just determine the model
+LEAST_REDUNDANCY = 1e-6
+PLAN = ["easting", "northing"]
+COLUMNS = [
+    *("difference_easting", "difference_northing"),
+    *("standard_error_easting", "standard_error_northing", "covariance_en"),
+    *("standard_error_total", "w", "p_value"),
+]
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOutControl:
+    """Control points predicted without themselves.
+
+    Attributes
+    ----------
+    point_ids : ndarray of object, shape (n_points,)
+    differences : ndarray, shape (n_points, 2)
+        Densified without the point, less given [m].
+    chains : dict of str to tuple of sparse arrays
+        The differences from the errors of all sources.
+    covariance : ndarray, shape (n_points, 2, 2)
+        Of the differences [m²].
+    """
+
+    point_ids: np.ndarray
+    differences: np.ndarray
+    chains: dict
+    covariance: np.ndarray
+
+    @cached_property
+    def squares(self):
+        """Square d V⁻¹ d of each difference, shape (n_points,); 2 on the average."""
+        solved = np.linalg.solve(self.covariance, self.differences[:, :, None])
+        return np.einsum("ni,ni->n", self.differences, solved[:, :, 0])
+
+    @property
+    def normalized_square(self):
+        """Mean square of the differences by their covariances; 1 is expected."""
+        return float(np.mean(self.squares) / 2.0)
+
+
+def leave_out_control(result):
+    """Predict each control point of the high flight from all the others.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    LeftOutControl or None
+        None in one adjustment, after iteration, without a high flight, or where sizes
+        of errors are not known. Points without which a model is not determined are not
+        among them.
+    """
+    model = result.error_model
+    is_other = result.simultaneous is not None or result.iteration is not None
+    if is_other or model is None or model.high is None:
+        return None
+    parts = _Prediction(result, model)
+    if not len(parts.rows):
+        return None
+    names = result.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
+    chains = parts.chains()
+    found = propagate(names, chains, model.standard_errors, model.n_axes)
+    covariance = found.covariance[:, : len(PLAN), : len(PLAN)]
+    return LeftOutControl(names, parts.differences(), chains, covariance)
+
+
+def left_out_table(left_out, significance):
+    """Differences of control points that were left out, with their tests.
+
+    Parameters
+    ----------
+    left_out : LeftOutControl or None
+    significance : float
+        Probability of any suspect among points without gross errors.
+
+    Returns
+    -------
+    DataFrame
+        point_id, difference_easting, difference_northing, standard_error_easting,
+        standard_error_northing, covariance_en, standard_error_total (of the
+        difference) [m], w (its length by its standard errors), p_value, is_suspect
+        (after Holm over all points). No rows where nothing was left out.
+    """
+    if left_out is None:
+        empty = pd.DataFrame(columns=["point_id", *COLUMNS], dtype=float)
+        return empty.astype({"point_id": str}).assign(is_suspect=False)
+    variance = left_out.covariance
+    east, north = variance[:, 0, 0], variance[:, 1, 1]
+    p_value = np.exp(-left_out.squares / 2.0)
+    columns = (
+        *left_out.differences.T,
+        *(np.sqrt(east), np.sqrt(north), variance[:, 0, 1], np.sqrt(east + north)),
+        *(np.sqrt(left_out.squares), p_value),
+    )
+    family = np.array([0, len(p_value)])
+    table = pd.DataFrame({"point_id": left_out.point_ids})
+    return table.assign(
+        **dict(zip(COLUMNS, columns, strict=True)),
+        is_suspect=is_rejected_by_holm(p_value, family, significance),
+    )
+
+
+class _Prediction:
+    """Operators that predict control points without themselves.
+
+    ``rows`` are those points in the table of control. Their predictions are
+    ``of_values`` times the values of the low flight, plus ``of_ground`` times the
+    approximate coordinates, plus ``of_misfits`` times the residuals of the high
+    flight: what its models become without the point.
+    """
+
+    def __init__(self, result, model):
+        self.result, self.model, self.n_axes = result, model, model.n_axes
+        high = result.high.transformation
+        self.high_fit = _Fitted(high.observed, model.high.operator)
+        self.control_of_fitted = model.high.places[high.observed.ground_rows]
+        control = encode(result.block.control_points["point_id"])
+        self.n_control = len(control)
+        at_final = encode(result.means.points["point_id"]).locate(control)
+        at_ground = encode(result.high.points["point_id"]).locate(control)
+        is_used = np.zeros(self.n_control, dtype=bool)
+        is_used[self.control_of_fitted] = True
+        is_used[self.control_of_fitted[~self.high_fit.is_spare]] = False
+        self.rows = np.flatnonzero(is_used & (at_final >= 0) & (at_ground >= 0))
+        self._leave_out_of_low_flight(at_final)
+        self.at_ground = at_ground[self.rows]
+        self._combine()
+
+    def _leave_out_of_low_flight(self, at_final):
+        ax, final = self.n_axes, self.model.final
+        picked = selection(at_final[self.rows], final.shape[0] // ax, ax) @ final
+        used = np.unique(picked.tocsr().indices // ax)
+        low_fit = _Fitted(self.result.low.observed, self.model.low, used)
+        bound = low_fit.rows[~low_fit.is_spare]
+        is_bound = _sums_over(picked, bound, ax) > 0.0
+        self.rows, self.used = self.rows[~is_bound], used
+        keep = selection(np.flatnonzero(~is_bound), len(is_bound), ax)
+        self.final = (keep @ picked).tocsr()
+        self.of_values = (self.final @ low_fit.predicting()).tocsr()
+
+    def _combine(self):
+        model, ax = self.model, self.n_axes
+        n_ground = model.low.ground.shape[1] // ax
+        own = selection(self.at_ground, n_ground, ax)
+        self.of_ground = _row_sums(self.final - self.of_values, ax) @ own
+        self.through = (self.of_values @ model.low.ground + self.of_ground).tocsr()
+        effect = (self.through @ model.high.mean @ self.high_fit.hat).tocsr()
+        place = np.full(self.n_control, -1)
+        place[self.rows] = np.arange(len(self.rows))
+        of_fitted = place[self.control_of_fitted]
+        fitted = np.flatnonzero(of_fitted >= 0)
+        is_own = sparse.csr_array(
+            (np.ones(len(fitted)), (of_fitted[fitted], fitted)),
+            shape=(len(self.rows), len(of_fitted)),
+        )
+        mask = sparse.kron(is_own, np.ones((ax, ax)), format="csr")
+        self.of_misfits = (effect.multiply(mask) @ self.high_fit.enlarging()).tocsr()
+
+    def chains(self):
+        """Of each source, the differences as one product."""
+        model, ax = self.model, self.n_axes
+        high = model.high.operator
+        on_control = selection(self.control_of_fitted, self.n_control, ax)
+        given = selection(self.rows, self.n_control, ax)
+        picked = self.of_misfits @ self.high_fit.picked
+        of_high = (self.through @ model.high.mean + picked).tocsr()
+        of_control = of_high @ high.ground - self.of_misfits @ on_control - given
+        of_flights = (
+            (of_high, high.measured, model.high.own),
+            (self.of_values, model.low.measured, model.own),
+        )
+        chains = {CONTROL: (of_control.tocsr(),)}
+        for left, measured, own in of_flights:
+            chains = with_own(chains, left @ measured, own)
+        return chains
+
+    def differences(self):
+        """Predicted less given coordinates, shape (n_points, 2) [m]."""
+        result = self.result
+        axes = [*PLAN, "height"] if self.n_axes > len(PLAN) else PLAN
+        given = result.block.control_points[axes].to_numpy(dtype=float)[self.rows]
+        origin = given.mean(axis=0)
+        points = result.model_points[LOW]
+        values = np.zeros((len(points), len(axes)))
+        fitted = result.low.transform(points.iloc[self.used])
+        values[self.used] = fitted[axes].to_numpy() - origin
+        ground = result.high.points[axes].to_numpy() - origin
+        # models that are not usable have no part, but would spread their NaN
+        misfits = np.nan_to_num(result.high.transformation.fit.residuals)
+        found = (
+            self.of_values @ self._flat(values)
+            + self.of_ground @ self._flat(ground)
+            + self.of_misfits @ self._flat(misfits)
+        )
+        if self.n_axes == 1:
+            found = np.column_stack([found.real, found.imag])
+        return (np.reshape(found, given.shape) - (given - origin))[:, : len(PLAN)]
+
+    def _flat(self, vectors):
+        return vectors @ [1.0, 1j] if self.n_axes == 1 else vectors.ravel()
+
+
+class _Fitted:
+    """Fitted points of a flight, and what its models are without each of them."""
+
+    def __init__(self, observed, operator, rows=None):
+        self.n_axes = operator.n_axes
+        self.n_rows = operator.measured.shape[0] // self.n_axes
+        self.rows = observed.row_numbers
+        if rows is not None:
+            self.rows = self.rows[np.isin(self.rows, rows)]
+        self.picked = selection(self.rows, self.n_rows, self.n_axes)
+        self.measured = operator.measured
+        rest = np.eye(self.n_axes) - self._own_blocks()
+        smallest = np.linalg.svd(rest, compute_uv=False)[:, -1]
+        self.is_spare = smallest > LEAST_REDUNDANCY
+        rest[~self.is_spare] = np.eye(self.n_axes)
+        self._enlarged = np.linalg.inv(rest)
+
+    @property
+    def hat(self):
+        """What the values of all rows take from the targets of the fitted points."""
+        own = selection(np.arange(self.n_rows), self.n_rows, self.n_axes)
+        return _finite((own - self.measured) @ self.picked.T)
+
+    def _own_blocks(self):
+        of_rows = _finite(self.picked - self.picked @ self.measured)
+        n, ax = len(self.rows), self.n_axes
+        found = np.empty((n, ax, ax), dtype=of_rows.dtype)
+        for a in range(ax):
+            for b in range(ax):
+                entries = of_rows[np.arange(n) * ax + a, self.rows * ax + b]
+                found[:, a, b] = np.asarray(entries).ravel()
+        return found
+
+    def enlarging(self):
+        """Errors of prediction from residuals: (I − H)⁻¹ of each fitted point."""
+        return _diagonal(self._enlarged)
+
+    def predicting(self):
+        """Let all values be predicted without their own points, but for a share.
+
+        The prediction is B x + (I − B) x₀ of the value x and the target x₀, with B =
+        (I − H)⁻¹: this is B.
+        """
+        unit = np.eye(self.n_axes, dtype=self._enlarged.dtype)
+        blocks = np.tile(unit, (self.n_rows, 1, 1))
+        blocks[self.rows] = self._enlarged
+        return _diagonal(blocks)
+
+
+def _diagonal(blocks):
+    n, ax = blocks.shape[:2]
+    places = np.arange(n + 1)
+    return sparse.bsr_array((blocks, places[:-1], places), shape=(n * ax, n * ax))
+
+
+def _finite(matrix):
+    """Without the entries of models that could not be used."""
+    found = matrix.tocsr()
+    found.data = np.nan_to_num(found.data)
+    return found
+
+
+def _sums_over(matrix, columns, ax):
+    """Sum of the sizes of some block columns of each block row."""
+    chosen = np.zeros(matrix.shape[1])
+    chosen[columns * ax] = 1.0
+    return (abs(matrix.tocsr()) @ chosen)[::ax]
+
+
+def _row_sums(matrix, ax):
+    """Sum of the blocks of each row, as a matrix of blocks on the diagonal."""
+    ones = np.tile(np.eye(ax), (matrix.shape[1] // ax, 1))
+    return _diagonal((matrix @ ones).reshape(-1, ax, ax))

@@ -1,0 +1,332 @@
+"""Patterns that errors of measuring do not make: affinity of film, strain of control.
+
+The affinity common to the models of a flight is tested against the errors of control
+and measurements, carried through every stage. Strain is looked for in the corrections
+of the control points when all models of both flights are adjusted together with them,
+since the residuals of five control points in a model hardly show it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.special import chdtrc
+
+from einschalt.foundations.names import encode, encode_pairs
+from einschalt.stages.error_propagation.error_model import PLAN
+from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
+from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
+from einschalt.theory.block_adjustment.control_information import (
+    ControlValues,
+    ModelValues,
+    control_information,
+)
+from einschalt.theory.transformation.affinity import (
+    affine_matrices,
+    affinity_derivatives,
+    model_affinities,
+)
+
+# one block in a hundred: a strain of 5 cm stands out of the noise by little more
+SIGNIFICANCE = 0.01
+SURELY_NOT_SCALED = 0.05
+# beyond these the adjustment of everything takes longer than a look at a result should
+MOST_MODELS, MOST_CONTROL = 20_000, 1500
+KEY = ["coverage", "model_id", "point_id"]
+
+
+@dataclass(frozen=True)
+class FilmAffinity:
+    """Affinity that the models of a flight have in common.
+
+    Attributes
+    ----------
+    flight : str
+    stretch, shear : float
+        Of the measured coordinates: by how much x is longer than y, and by how much the
+        right angle between them is smaller [rad].
+    stretch_error, shear_error : float
+        Standard errors.
+    p_value : float
+        Joint test of both.
+    is_absorbed : bool
+        Whether the transformation takes it up: affine does.
+    bias : float
+        TOTAL error that it makes in a model otherwise, root mean square [m].
+    """
+
+    flight: str
+    stretch: float
+    shear: float
+    stretch_error: float
+    shear_error: float
+    p_value: float
+    is_absorbed: bool
+    bias: float
+
+    @property
+    def is_significant(self):
+        """Whether chance does not explain it."""
+        return self.p_value < SIGNIFICANCE
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkStrain:
+    """A pattern in the errors of the control points.
+
+    Attributes
+    ----------
+    size : float
+        TOTAL, root mean square [m].
+    reach : float
+        Distance over which the displacements keep their direction [m].
+    p_value : float
+        Of the test against errors of the given sizes.
+    is_smooth : bool
+        Whether larger errors of single points do not explain it as well.
+    n_control : int
+    displacements : DataFrame
+        point_id, easting, northing of the displacement of each control point as it is
+        estimated [m], the largest first; what is common to all of them is not seen.
+    """
+
+    size: float
+    reach: float
+    p_value: float
+    is_smooth: bool
+    n_control: int
+    displacements: pd.DataFrame
+
+    @property
+    def is_significant(self):
+        """Whether chance does not explain it."""
+        return self.p_value < SIGNIFICANCE
+
+
+@dataclass(frozen=True)
+class SystematicPatterns:
+    """What was looked for in a block.
+
+    Attributes
+    ----------
+    affinities : tuple of FilmAffinity
+        Of the flights, as far as they can be tested.
+    strain : NetworkStrain or None
+        None where the control points do not check each other, or are too many.
+    """
+
+    affinities: tuple[FilmAffinity, ...]
+    strain: NetworkStrain | None
+
+
+def find_patterns(result):
+    """Look for affinity of film and for strain of the control points.
+
+    Parameters
+    ----------
+    result : DensificationResult
+        The sizes of measuring errors that it estimates are used instead of those that
+        were given.
+
+    Returns
+    -------
+    SystematicPatterns
+        Without any where the errors of the block cannot be propagated.
+    """
+    block, model, components = result.block, result.propagation, result.components
+    if model is None or model.high is None or model.n_axes > len(PLAN):
+        return SystematicPatterns((), None)
+    errors = dict(model.standard_errors)
+    for flight in block.flights if components is not None else ():
+        component = getattr(components, flight)
+        # nearly nothing says that the block is too small to tell
+        if component.estimated > component.standard_error:
+            errors[flight] = errors[flight] * component.estimated / component.given
+    fits = {"high_flight": result.high.transformation, "low_flight": result.low}
+    affinities = (_affinity(flight, fits[flight], model, errors) for flight in fits)
+    found = tuple(part for part in affinities if part is not None)
+    # what film does to models must not pass for a strain of the network
+    affine = {part.flight for part in found if part.is_absorbed or part.is_significant}
+    # orientations bend models: what that makes would pass for strain
+    strain = None
+    has_images = any(flight.has_images for flight in block.flights.values())
+    is_bent = ORIENTATION in errors or has_images
+    if not is_bent and not beyond_strain_test(result):
+        strain = _strain(block, fits, errors, affine)
+    return SystematicPatterns(found, strain)
+
+
+def beyond_strain_test(result):
+    """Say what makes a block too large for the test of strain.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    str
+        Empty where it is small enough.
+    """
+    n_control = int((result.block.control_points["role"] != "check").sum())
+    if n_control > MOST_CONTROL:
+        return f"{n_control} control points, at most {MOST_CONTROL}"
+    if len(result.models) > MOST_MODELS:
+        return f"{len(result.models)} models, at most {MOST_MODELS}"
+    return ""
+
+
+def _affinity(flight, transformation, model, errors):
+    """Weighted mean of the affinities of all models, with its standard error."""
+    points, moments = transformation.observed.points, transformation.fit.moments
+    matrix, _ = affine_matrices(moments)
+    each = model_affinities(matrix)
+    derivatives = affinity_derivatives(points, moments)
+    squares = np.sum(derivatives**2, axis=(1, 2))
+    is_usable = transformation.models["is_usable"].to_numpy() & np.isfinite(each[:, 0])
+    variance = np.bincount(points.model, squares, len(each))
+    is_usable &= variance > 0.0
+    # a gross error would pass for affinity
+    is_sound = is_usable & ~_has_suspects(transformation)
+    is_usable = is_sound if is_sound.any() else is_usable
+    if not is_usable.any():
+        return None
+    weight = np.where(is_usable, 1.0 / np.where(is_usable, variance, 1.0), 0.0)
+    weight /= weight.sum()
+    mean = weight[is_usable] @ each[is_usable]
+    rows = np.where(is_usable[points.model], weight[points.model], 0.0)
+    functional = rows[:, None, None] * np.nan_to_num(derivatives)
+    chains = model.chains_to_fits(flight, transformation.observed)
+    covariance = _covariance(functional, chains, errors, model.n_axes)
+    test = mean @ np.linalg.solve(covariance, mean)
+    # film that is longer makes the way from model to ground shorter
+    stretch, shear = -2.0 * mean
+    return FilmAffinity(
+        flight,
+        *(float(stretch), float(shear)),
+        *(float(2.0 * np.sqrt(covariance[k, k])) for k in range(2)),
+        p_value=float(chdtrc(2, test)),
+        is_absorbed=transformation.kind == "affine",
+        bias=_bias(mean, matrix[is_usable], transformation.fit, is_usable),
+    )
+
+
+def _covariance(functional, chains, standard_errors, n_axes):
+    """Covariance of sums over all that a flight was fitted with, (n_sums, n_sums)."""
+    rows = np.swapaxes(functional, 0, 1)
+    if n_axes == 1:
+        rows = rows @ np.array([1.0, -1j])
+    rows = rows.reshape(len(rows), -1)
+    total = 0.0
+    for source, chain in chains.items():
+        carried = rows
+        for matrix in chain:
+            carried = carried @ matrix
+        carried = carried * np.repeat(standard_errors[source], n_axes)
+        total = total + np.real(carried @ carried.conj().T)
+    return total
+
+
+def _has_suspects(transformation):
+    models, residuals = transformation.models, transformation.residuals
+    suspects = residuals.loc[residuals["is_suspect"], KEY[:2]]
+    return pd.MultiIndex.from_frame(models[KEY[:2]]).isin(
+        pd.MultiIndex.from_frame(suspects)
+    )
+
+
+def _bias(mean, matrix, fit, is_usable):
+    """What a conformal transformation leaves of an affinity, RMS over models [m].
+
+    In a model with the second central moments v_x and v_y of its points, an elongation
+    δ of x against y leaves δ √(v_x v_y / (v_x + v_y)).
+    """
+    moments = fit.moments
+    spread = moments.model_model[is_usable] / moments.weight_sum[is_usable, None, None]
+    scale = np.abs(np.linalg.det(matrix))
+    polar = spread[:, 0, 0] + spread[:, 1, 1]
+    arm = np.linalg.det(spread) / polar * scale
+    return float(2.0 * np.hypot(*mean) * np.sqrt(np.mean(arm)))
+
+
+def _strain(block, transformations, errors, affine):
+    control = block.control_points
+    is_used = (control["role"] != "check").to_numpy()
+    tables = {name: block.flights[name].points_to_fit for name in transformations}
+    held = pd.concat([table["point_id"] for table in tables.values()])
+    names = encode(pd.concat([control["point_id"], held]))
+    n_control = len(control)
+    origin = control[["easting", "northing"]].to_numpy().mean(axis=0)
+    flights, first = [], n_control
+    for name, transformation in transformations.items():
+        table = tables[name]
+        codes = names.codes[first : first + len(table)]
+        first += len(table)
+        values = _Values.of(transformation, table, codes, errors[name])
+        flights.append(values.about(origin, is_affine=name in affine))
+    xy = control[["easting", "northing"]].to_numpy()[is_used] - origin
+    given = ControlValues(
+        names.codes[:n_control][is_used],
+        xy @ np.array([1.0, 1j]),
+        errors["control"][is_used] ** -2.0,
+    )
+    scores, information = control_information(flights, given)
+    found = smooth_pattern(np.column_stack([scores.real, scores.imag]), information, xy)
+    if not np.isfinite(found.p_value):
+        return None
+    moved = pd.DataFrame(found.field, columns=["easting", "northing"])
+    moved.insert(0, "point_id", control["point_id"].to_numpy()[is_used])
+    order = np.argsort(-np.hypot(moved["easting"], moved["northing"]), kind="stable")
+    return NetworkStrain(
+        float(np.sqrt(2.0) * found.size),
+        found.reach,
+        found.p_value,
+        is_smooth=found.p_value_if_scaled < SURELY_NOT_SCALED,
+        n_control=int(is_used.sum()),
+        displacements=moved.iloc[order].reset_index(drop=True),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Values:
+    """Values of a flight for the adjustment of everything, without suspects."""
+
+    xy: np.ndarray
+    model: np.ndarray
+    point: np.ndarray
+    ground: np.ndarray
+    weight: np.ndarray
+
+    @classmethod
+    def of(cls, transformation, model_points, point, errors):
+        values = transformation.transform(model_points)
+        if "coverage" not in values:
+            values = values.assign(coverage="1")
+        residuals = transformation.residuals
+        suspects = residuals.loc[residuals["is_suspect"], KEY]
+        is_suspect = pd.MultiIndex.from_frame(values[KEY]).isin(
+            pd.MultiIndex.from_frame(suspects)
+        )
+        ground = values[["easting", "northing"]].to_numpy()
+        rows = np.isfinite(ground).all(axis=1) & ~is_suspect
+        names = encode_pairs(values["coverage"][rows], values["model_id"][rows])
+        xy = model_points[["x", "y"]].to_numpy(dtype=float)[rows]
+        return cls(xy, names.codes, point[rows], ground[rows], errors[rows] ** -2.0)
+
+    def about(self, origin, *, is_affine):
+        value = (self.ground - origin) @ np.array([1.0, 1j])
+        design = _design(self.xy, self.model, is_affine=is_affine)
+        return ModelValues(design, self.model, self.point, value, self.weight)
+
+
+def _design(xy, model, *, is_affine):
+    """Columns of about unit size; a rigid model may turn and stretch, like helmert."""
+    count = np.bincount(model)
+    centre = np.column_stack([np.bincount(model, part) / count for part in xy.T])
+    offset = xy - centre[model]
+    size = np.sqrt(np.bincount(model, np.sum(offset**2, axis=1)) / count)
+    offset = offset / np.where(size > 0.0, size, 1.0)[model, None]
+    one = np.ones(len(xy))
+    if is_affine:
+        return np.column_stack([one, offset])
+    return np.column_stack([one, offset @ np.array([1.0, 1j])])

@@ -1,0 +1,139 @@
+"""Tolerances: pass or fail of every point, with the figure that was used.
+
+Source: Austrian surveying ordinances (VermV) of 1994 § 7, 2010 § 6 and 2016 § 6; see
+docs/tolerances.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.pipeline.settings import NO_TOLERANCE
+from einschalt.pipeline.summary.suggestions.known_points import (
+    check_points_exceed,
+    claim_column,
+)
+
+TOTAL = "standard_error_total"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What an ordinance, or the user, allows.
+
+    Attributes
+    ----------
+    title : str
+    point : float
+        Largest standard error of a point, TOTAL [m].
+    control : float
+        Largest difference at a control point [m]; NaN where none is set.
+    """
+
+    title: str
+    point: float
+    control: float = np.nan
+
+
+PRESETS = {
+    "vermv_1994": Tolerance("VermV 1994 § 7, densification points", 0.07),
+    "vermv_2010": Tolerance("VermV 2010 § 6, survey points", 0.04),
+    "vermv_2016": Tolerance("VermV 2016 § 6, points not by GNSS", 0.04, 0.05),
+}
+
+
+@dataclass(frozen=True)
+class CheckedFigure:
+    """The figure of precision that the tolerance is held against.
+
+    Attributes
+    ----------
+    column : str
+        Of ``points``; empty where no figure is known.
+    factor : float
+        By which it was enlarged, since measurements exceed it.
+    stands : bool
+        Whether the measurements leave it standing. Where they do not, the true error
+        is larger by an unknown amount.
+    is_tested : bool
+        Whether any measurement could have contradicted it.
+    """
+
+    column: str
+    factor: float
+    stands: bool
+    is_tested: bool
+
+
+def tolerance_of(settings):
+    """The tolerance that the settings ask for.
+
+    Parameters
+    ----------
+    settings : Settings
+
+    Returns
+    -------
+    Tolerance or None
+    """
+    asked = settings.tolerance
+    if asked == NO_TOLERANCE:
+        return None
+    return PRESETS[asked] if asked in PRESETS else Tolerance("as set", asked)
+
+
+def checked_figure(result) -> CheckedFigure:
+    """Choose the figure that decides, and say whether it stands.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    CheckedFigure
+        In two steps the propagated figure, or the larger one of the budget, with the
+        tests of the claim. In one adjustment its own figure, never made smaller by
+        s_0; it falls where check points exceed it.
+    """
+    if result.simultaneous is None:
+        claim = result.claim
+        tested = bool(claim.tests)
+        return CheckedFigure(
+            claim_column(result), claim.enlargement, claim.stands, is_tested=tested
+        )
+    adjusted = result.simultaneous
+    return CheckedFigure(
+        column=TOTAL if TOTAL in result.points else "",
+        factor=float(np.nanmax([1.0, adjusted.s_0])),
+        stands=not check_points_exceed(result),
+        is_tested=adjusted.redundancy > 0 or result.figures.n_check > 0,
+    )
+
+
+def with_tolerance(result):
+    """Judge every point by the tolerance of the settings.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    points : DataFrame
+        With ``standard_error_checked`` (the figure that was used, TOTAL [m], enlarged
+        where measurements exceed it) and ``is_within_tolerance``. Nothing passes where
+        the claim does not stand, and no suspect passes. The same points where no
+        tolerance is set.
+    """
+    tolerance = tolerance_of(result.settings)
+    if tolerance is None or result.points.empty:
+        return result.points
+    used, points = checked_figure(result), result.points
+    figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
+    # a figure that is not known passes nothing: nan <= limit is False
+    is_small = used.factor * figure <= tolerance.point
+    return points.assign(
+        standard_error_checked=used.factor * figure,
+        is_within_tolerance=is_small & used.stands & ~points["is_suspect"],
+    )

@@ -1,0 +1,280 @@
+"""Sizes of errors that the measurements show, against those that were given.
+
+Four sums of squares know of them. The values of a point in several models, of either
+flight, differ by measuring errors and transformations; the control points are missed
+by the high flight, and the approximate points by the low flight, on the average of the
+models that hold them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.batches import segments
+from einschalt.foundations.names import encode
+from einschalt.pipeline.block.facts import FLIGHTS
+from einschalt.pipeline.densification.gross_errors import is_gross
+from einschalt.stages.error_propagation.error_model import (
+    CONTROL,
+    HIGH,
+    LOW,
+    PLAN,
+    given_errors,
+    places_fitted_onto,
+    with_own,
+)
+from einschalt.stages.error_propagation.measurement_errors import (
+    ORIENTATION,
+    own_errors,
+)
+from einschalt.stages.error_propagation.operators import (
+    GroundSources,
+    flight_operator,
+    mean_operator,
+)
+from einschalt.stages.model_screening import suspect_rows
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.propagation import selection, weighted_mean
+from einschalt.theory.adjustment.variance_components import (
+    SumOfSquares,
+    estimate_factors,
+)
+
+
+@dataclass(frozen=True)
+class Component:
+    """The size of the errors of one source, as given and as estimated.
+
+    Attributes
+    ----------
+    given, estimated, standard_error : float
+        TOTAL; m_g in µm, control in m.
+    """
+
+    given: float
+    estimated: float
+    standard_error: float
+
+
+@dataclass(frozen=True)
+class BlockComponents:
+    """Variance components of a block.
+
+    Attributes
+    ----------
+    control : Component
+        Standard error of the control points [m]; where they have several, their root
+        mean square.
+    high_flight, low_flight : Component
+        m_g [µm].
+    """
+
+    control: Component
+    high_flight: Component
+    low_flight: Component
+
+
+def can_tell_components(result):
+    """Whether both flights were measured in plan, each point with errors of its own.
+
+    Image points are shared by models, which sums over single models do not know.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    bool
+    """
+    flights = result.block.flights
+    is_own = not any(flight.has_images for flight in flights.values())
+    n_axes = result.errors.covariance.shape[1]
+    return is_own and len(flights) == len(FLIGHTS) and n_axes == len(PLAN)
+
+
+def estimate_components(result, low):
+    """Estimate the errors of control and of both flights from the measurements.
+
+    Parameters
+    ----------
+    result : DensificationResult
+        In two steps, of a block of which :func:`can_propagate` is true. Its gross
+        measurements and suspects are left out; errors of orientations are held at
+        the sizes that their parallaxes show.
+    low : ModelTransformation
+        The low flight onto the approximate coordinates.
+
+    Returns
+    -------
+    BlockComponents or None
+        None where the block is too small to tell.
+    """
+    block, points = result.block, result.model_points
+    sources = _Sources.of(result, low)
+    sums = [part for part in _sums(result, low, sources) if len(part.values)]
+    sizes = {
+        source: np.repeat(errors, sources.n_axes)
+        for source, errors in given_errors(block, points).items()
+    }
+    if len(sums) < len(sizes):
+        return None
+    try:
+        found = estimate_factors(sums, {**sizes, **sources.sizes}, held=sources.held)
+    except np.linalg.LinAlgError:  # a source that no sum can tell from another
+        return None
+    control = SQRT2 * np.sqrt(np.mean(sizes[CONTROL] ** 2))
+    given = {
+        CONTROL: float(control),
+        **{name: float(flight.m_g_um) for name, flight in block.flights.items()},
+    }
+    return BlockComponents(
+        **{
+            source: Component(size, *found.scaled(source, size))
+            for source, size in given.items()
+        }
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Sources:
+    """What stands behind the measuring errors of each flight.
+
+    Orientations are a source for each flight: their sizes come from its parallaxes.
+    """
+
+    n_axes: int
+    behind: dict
+    sizes: dict
+    held: dict
+
+    @classmethod
+    def of(cls, result, low):
+        fits = {HIGH: result.high.transformation, LOW: low}
+        errors = result.orientation_errors
+        own = own_errors(result.block, fits, errors)
+        behind, sizes, held = {}, {}, {}
+        for name, chains in own.chains.items():
+            behind[name] = {name: chains[name]}
+            if ORIENTATION in chains:
+                source = f"{ORIENTATION}, {name}"
+                behind[name][source] = chains[ORIENTATION]
+                sizes[source] = np.ones(own.n_orientation * own.n_axes)
+                held[source] = np.sqrt(2.0 / errors[name].redundancy)
+        return cls(own.n_axes, behind, sizes, held)
+
+
+def _sums(result, low, sources):
+    """Sums of squares of both flights, with their chains of operators."""
+    control, high = result.block.control_points, result.high
+    is_control = (control["role"] != "check").to_numpy()
+    gross = {
+        name: is_gross(result.gross_measurements, name, points)
+        for name, points in result.model_points.items()
+    }
+    of_high = _MeasuredFlight(
+        high.transformation,
+        result.model_points[HIGH],
+        GroundSources(np.flatnonzero(is_control), len(control)),
+        gross[HIGH],
+        (sources.n_axes, sources.behind[HIGH]),
+    )
+    places = places_fitted_onto(result.block, high.points["point_id"])
+    of_low = _MeasuredFlight(
+        low,
+        result.model_points[LOW],
+        GroundSources(places, len(high.points)),
+        gross[LOW],
+        (sources.n_axes, sources.behind[LOW]),
+    )
+    n_high = len(result.model_points[HIGH])
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.n_axes)
+    from_control = {CONTROL: ()}
+    from_high = {
+        name: (approximate, *chain)
+        for name, chain in with_own(
+            {CONTROL: (of_high.operator.ground,)},
+            of_high.operator.measured,
+            sources.behind[HIGH],
+        ).items()
+    }
+    return [
+        of_high.misfit(from_control),
+        of_high.differences(from_control),
+        of_low.misfit(from_high),
+        of_low.differences(from_high),
+    ]
+
+
+class _MeasuredFlight:
+    """Values and residuals of a flight, with the operators that they come from."""
+
+    def __init__(self, transformation, model_points, ground, is_refused, sources):
+        self._observed, self._ground = transformation.observed, ground
+        n_axes, self._own = sources
+        self._n_axes = n_axes
+        self.operator = flight_operator(
+            transformation, model_points, ground, is_conformal=n_axes == 1
+        )
+        values = transformation.transform(model_points)
+        if "coverage" not in values:
+            values = values.assign(coverage="1")
+        self._values = values[list(PLAN)].to_numpy()
+        self._point = encode(values["point_id"]).codes
+        is_out = is_refused | suspect_rows(values, transformation)
+        self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out
+
+    def differences(self, chains):
+        """Values of each point less their mean."""
+        rows = np.flatnonzero(self._is_good)
+        groups = _Groups(self._point[rows], self._n_axes)
+        size = (len(self._values), self._n_axes)
+        mean = groups.mean(rows, size)
+        each = selection(rows[groups.order], *size)
+        matrix = each - groups.spread() @ mean
+        return self._sum(matrix @ self._flat(self._values), matrix, None, chains)
+
+    def misfit(self, chains):
+        """Residuals of each point that was fitted, on the average of its models."""
+        observed = self._observed
+        is_good = self._is_good[observed.row_numbers]
+        rows, onto = observed.row_numbers[is_good], observed.ground_rows[is_good]
+        residuals = (self._values[observed.row_numbers] - observed.target)[is_good]
+        groups = _Groups(self._point[rows], self._n_axes)
+        mean = groups.mean(np.arange(len(rows)), (len(rows), self._n_axes))
+        picked = mean @ selection(rows, len(self._values), self._n_axes)
+        places = self._ground.places[onto]
+        given = mean @ selection(places, self._ground.count, self._n_axes)
+        return self._sum(mean @ self._flat(residuals), picked, given, chains)
+
+    def _sum(self, values, picked, given, chains):
+        through_ground = picked @ self.operator.ground
+        if given is not None:
+            through_ground = through_ground - given
+        through = {name: (through_ground, *rest) for name, rest in chains.items()}
+        measured = picked @ self.operator.measured
+        return SumOfSquares(values, with_own(through, measured, self._own))
+
+    def _flat(self, values):
+        # one complex number, or two in a row, as the operators have it
+        return values @ [1.0, 1j] if self._n_axes == 1 else values.ravel()
+
+
+class _Groups:
+    """Rows grouped by their point."""
+
+    def __init__(self, points, n_axes):
+        _, group = np.unique(points, return_inverse=True)
+        sort = segments(group, int(group.max(initial=-1)) + 1)
+        self.order, self._start, self._n_axes = sort.order, sort.start, n_axes
+
+    def mean(self, rows, size):
+        """Mean of each group, from all values."""
+        weights = np.ones(len(rows))
+        return weighted_mean(rows[self.order], weights, self._start, size)
+
+    def spread(self):
+        """Mean of its group for each row, sorted by group."""
+        n_groups = len(self._start) - 1
+        group = np.repeat(np.arange(n_groups), np.diff(self._start))
+        return selection(group, n_groups, self._n_axes)

@@ -1,0 +1,104 @@
+"""The process of an engine: ``python -m einschalt.pipeline.batch.local_worker``.
+
+It takes pickled questions ``(function, task)`` from standard input, each after its
+length, and answers with ``(value, error)`` in the same way. When its input ends, the
+one who asked is gone, and it ends at once: it writes nothing that nobody waits for.
+"""
+
+import os
+import pickle
+import queue
+import struct
+import threading
+
+import numpy as np
+from scipy.linalg import blas
+
+from einschalt.foundations.errors import SettingsError
+
+LENGTH = struct.Struct("<Q")
+
+
+def limit_memory(n_bytes):
+    """Limit the memory that this process may use.
+
+    Parameters
+    ----------
+    n_bytes : int
+
+    Raises
+    ------
+    SettingsError
+        The system knows no such limit, or grants less.
+    """
+    try:
+        import resource  # noqa: PLC0415 - Windows has no such module
+
+        # not the address space, of which libraries reserve four times what they use
+        resource.setrlimit(resource.RLIMIT_DATA, (n_bytes, n_bytes))
+    except (ImportError, ValueError, OverflowError, OSError) as error:
+        raise SettingsError(
+            f"memory cannot be limited to {n_bytes / 1e9:g} GB",
+            expected="a limit that this system grants",
+            remedy="Leave the limit out",
+        ) from error
+
+
+def take_room_for_linear_algebra():
+    """Let BLAS allocate what it works with while there is memory.
+
+    OpenBLAS, of which NumPy and SciPy have one each, ends the process or waits for ever
+    where it finds none later.
+    """
+    matrix = np.ones((2, 2))
+    matrix @ matrix
+    blas.dgemm(1.0, matrix, matrix)
+
+
+def main():
+    """Answer questions until their input ends."""
+    take_room_for_linear_algebra()
+    answers = os.dup(1)
+    os.dup2(2, 1)  # what libraries print must not fall among the answers
+    questions = queue.SimpleQueue()
+    listener = threading.Thread(target=_listen, args=(os.dup(0), questions))
+    listener.daemon = True
+    listener.start()
+    with os.fdopen(answers, "wb") as pipe:
+        while True:
+            answer = _pickled(_answer(questions.get()))
+            pipe.write(LENGTH.pack(len(answer)) + answer)
+            pipe.flush()
+
+
+def _listen(descriptor, questions):
+    try:
+        with os.fdopen(descriptor, "rb") as pipe:
+            while len(head := pipe.read(LENGTH.size)) == LENGTH.size:
+                questions.put(pipe.read(*LENGTH.unpack(head)))
+    finally:  # also without memory: nobody would notice any more that it is alone
+        os._exit(0)
+
+
+def _answer(question):
+    try:
+        function, task = pickle.loads(question)
+        return function(task), None
+    except Exception as error:  # noqa: BLE001 - it is the answer
+        return None, error
+
+
+def _pickled(answer):
+    value, error = answer
+    try:
+        text = pickle.dumps(answer)
+        if error is not None:
+            pickle.loads(text)  # some errors can be written and not read
+    except Exception as fault:  # noqa: BLE001 - whatever it is, it cannot be sent
+        said = RuntimeError(f"{type(error or value).__name__}: {error or fault}")
+        text = pickle.dumps((None, said))
+    return text
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,302 @@
+"""A block: the checked tables of one survey, with the facts of its flights.
+
+Construction checks everything and raises at once what stops the computation
+(:func:`check_block` lists it without raising). A model that cannot be used does not
+stop a block: it is found here as well (``model_problems``), and becomes a row of
+``failures`` when the block is computed.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import projections
+from einschalt.foundations.arguments import require_kind, require_text
+from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
+from einschalt.pipeline.block.check import Findings, check_block
+from einschalt.pipeline.block.facts import FLIGHTS, TRANSFORMATIONS
+from einschalt.pipeline.settings import Settings
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.interior_orientation import Camera
+from einschalt.theory.measuring_error import m_g_of_mean
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """One flight: its measurements and what is known of them.
+
+    Exactly one of ``model_points`` (machine coordinates) and ``image_points`` (image
+    coordinates, with ``models`` and ``camera`` or ``principal_distance_mm``) is given.
+
+    Attributes
+    ----------
+    model_points : DataFrame, optional
+        coverage, model_id, point_id, x, y [, z] [, n_settings] [, settings_spread], in
+        ``model_unit``. x and y are means of ``n_settings`` settings, of one where the
+        column is missing, which scatter about them by ``settings_spread`` (total). Or
+        one row for each ``setting`` of a point: a block has their means.
+    scale_number : float
+        Denominator of the image scale.
+    m_g_um : float
+        TOTAL error of one setting of a point in the image plane [µm].
+    transformation : {"affine", "helmert", "rigid", "helmert_3d"}
+    model_unit : {"mm", "cm", "m", "um"}
+        Unit of x, y, z in ``model_points`` and of ``y_parallaxes``.
+    y_parallaxes : DataFrame, optional
+        model_id, point_id, x, y, z, y_parallax, in ``model_unit``.
+    base : DataFrame or float, optional
+        With ``y_parallaxes``: coverage, model_id, base; or one base for all models.
+    image_points : DataFrame, optional
+        image_id, point_id, x, y [mm], principal-point system, y up; with ``camera`` as
+        that says.
+    models : DataFrame, optional
+        With ``image_points``: coverage, model_id, left_image, right_image.
+    principal_distance_mm : float, optional
+        With ``camera`` it is that of the camera.
+    camera : Camera, optional
+        Makes image coordinates of what ``image_points`` has: pixels (column, row), or
+        millimetres from another origin, with distortion.
+    orientation_case : {"independent", "dependent_left", "dependent_right"}, optional
+        Which bundles the relative orientation moves: with y-parallaxes both where
+        nothing is said, with image coordinates the right one. It fixes the sign of
+        the y-parallaxes as well, see :func:`orient_from_parallaxes`.
+    orientation_method : {"least_squares", "krames", "gruber"}, optional
+        How the elements are found from y-parallaxes: by least squares where nothing
+        is said.
+    """
+
+    model_points: pd.DataFrame | None = None
+    scale_number: float = field(kw_only=True)
+    m_g_um: float = field(kw_only=True)
+    transformation: str = field(default="affine", kw_only=True)
+    model_unit: str = field(default="mm", kw_only=True)
+    y_parallaxes: pd.DataFrame | None = field(default=None, kw_only=True)
+    base: pd.DataFrame | float | None = field(default=None, kw_only=True)
+    image_points: pd.DataFrame | None = field(default=None, kw_only=True)
+    models: pd.DataFrame | None = field(default=None, kw_only=True)
+    principal_distance_mm: float | None = field(default=None, kw_only=True)
+    camera: Camera | None = field(default=None, kw_only=True)
+    orientation_case: str | None = field(default=None, kw_only=True)
+    orientation_method: str | None = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        """Take the principal distance from the camera."""
+        remedy = "Make it with Camera.from_opencv, from_metashape or from_mm"
+        kinds = Camera | None
+        require_kind("camera", self.camera, kinds, expected="a Camera", remedy=remedy)
+        if self.camera is not None and self.principal_distance_mm is None:
+            distance = self.camera.principal_distance_mm
+            object.__setattr__(self, "principal_distance_mm", distance)
+
+    @property
+    def has_images(self):
+        """Whether the flight comes from image coordinates."""
+        return self.image_points is not None
+
+    @property
+    def is_oriented_numerically(self):
+        """Whether stage 2 has anything to do for this flight."""
+        return self.has_images or self.y_parallaxes is not None
+
+    @property
+    def points_to_fit(self):
+        """The measured model points as their transformation takes them."""
+        return self.to_fit(self.model_points)
+
+    def to_fit(self, model_points):
+        """Model points in metres where the scale is held, else as they are.
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            Of this flight, in ``model_unit``.
+
+        Returns
+        -------
+        DataFrame
+        """
+        if self.transformation != "rigid":
+            return model_points
+        factor = METRES_PER_UNIT[self.model_unit]
+        return model_points.assign(
+            x=model_points["x"] * factor, y=model_points["y"] * factor
+        )
+
+    def image_coordinates(self):
+        """Image coordinates of ``image_points``, without distortion.
+
+        Returns
+        -------
+        DataFrame
+            image_id, point_id, x, y [mm], origin in the principal point, y up; NaN
+            where the camera's distortion has no inverse.
+        """
+        if self.camera is None:
+            return self.image_points
+        measured = self.image_points[["x", "y"]].to_numpy(dtype=float)
+        xy = self.camera.xy_from_measured(measured)
+        return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
+
+    def m_g_um_of(self, model_points):
+        """TOTAL error of each measured point, the mean of its settings [µm].
+
+        Parameters
+        ----------
+        model_points : DataFrame
+            Of this flight; optionally with ``n_settings``.
+
+        Returns
+        -------
+        ndarray, shape (n_rows,)
+            m_g / √k for k settings.
+        """
+        n_settings = np.ones(len(model_points))
+        if "n_settings" in model_points:
+            n_settings = model_points["n_settings"].to_numpy(dtype=float)
+        return m_g_of_mean(self.m_g_um, n_settings)
+
+    def ground_error_of(self, measured):
+        """Error of each measured coordinate on the ground; m_g is total.
+
+        Parameters
+        ----------
+        measured : DataFrame
+            Model or image points of this flight; optionally with ``n_settings``.
+
+        Returns
+        -------
+        ndarray, shape (n_rows,)
+            Per coordinate [m].
+        """
+        m_g_um = self.m_g_um_of(measured)
+        return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
+
+    def model_table(self):
+        """Which point lies in which model: coverage, model_id, point_id."""
+        if not self.has_images:
+            return self.model_points[["coverage", "model_id", "point_id"]]
+        left = self.models.merge(
+            self.image_points, left_on="left_image", right_on="image_id"
+        )
+        both = left.merge(
+            self.image_points,
+            left_on=["right_image", "point_id"],
+            right_on=["image_id", "point_id"],
+        )
+        return both[["coverage", "model_id", "point_id"]]
+
+
+FIELD_KINDS = {
+    "crs": (projections.NAMES | None, "an EPSG code such as 'EPSG:31255'"),
+    "settings": (Settings, "Settings, such as Settings(coverage_mean=…)"),
+    "sources": (Mapping, "a dict of file names"),
+    "checksums": (Mapping, "a dict of checksums"),
+    "notes": (tuple, "a tuple of texts"),
+    "may_be_unmeasured": (bool, "True or False"),
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Block:
+    """The checked tables of one survey.
+
+    Attributes
+    ----------
+    control_points : DataFrame
+        point_id, easting, northing [, height, standard_error_m, role].
+    high_flight, low_flight : Flight
+        ``high_flight`` is None where ``approximate_points`` are given.
+    approximate_points : DataFrame, optional
+        point_id, easting, northing [, height], wherever they come from.
+    approximate_m_0_m : float, optional
+        Their TOTAL standard error [m].
+    crs : str, optional
+        Of all ground coordinates, and of the results.
+    name : str
+    settings : Settings
+    sources : dict of str to str
+        File name of each table, said in messages.
+    checksums : dict of str to str
+        SHA-256 of each file that was read, by its name.
+    notes : tuple of str
+        What was ignored, filled in or reprojected while reading.
+    may_be_unmeasured : bool
+        Whether control or approximate points that lie in no model are passed over
+        instead of being taken for misspelt.
+
+    Raises
+    ------
+    EinschaltError
+        What stops the computation; several faults come together in a BlockError.
+    """
+
+    low_flight: Flight
+    control_points: pd.DataFrame | None = None
+    high_flight: Flight | None = None
+    approximate_points: pd.DataFrame | None = None
+    approximate_m_0_m: float | None = None
+    crs: str | None = None
+    name: str = "block"
+    settings: Settings = field(default_factory=Settings)
+    sources: dict = field(default_factory=dict)
+    checksums: dict = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    may_be_unmeasured: bool = False
+
+    def __post_init__(self):
+        """Check all tables, and keep them as checked."""
+        self._require_kinds()
+        found = check_block(self)
+        raise_problems(found.problems)
+        for name, value in found.tables.items():
+            object.__setattr__(self, name, value)
+        if self.crs is not None:
+            object.__setattr__(self, "crs", projections.crs_name(self.crs))
+        # a block made from a block has been told before
+        notes = tuple(dict.fromkeys((*self.notes, *found.notes)))
+        object.__setattr__(self, "notes", notes)
+        object.__setattr__(self, "_model_problems", found.model_problems)
+
+    def _require_kinds(self):
+        """See that every field is of its kind, the tables excepted."""
+        table = "Write Flight(model_points=…, scale_number=…, m_g_um=…)"
+        for name in FLIGHTS:
+            flight = getattr(self, name)
+            require_kind(name, flight, Flight | None, expected="a Flight", remedy=table)
+        require_text("name", self.name, expected="the name of the block, as text")
+        for name, (kind, expected) in FIELD_KINDS.items():
+            require_kind(name, getattr(self, name), kind, expected=expected)
+
+    @property
+    def model_problems(self):
+        """Models that cannot be used, as errors that were not raised."""
+        return self._model_problems
+
+    @property
+    def flights(self):
+        """The flights that the block has, by name."""
+        named = {name: getattr(self, name) for name in FLIGHTS}
+        return {name: flight for name, flight in named.items() if flight is not None}
+
+    def source(self, table):
+        """File name of a table, or its own name where it has no file."""
+        return self.sources.get(table, table)
+
+
+def plain_fields(block):
+    """Fields of a block or flight as a dict, without copying the tables."""
+    return {f.name: getattr(block, f.name) for f in fields(block)}
+
+
+__all__ = [
+    "FLIGHTS",
+    "TRANSFORMATIONS",
+    "Block",
+    "Findings",
+    "Flight",
+    "check_block",
+    "plain_fields",
+]

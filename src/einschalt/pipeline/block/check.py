@@ -1,0 +1,392 @@
+"""What is wrong with a block: facts, each table alone, and how the tables fit.
+
+Nothing stops at the first fault. Tables are compared only where each of them is right,
+so that one misspelt column does not bring a hundred lost points with it.
+"""
+
+from dataclasses import dataclass, replace
+from numbers import Real
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.arguments import is_choice
+from einschalt.foundations.errors import (
+    ConsistencyError,
+    EinschaltError,
+)
+from einschalt.foundations.name_columns import is_among, row_codes
+from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.facts import FLIGHTS, check_facts
+from einschalt.pipeline.block.parallaxes import (
+    models_without_parallaxes,
+    parallax_problems,
+)
+from einschalt.pipeline.block.repeated_pointings import (
+    average_settings,
+    settings_problems,
+)
+from einschalt.pipeline.block.scales import (
+    UNIT_WORDS,
+    coordinate_problems,
+    extent_problems,
+    scale_problems,
+    standard_error_problems,
+)
+from einschalt.stages.transformation_kinds import KINDS
+
+MODEL_KEY = ["coverage", "model_id"]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What the check of a block found.
+
+    Attributes
+    ----------
+    tables : dict
+        Fields of the block, as checked.
+    problems : tuple of EinschaltError
+        What stops the computation.
+    model_problems : tuple of EinschaltError
+        Models that will be rows of ``failures``.
+    notes : tuple of str
+    """
+
+    tables: dict
+    problems: tuple[EinschaltError, ...]
+    model_problems: tuple[EinschaltError, ...]
+    notes: tuple[str, ...]
+
+
+def check_block(block, said=frozenset()) -> Findings:
+    """Check facts, tables, and how the tables fit each other.
+
+    Parameters
+    ----------
+    block : object
+        With the attributes of a :class:`~einschalt.pipeline.block.block.Block`.
+    said : set of (str, str), optional
+        Section and key of facts that are known to be wrong or missing.
+
+    Returns
+    -------
+    Findings
+    """
+    check = _Check(block)
+    check.problems += check_facts(block, said)
+    check.tables_alone()
+    check.axes()
+    check.units()
+    check.images()
+    check.models_with_parallaxes()
+    check.sizes()
+    check.points_in_models()
+    check.models_on_points()
+    return Findings(
+        check.checked, tuple(check.problems), tuple(check.models), tuple(check.notes)
+    )
+
+
+def _ground_schema(schema, flight):
+    """Schema of the points onto which a flight is transformed."""
+    is_spatial = is_choice(getattr(flight, "transformation", ""), ("helmert_3d",))
+    return schema.requiring("height") if is_spatial else schema
+
+
+class _Check:
+    """Collects what is wrong with the tables; each method looks at one kind."""
+
+    def __init__(self, block):
+        self.block = block
+        self.checked = {}
+        self.problems = []
+        self.models = []
+        self.notes = []
+        self.are_axes_sound = True
+        self.is_sound = {}
+        self.points_of_models = {}
+
+    def _file(self, table):
+        return self.block.sources.get(table, table)
+
+    def _sound(self, *names):
+        return all(self.is_sound.get(name, False) for name in names)
+
+    def tables_alone(self):
+        """Columns and values of each table by itself."""
+        high, low = self.block.high_flight, self.block.low_flight
+        self._table("control_points", _ground_schema(tables.CONTROL_POINTS, high))
+        self._table(
+            "approximate_points", _ground_schema(tables.APPROXIMATE_POINTS, low)
+        )
+        self._standard_errors()
+        for name in FLIGHTS:
+            flight = getattr(self.block, name)
+            if flight is not None:
+                self.checked[name] = self._flight_tables(name, flight)
+
+    def _table(self, name, schema):
+        frame = getattr(self.block, name)
+        if frame is not None:
+            self.checked[name] = self._one(frame, schema, name)
+
+    def _one(self, frame, schema, table):
+        checked = tables.check_table(frame, schema, source=self._file(table))
+        self.problems += checked.problems
+        self.notes += checked.notes
+        self.is_sound[table] = not checked.problems
+        return checked.frame
+
+    def _standard_errors(self):
+        control = self.checked.get("control_points")
+        if not self._sound("control_points") or "standard_error_m" not in control:
+            return
+        file = self._file("control_points")
+        self.problems += standard_error_problems(control, file)
+
+    def _flight_tables(self, name, flight):
+        parts = {
+            "model_points": self._model_points_schema(flight),
+            "y_parallaxes": self._in_unit(tables.Y_PARALLAXES, flight),
+            "image_points": tables.IMAGE_POINTS,
+            "models": tables.IMAGE_MODELS,
+        }
+        if isinstance(flight.base, pd.DataFrame):
+            parts["base"] = self._in_unit(tables.MODEL_BASES, flight)
+        given = {
+            key: self._one(getattr(flight, key), schema, f"{name}.{key}")
+            for key, schema in parts.items()
+            if getattr(flight, key) is not None
+        }
+        if self._sound(table := f"{name}.model_points"):
+            points = given["model_points"]
+            self.problems += settings_problems(points, self._file(table))
+            given["model_points"] = average_settings(points)
+        return replace(flight, **given)
+
+    def _model_points_schema(self, flight):
+        schema = self._in_unit(tables.MEASURED_MODEL_POINTS, flight)
+        is_spatial = is_choice(flight.transformation, ("helmert_3d",))
+        if not is_spatial and flight.y_parallaxes is None:
+            return schema
+        return schema.requiring("z")
+
+    @staticmethod
+    def _in_unit(schema, flight):
+        """Say what is expected in the unit that the flight names."""
+        is_known = is_choice(flight.model_unit, UNIT_WORDS)
+        return schema.in_unit(UNIT_WORDS[flight.model_unit]) if is_known else schema
+
+    def axes(self):
+        """Easting and northing exchanged."""
+        for name in ("control_points", "approximate_points"):
+            if self._sound(name):
+                frame, file = self.checked[name], self._file(name)
+                problems, notes = axis_problems(frame, self.block.crs, file)
+                self.problems += problems
+                self.notes += notes
+                self.are_axes_sound &= not problems
+
+    def units(self):
+        """Coordinates that cannot have the unit that is named."""
+        for name in FLIGHTS:
+            flight = self.checked.get(name)
+            if flight is None:
+                continue
+            unit = flight.model_unit
+            # a rigid model has the size of the ground, and is judged elsewhere: a wrong
+            # unit makes its m_0 as large as itself
+            is_at_image_scale = not is_choice(flight.transformation, ("rigid",))
+            is_known = is_choice(unit, METRES_PER_UNIT)
+            is_sound = self._sound(f"{name}.model_points") and is_known
+            if is_sound and is_at_image_scale:
+                frame = flight.model_points
+                self._extent(f"{name}.model_points", frame, "model_id", unit)
+            if self._sound(f"{name}.image_points"):
+                self._undistorted(f"{name}.image_points", flight)
+
+    def _undistorted(self, table, flight):
+        """Image coordinates that the camera does not know, or that have no mm."""
+        frame = flight.image_coordinates()
+        is_lost = frame["x"].isna().to_numpy()
+
+        def problem(place):
+            column, row = flight.image_points[["x", "y"]].iloc[place]
+            return ConsistencyError(
+                f"x {column:g}, y {row:g} lies where the distortion has no inverse",
+                expected="a point within the image of the camera",
+                remedy="Check the point, and the coefficients of the camera",
+                file=self._file(table),
+                **tables.whereabouts(frame, place),
+            )
+
+        places = np.flatnonzero(is_lost)
+        file = self._file(table)
+        self.problems += tables.listed(places, problem, "no inverse", file)
+        if not is_lost.all():
+            self._extent(table, frame[~is_lost], "image_id", "mm")
+
+    def _extent(self, table, frame, key, unit):
+        self.problems += extent_problems(frame, key, unit, self._file(table))
+
+    def images(self):
+        """Models whose images were not measured."""
+        for name in FLIGHTS:
+            if self._sound(f"{name}.models", f"{name}.image_points"):
+                for side in ("left_image", "right_image"):
+                    self._absent_images(name, side)
+
+    def _absent_images(self, name, side):
+        flight = self.checked[name]
+        measured = flight.image_points["image_id"].unique()
+
+        def problem(place):
+            return ConsistencyError(
+                f"{side} '{flight.models[side].iloc[place]}' has no image points",
+                expected=f"an image_id of {self._file(f'{name}.image_points')}",
+                remedy="Correct the name, or delete the model",
+                file=self._file(f"{name}.models"),
+                **tables.whereabouts(flight.models, place),
+            )
+
+        places = np.flatnonzero(~is_among(flight.models[side], measured))
+        file = self._file(f"{name}.models")
+        self.problems += tables.listed(places, problem, f"{side} is unknown", file)
+
+    def models_with_parallaxes(self):
+        """Models of a flight that is to be oriented, without measured parallaxes."""
+        for name in FLIGHTS:
+            parts = (f"{name}.model_points", f"{name}.y_parallaxes")
+            if self._sound(*parts):
+                files = [self._file(part) for part in parts]
+                self.models += models_without_parallaxes(self.checked[name], *files)
+
+    def sizes(self):
+        """Sizes that do not fit each other: a wrong unit, or a wrong scale number."""
+        for ground in ("control_points", "approximate_points"):
+            if self._sound(ground):
+                frame, file = self.checked[ground], self._file(ground)
+                self.problems += coordinate_problems(frame, file)
+        ground, name = self._ground_and_flight()
+        if (
+            ground
+            and self.are_axes_sound
+            and isinstance(self.checked[name].scale_number, Real)
+        ):
+            scale, file = self.checked[name].scale_number, self._file(ground)
+            self.problems += scale_problems(
+                name, scale, self._model_table(name), self.checked[ground], file
+            )
+        for name in FLIGHTS:
+            if self._sound(f"{name}.y_parallaxes") and self._has_base(name):
+                files = {p: self._file(f"{name}.{p}") for p in ("base", "y_parallaxes")}
+                self.problems += parallax_problems(self.checked[name], files)
+
+    def _has_base(self, name):
+        base = self.checked[name].base
+        is_length = isinstance(base, Real) and 0.0 < base <= LARGEST_NUMBER
+        return self._sound(f"{name}.base") or is_length
+
+    def points_in_models(self):
+        """Ground points that no model holds: most often a misspelt name."""
+        ground, flight_name = self._ground_and_flight()
+        if ground is None or self.block.may_be_unmeasured:
+            return
+        frame = self.checked[ground]
+        is_lost = ~is_among(frame["point_id"], self._measured(flight_name))
+        if ground == "control_points" and self._has_models("low_flight"):
+            in_low = is_among(frame["point_id"], self._measured("low_flight"))
+            is_lost &= ~((frame["role"] == "check").to_numpy() & in_low)
+
+        def problem(place):
+            return ConsistencyError(
+                f"no model of the {flight_name.replace('_', ' ')} holds the point",
+                expected="every point in at least one model",
+                remedy="Correct its name, take the row out, or set "
+                f"may_be_unmeasured = true in [{ground}]",
+                file=self._file(ground),
+                **tables.whereabouts(frame, place),
+            )
+
+        rest = f"no model of the {flight_name.replace('_', ' ')} holds the points"
+        places = np.flatnonzero(is_lost)
+        self.problems += tables.listed(places, problem, rest, self._file(ground))
+
+    def _measured(self, flight_name):
+        return self._model_table(flight_name)["point_id"].unique()
+
+    def _ground_and_flight(self):
+        if self._sound("approximate_points") and self._has_models("low_flight"):
+            return "approximate_points", "low_flight"
+        if self._sound("control_points") and self._has_models("high_flight"):
+            return "control_points", "high_flight"
+        return None, None
+
+    def _has_models(self, name):
+        flight = self.checked.get(name)
+        if flight is None:
+            return False
+        if flight.has_images:
+            return self._sound(f"{name}.image_points", f"{name}.models")
+        return self._sound(f"{name}.model_points")
+
+    def _model_table(self, name):
+        if name not in self.points_of_models:
+            self.points_of_models[name] = self.checked[name].model_table()
+        return self.points_of_models[name]
+
+    def models_on_points(self):
+        """Models that hold no point with ground coordinates."""
+        ground, flight_name = self._ground_and_flight()
+        if ground is None:
+            return
+        frame = self.checked[ground]
+        known = frame["point_id"]
+        if ground == "control_points":
+            known = known[frame["role"] == "control"]
+        self._models_without(flight_name, known, ground)
+        if flight_name == "high_flight" and self._has_models("low_flight"):
+            self._models_without(
+                "low_flight", self._measured("high_flight"), "the high flight"
+            )
+
+    def _models_without(self, flight_name, known, ground):
+        table = self._model_table(flight_name)
+        has_ground = is_among(table["point_id"], known)
+        model = row_codes([table[name] for name in MODEL_KEY])
+        is_first = ~pd.Series(model).duplicated().to_numpy()
+        common = np.bincount(model, weights=has_ground)[model].astype(int)
+        word = self.checked[flight_name].transformation
+        least = KINDS[word].least_points if is_choice(word, KINDS) else 1
+        is_lost = is_first & (common < least)
+        part = "models" if self.checked[flight_name].has_images else "model_points"
+        file = self._file(f"{flight_name}.{part}")
+
+        def problem(place):
+            facts = tables.whereabouts(table, place)
+            return ConsistencyError(
+                f"{common[place] or 'none'} of its points "
+                f"{'has' if common[place] < 2 else 'have'} coordinates from "
+                f"{ground.replace('_', ' ')}",
+                expected="common points"
+                if common[place] == 0
+                else f"at least {least} common points",
+                remedy="Correct the names of its points, or delete the model",
+                file=file,
+                row=facts["row"] if part == "model_points" else None,
+                model=facts["model"],
+            )
+
+        places = np.flatnonzero(is_lost)
+        # all models together may have enough control for the simultaneous adjustment
+        is_enough = table["point_id"][has_ground].nunique() >= least
+        if is_lost.sum() < is_first.sum() or (ground == "control_points" and is_enough):
+            self.models += [problem(place) for place in places]
+        else:
+            self.problems += tables.listed(
+                places, problem, "no model has enough common points", file
+            )

@@ -1,0 +1,246 @@
+"""The facts of a block beside its tables: systems, numbers, words, and what is there.
+
+Every fault is said; ``said`` names the facts that a reader of files has complained of
+already, so that nobody reads the same complaint twice.
+"""
+
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.arguments import described, is_choice
+from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.projections import read_crs
+from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.foundations.value_ranges import Range
+from einschalt.stages.transformation_kinds import KINDS
+
+TRANSFORMATIONS = tuple(KINDS)
+FLIGHTS = ("high_flight", "low_flight")
+ORIENTATION_CASES = ("independent", "dependent_left", "dependent_right")
+ORIENTATION_METHODS = ("least_squares", "krames", "gruber")
+
+
+RANGES = {
+    "scale_number": Range(100, 200_000, "(the denominator)"),
+    "m_g_um": Range(0.1, 1000, "(micrometres in the image)"),
+    "principal_distance_mm": Range(1, 5000, "(millimetres)"),
+    "m_0_m": Range(1e-4, 100, "(metres)"),
+}
+ASK_BELOW = {
+    "scale_number": "Give 8000 for 1:8000",
+    "m_g_um": "Did you give metres?",
+    "principal_distance_mm": "Did you give metres?",
+}
+ASK_ABOVE = {
+    "principal_distance_mm": "Did you give micrometres?",
+    "m_0_m": "Did you give millimetres?",
+}
+
+
+def check_facts(block, said=frozenset()):
+    """Check everything of a block that is no table.
+
+    Parameters
+    ----------
+    block : object
+        With the attributes of a :class:`~einschalt.pipeline.block.block.Block`.
+    said : set of (str, str), optional
+        Section and key of the facts that are known to be wrong or missing.
+
+    Returns
+    -------
+    list of EinschaltError
+    """
+    facts = _Facts(block, said)
+    facts.system()
+    facts.sections()
+    for name in FLIGHTS:
+        flight = getattr(block, name)
+        if flight is not None:
+            facts.numbers(name, flight)
+            facts.words(name, flight)
+            facts.parts(name, flight)
+    return facts.problems
+
+
+def _question(key, value):
+    """Guess what was meant with a positive number out of its range."""
+    if value not in Range(0, np.inf) or value == 0:
+        return ""
+    return (ASK_BELOW if value < RANGES[key].low else ASK_ABOVE).get(key, "")
+
+
+@dataclass
+class _Facts:
+    """Collects what is wrong; each method looks at one kind of fact."""
+
+    block: object
+    said: frozenset
+    problems: list = field(default_factory=list)
+
+    def _say(self, found, section=None, key=None, **facts):
+        where = {"file": self.block.sources.get("block"), "section": section}
+        if section is not None:
+            found = f"[{section}] {found}"
+        self.problems.append(SettingsError(found, key=key, **where, **facts))
+
+    def _has(self, section, *keys):
+        if (section, "") in self.said or getattr(self.block, section) is not None:
+            return True
+        return any((section, key) in self.said for key in keys)
+
+    def system(self):
+        """Understand the coordinate reference system."""
+        if self.block.crs is None or ("block", "crs") in self.said:
+            return
+        try:
+            read_crs(self.block.crs)
+        except ProjectionError as error:
+            file = self.block.sources.get("block")
+            found = f"[block] {error.found}" if file else error.found
+            facts = {"found": found, "file": file, "section": "block", "key": "crs"}
+            self.problems.append(error.with_facts(**facts))
+
+    def sections(self):
+        """See whether there is what the computation needs."""
+        has_high = self._has("high_flight")
+        has_approximate = self._has("approximate_points", "file")
+        one = "one of [high_flight] and [approximate_points]"
+        if not has_high and not has_approximate:
+            self._say(
+                "neither a high flight nor approximate points are given",
+                expected=one,
+                remedy="Add the section to block.toml",
+            )
+        if has_high and has_approximate:
+            self._say(
+                "a high flight and approximate points are both given",
+                expected=one,
+                remedy="Take one of the sections out",
+            )
+        if has_high and not self._has("control_points", "file"):
+            self._say(
+                "a high flight is given without control points",
+                expected="[control_points]",
+                remedy="Add the section to block.toml",
+            )
+        if not self._has("low_flight"):
+            self._say(
+                "no low flight is given",
+                expected="[low_flight]",
+                remedy="Add the section to block.toml",
+            )
+        if self.block.approximate_m_0_m is not None:
+            self._range("approximate_points", "m_0_m", self.block.approximate_m_0_m)
+
+    def numbers(self, name, flight):
+        """Compare scale number, m_g, principal distance and base with their ranges."""
+        self._range(name, "scale_number", flight.scale_number)
+        self._range(name, "m_g_um", flight.m_g_um)
+        if flight.principal_distance_mm is not None:
+            key = "principal_distance_mm"
+            self._range(name, key, flight.principal_distance_mm)
+        self._camera(name, flight)
+        if flight.base is not None and not isinstance(flight.base, pd.DataFrame):
+            self._base(name, flight.base)
+
+    def _range(self, section, key, value):
+        if (section, key) not in self.said and value not in RANGES[key]:
+            self._say(
+                f"{key} = {described(value)}",
+                section,
+                key,
+                expected=str(RANGES[key]),
+                remedy=_question(key, value),
+            )
+
+    def _camera(self, section, flight):
+        if flight.camera is None:
+            return
+        own, given = flight.camera.principal_distance_mm, flight.principal_distance_mm
+        is_number = given in RANGES["principal_distance_mm"]
+        if is_number and not np.isclose(given, own, rtol=1e-9):
+            self._say(
+                f"principal_distance_mm = {described(given)}, but that of the "
+                f"camera is {own:.10g}",
+                section,
+                "principal_distance_mm",
+                expected="one of the two",
+                remedy="Take principal_distance_mm out",
+            )
+
+    def _base(self, section, value):
+        is_sound = value in Range(np.finfo(float).tiny, LARGEST_NUMBER)
+        if (section, "base") not in self.said and not is_sound:
+            self._say(
+                f"base = {described(value)}",
+                section,
+                "base",
+                expected="a positive number in model_unit, or a table of bases",
+            )
+
+    def words(self, name, flight):
+        """Compare transformation and unit with the words that are known."""
+        for key, allowed in (
+            ("transformation", TRANSFORMATIONS),
+            ("model_unit", tuple(METRES_PER_UNIT)),
+            ("orientation_case", (None, *ORIENTATION_CASES)),
+            ("orientation_method", (None, *ORIENTATION_METHODS)),
+        ):
+            value = getattr(flight, key)
+            if (name, key) in self.said or is_choice(value, allowed):
+                continue
+            known = [word for word in allowed if word]
+            near = get_close_matches(described(value).casefold(), known, n=1)
+            self._say(
+                f"{key} = {described(value)} is unknown",
+                name,
+                key,
+                expected=" or ".join(known),
+                remedy=f"Write {near[0]!r}" if near else "",
+            )
+
+    def parts(self, name, flight):
+        """See whether a flight has the tables that it needs together."""
+
+        def has(key):
+            return getattr(flight, key) is not None or (name, key) in self.said
+
+        if has("model_points") == has("image_points"):
+            both = "both given" if has("model_points") else "both missing"
+            self._say(
+                f"model_points and image_points are {both}",
+                name,
+                "model_points",
+                expected="one of the two",
+            )
+        if has("y_parallaxes") and has("image_points"):
+            self._say(
+                "y_parallaxes and image_points are both given",
+                name,
+                "y_parallaxes",
+                expected="y_parallaxes beside model_points only",
+                remedy=f"Take one of them out of [{name}]",
+            )
+        needs = []
+        if has("image_points"):
+            needs = [("models", "image_points")]
+            if not has("camera"):
+                needs += [("principal_distance_mm", "image_points")]
+        if has("y_parallaxes"):
+            needs += [("base", "y_parallaxes")]
+        if flight.orientation_method is not None and not has("y_parallaxes"):
+            needs += [("y_parallaxes", "orientation_method")]
+        for key, beside in needs:
+            if not has(key):
+                self._say(
+                    f"{key} is missing",
+                    name,
+                    key,
+                    expected=f"{key} beside {beside}",
+                    remedy=f"Add {key} = … to [{name}]",
+                )

@@ -1,0 +1,1 @@
+"""The ways to densified coordinates: two steps, or all models at once."""

@@ -1,0 +1,76 @@
+"""Screening of a block's points by the differences of their coverages."""
+
+import numpy as np
+
+from einschalt.stages.coverage_screening import (
+    coverage_differences,
+    screen_coverages,
+)
+from einschalt.stages.error_propagation.operators import propagate
+
+
+def screen_block(means, errors, settings):
+    """Find the points whose low-flight coverages differ by more than they may.
+
+    Parameters
+    ----------
+    means : CoverageMean
+        Of the low flight.
+    errors : PropagatedErrors or None
+        None where the errors cannot be propagated.
+    settings : Settings
+
+    Returns
+    -------
+    CoverageScreening
+    """
+    differences = coverage_differences(means)
+    covariance = None
+    if errors is not None and settings.screening == "propagated":
+        covariance = differences.with_others(
+            difference_covariance(differences.needed(), errors)
+        )
+    return screen_coverages(
+        differences, covariance, settings.screening, settings.significance
+    )
+
+
+def difference_covariance(differences, errors):
+    """Covariance of differences of the low flight's coverages, all correlations kept.
+
+    Parameters
+    ----------
+    differences : CoverageDifferences
+    errors : PropagatedErrors
+        Of the means of the same values: the difference takes the place of the mean.
+
+    Returns
+    -------
+    ndarray, shape (n_rows, 2, 2)
+        Easting and northing [m²].
+    """
+    n_rows = len(differences.table)
+    if n_rows == 0:
+        return np.empty((0, 2, 2))
+    final = next(iter(errors.chains.values()))[0]
+    operator = differences.operator(final.shape[1] // errors.n_axes, errors.n_axes)
+    chains = {source: (operator, *chain[1:]) for source, chain in errors.chains.items()}
+    names = np.arange(n_rows).astype(object)
+    found = propagate(names, chains, errors.standard_errors, errors.n_axes)
+    return found.covariance[:, :2, :2]
+
+
+def with_suspects(points, screening):
+    """Mark the points whose coverages differ by more than they may.
+
+    Parameters
+    ----------
+    points : DataFrame
+    screening : CoverageScreening
+
+    Returns
+    -------
+    DataFrame
+        With ``is_suspect``.
+    """
+    return points.assign(is_suspect=points["point_id"].isin(screening.suspects))

@@ -1,0 +1,138 @@
+"""Gross errors of a flight, found where all its models hang together.
+
+A model on five control points cannot say which of its corners is wrong: opposite ones
+have the same residual. Its neighbours can, since they hold the same points. So each
+flight is adjusted simultaneously for itself, and what data snooping refuses there takes
+no part in the two steps. Each for itself: an m_g that was given wrongly then changes
+nothing, since the test takes the size of the errors from the flight.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.densification.simultaneous import PLANE_KINDS, block_tables
+from einschalt.stages.simultaneous.adjustment import (
+    AdjustmentOptions,
+    simultaneous_adjustment,
+)
+
+HIGH = "high_flight"
+KEY = ["coverage", "model_id", "point_id"]
+COLUMNS = [
+    *("flight", *KEY, "residual_easting", "residual_northing"),
+    *("w", "p_value"),
+]
+
+
+@dataclass(frozen=True, eq=False)
+class GrossMeasurements:
+    """Measurements that contradict the other models of their flight.
+
+    Attributes
+    ----------
+    table : DataFrame
+        flight, coverage, model_id, point_id, residual_easting, residual_northing (what
+        the model misses the point by) [m], w, p_value.
+    rows : dict of str to ndarray of bool
+        Of each flight, which of its model points they are.
+    """
+
+    table: pd.DataFrame
+    rows: dict
+
+
+def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
+    """Find the measurements that contradict the other models of their flight.
+
+    Parameters
+    ----------
+    block : Block
+    flights : dict of str to RelativeOrientation
+        Every flight after stage 2.
+    settings : Settings
+        Nothing is looked for with ``outliers = "keep"``.
+
+    Returns
+    -------
+    GrossMeasurements
+        All measurements of a point in the high flight where they contradict each other
+        and none is confirmed, and the only one of a control point. None of a flight
+        that cannot be adjusted simultaneously.
+    """
+    found = [no_gross_measurements()]
+    if settings.outliers != "keep":
+        found = [
+            _refused(block, name, flight, settings.significance)
+            for name, flight in flights.items()
+        ]
+    table = pd.concat(found, ignore_index=True)
+    rows = {
+        name: is_gross(table, name, flight.model_points)
+        for name, flight in flights.items()
+    }
+    return GrossMeasurements(table, rows)
+
+
+def no_gross_measurements():
+    """Make a table without rows."""
+    return pd.DataFrame(columns=COLUMNS).astype(dict.fromkeys(COLUMNS[4:], float))
+
+
+def is_gross(table, flight, model_points):
+    """Tell which rows of a flight are gross errors.
+
+    Parameters
+    ----------
+    table : DataFrame
+        flight, coverage, model_id, point_id of the gross errors.
+    flight : str
+    model_points : DataFrame
+
+    Returns
+    -------
+    ndarray of bool, shape (n_model_points,)
+    """
+    own = table.loc[table["flight"] == flight, KEY]
+    if own.empty:
+        return np.zeros(len(model_points), dtype=bool)
+    rows = pd.MultiIndex.from_frame(model_points[KEY])
+    return rows.isin(pd.MultiIndex.from_frame(own))
+
+
+def _refused(block, name, flight, significance):
+    """Gross errors of one flight."""
+    transformation = block.flights[name].transformation
+    if block.control_points is None or transformation not in PLANE_KINDS:
+        return no_gross_measurements()
+    tables = block_tables(block, {name: flight}, {name: transformation})
+    options = AdjustmentOptions(outliers="snoop", significance=significance)
+    try:
+        residuals = simultaneous_adjustment(tables, options).residuals
+    except GeometryError:  # too little hangs together: two steps ask for less
+        return no_gross_measurements()
+    is_out = _chosen(residuals, block.control_points, name, significance)
+    return residuals.loc[is_out, COLUMNS]
+
+
+def _chosen(residuals, control_points, flight, significance):
+    """Measurements that are to take no part."""
+    suspect, point_id = residuals["is_suspect"], residuals["point_id"]
+    # beside a gross error good points look wrong too, until all of them are out
+    n_tested = residuals.groupby(KEY[:2])["p_value"].transform("count")
+    is_refused = residuals["p_value"] * n_tested <= significance
+    # a measurement that others check, and none refuses, tells who is wrong
+    is_witness = ~suspect & residuals["p_value"].notna()
+    has_witness = is_witness.groupby(point_id).transform("any")
+    is_disputed = suspect.groupby(point_id).transform("any") & ~has_witness
+    if flight != HIGH:
+        # the approximate coordinates tell, model by model
+        return suspect & is_refused & has_witness
+    # the point can do without approximate coordinates; where several measurements of a
+    # control point contradict it, its given coordinates are wrong
+    is_control = point_id.isin(control_points["point_id"])
+    is_several = residuals["p_value"].groupby(point_id).transform("count") > 1
+    is_given_wrong = is_control & is_several
+    return (suspect & is_refused & has_witness) | (is_disputed & ~is_given_wrong)

@@ -1,0 +1,377 @@
+"""The low flight again and again onto the coordinates that it gave, control held.
+
+Approximate coordinates of the high flight share errors that one pass leaves in the
+result. Onto its own coordinates the low flight tightens them, as long as control holds
+the block: without it the passes drift. Every pass is linear in the errors of all
+observations, so that the propagation goes through all of them.
+
+See docs/theory/iteration.md.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.names import encode
+from einschalt.pipeline.densification.low_flight_fit import LowPass
+from einschalt.stages.error_propagation.error_model import (
+    CONTROL,
+    LOW,
+    ErrorModel,
+    assumed_model,
+    places_fitted_onto,
+)
+from einschalt.stages.error_propagation.operators import (
+    GroundSources,
+    flight_operator,
+    mean_operator,
+)
+from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.propagation import sum_of_chains
+
+PLAN = ["easting", "northing"]
+MOVES = ["iteration", "largest_move", "point_id", "move_rms"]
+# nothing that is signed for changes by less
+LEAST_MOVE = 0.001  # metres
+
+
+@dataclass(frozen=True, eq=False)
+class Iteration:
+    """Passes of the low flight, each onto the coordinates of the one before.
+
+    Attributes
+    ----------
+    passes : tuple of LowPass
+        The first onto approximate coordinates.
+    moves : DataFrame
+        iteration (2 is the second pass), largest_move, point_id (where), move_rms
+        (TOTAL, over all points) [m].
+    n_held : int
+        Control points of the low flight, which kept their given coordinates.
+    n_models, n_models_held : int
+        Usable models of the last pass, and those that hold such a point.
+    """
+
+    passes: tuple[LowPass, ...]
+    moves: pd.DataFrame
+    n_held: int
+    n_models: int
+    n_models_held: int
+
+    @property
+    def is_converged(self):
+        """Whether the last pass moved nothing that counts."""
+        return bool(self.moves["largest_move"].iloc[-1] < LEAST_MOVE)
+
+
+def require_iterable(block, settings):
+    """Refuse iterations where they mean nothing.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+
+    Raises
+    ------
+    SettingsError
+        All models are adjusted at once anyway, or the low flight is transformed in
+        space.
+    """
+    if settings.iterations == 1:
+        return
+    said = f"iterations = {settings.iterations}"
+    if settings.method == "simultaneous":
+        raise SettingsError(
+            f'{said}, but method = "simultaneous" adjusts all models at once',
+            expected="iterations = 1 with it",
+            remedy='Take iterations out, or set method = "pipeline"',
+        )
+    kind = block.low_flight.transformation
+    if len(KINDS[kind].target) > len(PLAN):
+        raise SettingsError(
+            f"{said}, but the low flight is transformed in space ({kind})",
+            expected="a plane transformation, or iterations = 1",
+            remedy='Set transformation = "affine" or "helmert" in [low_flight]',
+        )
+
+
+def iterate(block, first, pass_onto, most_passes):
+    """Repeat the low flight on its own coordinates, control points held.
+
+    Parameters
+    ----------
+    block : Block
+    first : LowPass
+        Onto approximate coordinates.
+    pass_onto : callable
+        Makes a LowPass of a table of ground points.
+    most_passes : int
+
+    Returns
+    -------
+    Iteration or None
+        None where one pass is all that is asked for. It ends early where no point
+        moves by 1 mm.
+    """
+    if most_passes == 1:
+        return None
+    passes, moves = [first], []
+    while len(passes) < most_passes:
+        ground = _with_held_control(block, passes[-1].means.points)
+        passes.append(pass_onto(ground))
+        moves.append((len(passes), *_moves(passes[-2], passes[-1])))
+        if moves[-1][1] < LEAST_MOVE:
+            break
+    held = _held(block, passes[-2].means.points["point_id"])
+    models = _models_with(passes[-1].low, held.names)
+    table = pd.DataFrame(moves, columns=MOVES)
+    return Iteration(tuple(passes), table, len(held.rows), *models)
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """Control points among the points of the low flight: names, and their places."""
+
+    names: np.ndarray
+    rows: np.ndarray
+    control_rows: np.ndarray
+
+
+def _held(block, point_ids):
+    control = block.control_points
+    if control is None:
+        nothing = np.array([], dtype=np.int64)
+        return _Held(nothing.astype(object), nothing, nothing)
+    controlled = np.flatnonzero((control["role"] != "check").to_numpy())
+    names = encode(control["point_id"].iloc[controlled])
+    place = encode(point_ids).locate(names)[names.codes]
+    is_there = place >= 0
+    used = control["point_id"].to_numpy(dtype=object)[controlled[is_there]]
+    return _Held(used, place[is_there], controlled[is_there])
+
+
+def _with_held_control(block, points):
+    """Coordinates for the next pass: those of the last, given ones at control."""
+    ground = points[["point_id", *PLAN]].copy()
+    held = _held(block, ground["point_id"])
+    if len(held.rows):
+        given = block.control_points[PLAN].to_numpy(dtype=float)
+        coordinates = ground[PLAN].to_numpy(copy=True)
+        coordinates[held.rows] = given[held.control_rows]
+        ground[PLAN] = coordinates
+    return ground
+
+
+def _moves(before, after):
+    """Largest move from pass to pass, where it is, and the root mean square."""
+    old, new = (p.means.points.set_index("point_id")[PLAN] for p in (before, after))
+    shift = (new - old).dropna()
+    length = np.hypot(shift["easting"], shift["northing"])
+    return float(length.max()), length.idxmax(), float(np.sqrt(np.mean(length**2)))
+
+
+def _models_with(low, names):
+    """Count the usable models, and those that were fitted onto any of the names."""
+    observed = low.observed
+    is_named = observed.rows["point_id"].isin(names).to_numpy()
+    model = np.repeat(np.arange(len(low.models)), np.diff(observed.start))
+    n_named = np.bincount(model, is_named, len(low.models))
+    is_usable = low.models["is_usable"].to_numpy()
+    return int(is_usable.sum()), int((is_usable & (n_named > 0)).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class IteratedErrorModel(ErrorModel):
+    """How errors enter the last of several passes of the low flight.
+
+    ``ground`` are the coordinates onto which it was fitted, behind which the errors of
+    the low flight stand as well.
+
+    Attributes
+    ----------
+    state : dict of str to tuple of sparse arrays
+        From the sources to these coordinates, all errors of the low flight and all of
+        control, one below the other.
+    """
+
+    state: dict
+
+    @property
+    def chains(self):
+        """From the sources to the final points, dict of str to tuple."""
+        return self._through(self.final, self.low.ground, self.low.measured)
+
+    def chains_to_fits(self, flight, observed):
+        """From the sources to what a flight was fitted with, ground less measurement.
+
+        See ``ErrorModel.chains_to_fits``.
+        """
+        if flight != LOW:
+            return super().chains_to_fits(flight, observed)
+        onto = self._chosen(self.places[observed.ground_rows], self.low.ground)
+        fitted = self._chosen(observed.row_numbers, self.low.measured)
+        every = sparse.eye_array(onto.shape[0], format="csr")
+        return self._through(every, onto, -fitted)
+
+    def _through(self, left, of_ground, of_measured):
+        width = self.state[LOW][0].shape[0]
+        n_others = width - of_ground.shape[1] - of_measured.shape[1]
+        others = sparse.csr_array((of_ground.shape[0], n_others))
+        whole = sparse.hstack([of_ground, of_measured, others], format="csr")
+        return {source: (left, whole, *chain) for source, chain in self.state.items()}
+
+
+def iterated_model(block, model, iteration, low_points):
+    """Model of errors of the last pass, from that of the first.
+
+    Parameters
+    ----------
+    block : Block
+    model : ErrorModel
+        Of the first pass.
+    iteration : Iteration or None
+    low_points : DataFrame
+        Model points of the low flight, as they were transformed.
+
+    Returns
+    -------
+    ErrorModel
+        Exact for the passes as they were made: what the low flight was fitted onto
+        depends on the errors of all sources, its own among them.
+    """
+    if iteration is None:
+        return model
+    passes, steps = iteration.passes, _Steps(block, model.n_axes, low_points)
+    state = steps.after_first(model, passes[0].means)
+    for before, now in pairwise(passes[:-1]):
+        moved = steps.through(before.means, now)
+        state = {source: (moved, *chain) for source, chain in state.items()}
+    before, last = passes[-2:]
+    operator = steps.operator(before.means, last.low)
+    picked = sparse.eye_array(
+        operator.ground.shape[1], state[LOW][0].shape[0], format="csr"
+    )
+    return IteratedErrorModel(
+        final=steps.mean(last.means),
+        low=operator,
+        ground={source: (picked, *chain) for source, chain in state.items()},
+        high=model.high,
+        places=places_fitted_onto(block, before.means.points["point_id"]),
+        standard_errors=steps.sizes(model),
+        is_assumed=model.is_assumed,
+        own=model.own,
+        state=state,
+    )
+
+
+class _Steps:
+    """Operators from pass to pass.
+
+    The state after a pass are the coordinates for the next one, control held, then all
+    errors of the low flight, then those of control.
+    """
+
+    def __init__(self, block, n_axes, low_points):
+        self.block, self.n_axes, self.low_points = block, n_axes, low_points
+        control = block.control_points
+        self.n_control = 0 if control is None else len(control)
+        n_others = (len(low_points) + self.n_control) * n_axes
+        self.others = sparse.eye_array(n_others, format="csr")
+
+    def sizes(self, model):
+        """Sizes of the errors of all sources; of control also where it is only held."""
+        control = self.block.control_points
+        if CONTROL in model.standard_errors or not self._has_control_errors:
+            return model.standard_errors
+        given = control["standard_error_m"].to_numpy(dtype=float)
+        return {**model.standard_errors, CONTROL: given / SQRT2}
+
+    @property
+    def _has_control_errors(self):
+        control = self.block.control_points
+        return control is not None and "standard_error_m" in control
+
+    def after_first(self, model, means):
+        """State after the first pass from all sources."""
+        free, direct = self._held(means)
+        n_low = len(self.low_points) * self.n_axes
+        below = sparse.csr_array((self.others.shape[0], free.shape[0]))
+        into = sparse.vstack([free, below], format="csr")
+        state = {source: (into, *chain) for source, chain in model.chains.items()}
+        of_low, of_control = self.others[:, :n_low], self.others[:, n_low:]
+        none = sparse.csr_array((free.shape[0], n_low))
+        own = sparse.vstack([none, of_low], format="csr")
+        for source, chain in model.own.items():
+            state[source] = sum_of_chains(state[source], (own, *chain))
+        if self._has_control_errors:
+            held = (sparse.vstack([direct, of_control], format="csr"),)
+            known = state.get(CONTROL)
+            state[CONTROL] = sum_of_chains(known, held) if known else held
+        return state
+
+    def through(self, before, now):
+        """State after a pass from the state before it."""
+        free, direct = self._held(now.means)
+        operator = self.operator(before, now.low)
+        mean = free @ self.mean(now.means)
+        above = [mean @ operator.ground, mean @ operator.measured, direct]
+        below = sparse.csr_array((self.others.shape[0], operator.ground.shape[1]))
+        return sparse.vstack(
+            [sparse.hstack(above), sparse.hstack([below, self.others])], format="csr"
+        )
+
+    def operator(self, before, low):
+        """Of a pass onto the coordinates of the one before."""
+        names = before.points["point_id"]
+        sources = GroundSources(places_fitted_onto(self.block, names), len(names))
+        is_conformal = self.n_axes == 1
+        return flight_operator(low, self.low_points, sources, is_conformal=is_conformal)
+
+    def mean(self, means):
+        """Operator of stage 5."""
+        n_values = len(self.low_points)
+        return mean_operator(means, np.arange(n_values), n_values, self.n_axes)
+
+    def _held(self, means):
+        """Coordinates for the next pass, from those of this one and from control."""
+        names = means.points["point_id"]
+        held = _held(self.block, names)
+        is_free = np.ones(len(names))
+        is_free[held.rows] = 0.0
+        picked = sparse.csr_array(
+            (np.ones(len(held.rows)), (held.rows, held.control_rows)),
+            shape=(len(names), self.n_control),
+        )
+        each = np.eye(self.n_axes)
+        return (
+            sparse.kron(sparse.diags_array(is_free), each, format="csr"),
+            sparse.kron(picked, each, format="csr"),
+        )
+
+
+def assumed_after_iteration(result):
+    """Model of errors of a block whose errors cannot be propagated.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    ErrorModel or None
+        See :func:`einschalt.stages.error_propagation.error_model.assumed_model`.
+    """
+    iteration = result.iteration
+    if iteration is None:
+        return assumed_model(result)
+    first = iteration.passes[0]
+    model = assumed_model(replace(result, low=first.low, means=first.means))
+    if model is None:
+        return None
+    return iterated_model(result.block, model, iteration, result.model_points[LOW])

@@ -1,0 +1,103 @@
+"""The low flight once onto given ground coordinates: stages 3, 4 and 5."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.stages.error_propagation.error_model import places_fitted_onto
+from einschalt.stages.model_screening import (
+    screen_models,
+    suspect_rows,
+    without_gross_errors,
+)
+from einschalt.stages.stage1_approximate_coordinates import require_usable
+from einschalt.stages.stage3_model_transformation import (
+    STAGE,
+    ModelTransformation,
+    transform_models,
+)
+from einschalt.stages.stage4_error_budget import error_budget
+from einschalt.stages.stage5_double_coverage import (
+    CoverageMean,
+    average_coverages,
+    with_positions,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class LowPass:
+    """What the low flight gives on given ground coordinates.
+
+    Attributes
+    ----------
+    low : ModelTransformation
+        Stage 3.
+    values : DataFrame
+        Every model's value of every point, with its budget.
+    means : CoverageMean
+        Stage 5.
+    """
+
+    low: ModelTransformation
+    values: pd.DataFrame
+    means: CoverageMean
+
+
+def pass_low_flight(
+    block, model_points, ground, precision, settings, *, is_gross
+) -> LowPass:
+    """Transform the low flight onto its points, with budget and means.
+
+    Parameters
+    ----------
+    block : Block
+    model_points : DataFrame
+        Of the low flight, oriented.
+    ground : DataFrame
+        point_id, easting, northing [, height] [m]; check points take no part.
+    precision : ndarray or None
+        Of each model point, for the tests of residuals.
+    settings : Settings
+    is_gross : ndarray of bool
+        Model points that take no part, row for row.
+
+    Returns
+    -------
+    LowPass
+
+    Raises
+    ------
+    GeometryError
+        Not one model could be transformed.
+    """
+    kind = block.low_flight.transformation
+    fitted = places_fitted_onto(block, ground["point_id"])
+    low = transform_models(model_points, ground.iloc[fitted], kind)
+    how = (settings.outliers, settings.significance, precision)
+    low = screen_models(low, *how, is_gross=is_gross)
+    require_usable(low, "low flight", STAGE)
+    values = _single_values(block.low_flight, low, model_points)
+    return LowPass(low, values, _means(values, low, settings, is_gross))
+
+
+def _single_values(flight, low, model_points):
+    values = with_positions(low.values(model_points), model_points)
+    values["standard_error_paper"] = error_budget(
+        flight.m_g_um_of(model_points),
+        flight.scale_number,
+        values["m_t"].to_numpy(),
+    )
+    return values
+
+
+def _means(values, low, settings, is_gross):
+    if settings.outliers != "keep":
+        values = without_gross_errors(values, is_gross | suspect_rows(values, low))
+    means = average_coverages(values, **settings.averaging)
+    if low.fit.redundancy.any():
+        return means
+    # models without redundancy repeat the approximate coordinates in both coverages:
+    # that they agree says nothing
+    points = means.points.assign(standard_error_internal=np.nan)
+    return replace(means, points=points, internal_single=np.nan)

@@ -1,0 +1,417 @@
+"""The simultaneous adjustment of a block: both flights and the control at once."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.arguments import (
+    described,
+    finite_number,
+    is_choice,
+    require_choice,
+    require_kind,
+)
+from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.block.block import Block
+from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
+from einschalt.stages.residual_distribution import distribute_residuals
+from einschalt.stages.simultaneous.adjustment import (
+    DEFORMATIONS,
+    SIGNIFICANCE,
+    AdjustmentOptions,
+    simultaneous_adjustment,
+)
+from einschalt.stages.simultaneous.observations import (
+    CENTRE,
+    SPATIAL,
+    MeasuredFlight,
+    code_block,
+)
+from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.theory.block_adjustment.common_parameters import (
+    AFFINITY,
+    DEGREE,
+    CommonTerms,
+)
+
+FILM_AFFINITY = "helmert_film_affinity"
+PLAN = ("x", "y")
+PLANE_KINDS = ("affine", "helmert")
+# height over plan to begin with: c / b of a wide-angle camera at 60 per cent overlap
+HEIGHT_OVER_PLAN = 1.65
+# projection centres over points of a model, to begin with
+CENTRE_OVER_POINT = 3.0
+STANDARD_ERRORS = [
+    "standard_error_easting",
+    "standard_error_northing",
+    "covariance_en",
+    "standard_error_total",
+    "standard_error_height",
+    "covariance_eh",
+    "covariance_nh",
+]
+DIFFERENCES = ["difference_easting", "difference_northing", "difference_height"]
+KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
+WHICH = {
+    "both": ("high_flight", "low_flight"),
+    "high": ("high_flight",),
+    "low": ("low_flight",),
+}
+
+
+def adjust_block(
+    block,
+    *,
+    kind="affine",
+    flights="both",
+    deformation=(),
+    outliers="keep",
+    significance=SIGNIFICANCE,
+    variance_components="given",
+):
+    """Adjust all models of a block with its control at once.
+
+    Every measured coordinate is an observation with the standard error m_g · scale
+    number / √2 on the ground, smaller by the root of its settings; every control point
+    is an observation with its own standard error, or held where it has none. Check
+    points are adjusted as new points.
+
+    Parameters
+    ----------
+    block : Block
+    kind : {"affine", "helmert", "helmert_film_affinity", "helmert_3d"}
+        Transformation of every model; helmert_film_affinity is helmert with one film
+        affinity that all models of a flight share, helmert_3d has seven parameters and
+        gives heights. Where model points come from images, projection centres tie the
+        models as well (``centres``).
+    flights : {"both", "high", "low"}
+    deformation : sequence of {"quadratic", "cubic"}, or "modelled" or "tested"
+        Deformations of the model that all models of a flight share: these; or those
+        that a test finds; or none, but the test is made (``deformations``).
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        What happens to gross errors: they are only named, taken out, or given less
+        weight. Control that contradicts the block is only named with "keep", and set
+        aside otherwise.
+    significance : float
+        Probability with which a model without gross errors has a suspect.
+    variance_components : {"given", "estimated"}
+        Whether control and flights have the errors that were given, or those that
+        their residuals show (``components``). Heights of spatial models always have
+        the latter.
+
+    Returns
+    -------
+    BlockAdjustment
+        ``points``, ``models``, ``residuals``, ``control``, ``s_0``, ``failures``, …
+
+    Raises
+    ------
+    GeometryError
+        Nothing of the block can be determined.
+    SettingsError
+        An option is unknown, or the block has no such flight.
+    """
+    require_kind("block", block, Block, expected="a Block (einschalt.read_block)")
+    require_choice("kind", kind, KINDS)
+    require_choice("flights", flights, tuple(WHICH))
+    searched, given = _deformation(deformation)
+    significance = _probability(significance)
+    measured = {
+        name: flight for name, flight in block.flights.items() if name in WHICH[flights]
+    }
+    if not measured:
+        raise SettingsError(
+            f"flights = {flights!r}, but the block has no {flights} flight",
+            expected=" or ".join(
+                name.removesuffix("_flight") for name in block.flights
+            ),
+        )
+    families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
+    options = AdjustmentOptions(
+        common=common_terms(measured, families),
+        outliers=outliers,
+        significance=significance,
+        deformation=searched,
+        variance_components=variance_components,
+    )
+    _require_control(block)
+    # all that can be wrong with the call is said before the work begins
+    oriented = {name: relative_orientation(f) for name, f in measured.items()}
+    if kind == SPATIAL:
+        _require_spatial(block, oriented, given)
+    kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
+    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+
+
+def _deformation(value):
+    """What to do about deformations, and the families that are given."""
+    families = tuple(DEGREE)
+    expected = f"{' or '.join(DEFORMATIONS)}, or a list of {' or '.join(families)}"
+    if isinstance(value, str) and value not in families:
+        if value not in DEFORMATIONS:
+            raise SettingsError(
+                f"deformation = {described(value)} is unknown", expected=expected
+            )
+        return value, ()
+    require_kind("deformation", value, str | list | tuple, expected=expected)
+    given = (value,) if isinstance(value, str) else tuple(value)
+    for family in given:
+        if not is_choice(family, families):
+            raise SettingsError(
+                f"deformation = {described(family)} is unknown", expected=expected
+            )
+    return "ignored", tuple(dict.fromkeys(given))
+
+
+def _probability(value):
+    expected = "a probability above 0 and below 1"
+    number = finite_number("significance", value, expected=expected)
+    if not 0.0 < number < 1.0:
+        raise SettingsError(f"significance = {number:g}", expected=expected)
+    return number
+
+
+def require_adjustable(block):
+    """Refuse what the simultaneous adjustment cannot do.
+
+    Parameters
+    ----------
+    block : Block
+
+    Raises
+    ------
+    SettingsError
+        There is no control, or a flight has models of a kind that is not adjusted
+        simultaneously.
+    """
+    _require_control(block)
+    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+    allowed = (*PLANE_KINDS, SPATIAL)
+    for name, kind in kinds.items():
+        if kind not in allowed:
+            raise SettingsError(
+                f'[{name}] transformation = {kind!r} with method = "simultaneous"',
+                expected=" or ".join(allowed),
+                remedy='Write one of these, or set method = "pipeline"',
+            )
+    if SPATIAL in kinds.values() and len(set(kinds.values())) > 1:
+        said = ", ".join(f"[{name}] {kind}" for name, kind in kinds.items())
+        raise SettingsError(
+            f"spatial and plane models in one adjustment: {said}",
+            expected="the same kind of models in both flights",
+            remedy=f'Write transformation = "{SPATIAL}" in both, or a plane one in '
+            'both, or set method = "pipeline"',
+        )
+
+
+def _require_spatial(block, oriented, deformation):
+    """Refuse plane tables, and what plane models alone can have."""
+    if deformation:
+        raise SettingsError(
+            f"deformation = {deformation!r} with kind = {SPATIAL!r}",
+            expected="no deformation of spatial models",
+            remedy="Leave it out, or take a plane kind",
+        )
+    lacking = [name for name, o in oriented.items() if "z" not in o.model_points]
+    if lacking or "height" not in block.control_points:
+        where = lacking or ["control_points"]
+        raise SettingsError(
+            f"kind = {SPATIAL!r}, but {' and '.join(where)} "
+            f"{'have' if len(where) > 1 else 'has'} no heights",
+            expected="z of all model points, and heights of control",
+            remedy="Give them, or take a plane kind",
+        )
+
+
+def _require_control(block):
+    control = block.control_points
+    if control is None or not (control["role"] != "check").any():
+        raise SettingsError(
+            "the block has no control points",
+            expected="control_points that hold the adjusted models",
+            remedy='Give control_points, or set method = "pipeline"',
+        )
+
+
+def adjust_flights(block, settings, flights):
+    """Adjust all flights of a block as its settings say.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    flights : dict of str to RelativeOrientation
+        Every flight of the block after stage 2.
+
+    Returns
+    -------
+    BlockAdjustment
+    """
+    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+    options = AdjustmentOptions(
+        outliers=settings.outliers,
+        significance=settings.significance,
+        deformation=settings.model_deformation,
+        variance_components=settings.variance_components,
+    )
+    tables = block_tables(block, flights, kinds)
+    return simultaneous_adjustment(tables, options)
+
+
+def point_columns(block, flights, adjusted, two_step):
+    """Adjusted points with the columns of every densified point.
+
+    Parameters
+    ----------
+    block : Block
+    flights : dict of str to RelativeOrientation
+    adjusted : BlockAdjustment
+    two_step : DensificationResult or None
+
+    Returns
+    -------
+    DataFrame
+        A point is suspect with a residual or with given coordinates that contradict.
+        ``standard_error_paper`` and ``standard_error_internal`` are those of two
+        steps, ``two_step_easting``, ``two_step_northing`` its coordinates. Standard
+        errors are left out where the size of a source of error is not known.
+    """
+    points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
+    errors = {name: oriented.errors for name, oriented in flights.items()}
+    if unknown_error(block, errors):
+        points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
+    place = points.columns.get_loc("n_models")
+    beside = _of_two_steps(points["point_id"], two_step)
+    for k, name in enumerate(("standard_error_paper", "standard_error_internal")):
+        points.insert(place + k, name, beside[name].to_numpy())
+    points["is_suspect"] = points["point_id"].isin(_suspects(adjusted))
+    for name in ("easting", "northing"):
+        points[f"two_step_{name}"] = beside[name].to_numpy()
+    return points
+
+
+def _suspects(adjusted):
+    tables = (adjusted.residuals, adjusted.control)
+    return pd.concat([t.loc[t["is_suspect"], "point_id"] for t in tables]).unique()
+
+
+def _of_two_steps(point_id, two_step):
+    names = [
+        *("easting", "northing"),
+        *("standard_error_paper", "standard_error_internal"),
+    ]
+    if two_step is None:
+        return pd.DataFrame(np.nan, index=point_id, columns=names)
+    return two_step.points.set_index("point_id")[names].reindex(point_id)
+
+
+def unknown_error(block, errors):
+    """Say which source of error has a size that the adjustment does not know.
+
+    Parameters
+    ----------
+    block : Block
+    errors : dict of str to OrientationErrors, ImageErrors or None
+        Of the orientations of each flight.
+
+    Returns
+    -------
+    str
+        Empty where all are known.
+    """
+    if "standard_error_m" not in block.control_points:
+        return "the control points have no standard_error_m"
+    flights = block.flights
+    is_oriented = [n for n, flight in flights.items() if flight.is_oriented_numerically]
+    if any(flights[name].has_images for name in is_oriented):
+        return "models from images share errors of their photographs"
+    if any(flights[name].transformation == SPATIAL for name in is_oriented):
+        return "the effect of the errors of orientations on heights is unknown"
+    if not all(isinstance(errors[name], OrientationErrors) for name in is_oriented):
+        return (
+            "y-parallaxes without redundancy do not show the errors of the orientations"
+        )
+    return ""
+
+
+def distribute_adjusted(block, settings, points):
+    """Distribute the residuals of control, where the settings ask for it.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    points : DataFrame
+        With roles and differences.
+
+    Returns
+    -------
+    DataFrame
+        After a distribution without standard errors: those of before do not hold for
+        the points that were moved.
+    """
+    if settings.residual_distribution == "none":
+        return points
+    moved = distribute_residuals(
+        points, block.control_points, settings.residual_distribution
+    ).points
+    return moved.drop(columns=STANDARD_ERRORS, errors="ignore")
+
+
+def common_terms(flights, families):
+    """Terms that the models of each flight share.
+
+    Parameters
+    ----------
+    flights : sized
+    families : tuple of str
+
+    Returns
+    -------
+    tuple of CommonTerms
+    """
+    if not families:
+        return ()
+    return tuple(CommonTerms(place, families) for place in range(len(flights)))
+
+
+def block_tables(block, flights, kinds):
+    """Observations of a block.
+
+    Parameters
+    ----------
+    block : Block
+    flights : dict of str to RelativeOrientation
+        Those that take part, after stage 2: their points, with the errors of their
+        orientations, and the projection centres that spatial models have in common.
+    kinds : dict of str to str
+        affine, helmert or helmert_3d, of each flight.
+
+    Returns
+    -------
+    BlockTables
+    """
+    measured = []
+    for name, flight in flights.items():
+        rows, shared = flight.model_points, None
+        error = block.flights[name].ground_error_of(rows)
+        if kinds[name] == SPATIAL:
+            rows, error = _in_space(name, rows, flight.centres, error)
+        elif isinstance(flight.errors, OrientationErrors):
+            shared = flight.errors.factors[:, : len(PLAN)]
+        measured.append(MeasuredFlight(name, rows, error, kinds[name], shared))
+    return code_block(measured, block.control_points)
+
+
+def _in_space(name, points, centres, error):
+    """Points with projection centres below them, and their errors to begin with."""
+    axes = np.array([1.0, 1.0, HEIGHT_OVER_PLAN])
+    errors = error[:, None] * axes
+    if centres.empty:
+        return points, errors
+    names = ["coverage", "model_id", "point_id", "x", "y", "z"]
+    # photographs of both flights may have the same names
+    below = centres.assign(point_id=f"{name} " + centres["image_id"])[names]
+    both = pd.concat([points[names], below], ignore_index=True)
+    both[CENTRE] = np.arange(len(both)) >= len(points)
+    of_centres = np.full((len(centres), 3), CENTRE_OVER_POINT * np.median(error))
+    return both, np.concatenate([errors, of_centres])

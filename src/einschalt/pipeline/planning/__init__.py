@@ -1,0 +1,1 @@
+"""Before the flight: which precision to expect, and which flight to choose."""

@@ -1,0 +1,256 @@
+"""What a planner may ask for: ranges, and what the numbers say of their units."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from numbers import Real
+
+import numpy as np
+
+from einschalt.foundations.arguments import described
+from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.typesetting import number, scale
+from einschalt.foundations.value_ranges import Range
+from einschalt.theory.planning.kovarik_precision import EDGES, PlannedModel
+from einschalt.theory.planning.leverage import KINDS, LEAST_POINTS
+
+IN_MM = "Did you give millimetres?"
+PER_CENT = "Did you give per cent?"
+RANGES = {
+    "scale_number": Range(
+        100, 500_000, likely_slip="Give the denominator: 8000 for 1:8000"
+    ),
+    "spacing": Range(0.5, 50_000, "metres", likely_slip="Did you give kilometres?"),
+    "m_0": Range(
+        1e-4, 5, "metres", likely_slip="Did you give centimetres? 10 cm are 0.10"
+    ),
+    "m_g_um": Range(
+        0.05,
+        500,
+        "micrometres in the image",
+        likely_slip="Did you give metres or millimetres? 0.01 mm are 10",
+    ),
+    "image_format": Range(0.002, 1, "metres", likely_slip=IN_MM),
+    "principal_distance": Range(0.002, 2, "metres", likely_slip=IN_MM),
+    "forward_overlap": Range(0.01, 0.99, "of the image", likely_slip=PER_CENT),
+    "side_overlap": Range(0, 0.99, "of the image", likely_slip=PER_CENT),
+    "target": Range(
+        1e-4, 10, "metres", likely_slip="Did you give centimetres? 5 cm are 0.05"
+    ),
+}
+MOST_COMBINATIONS = 20_000_000
+
+
+def checked_axis(name, values):
+    """Check one argument that is a number or a sequence of numbers.
+
+    Parameters
+    ----------
+    name : str
+        A key of ``RANGES``.
+    values : float or sequence of float
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    SettingsError
+        Something is no number, or lies outside of what is sensible; or there is none.
+
+    Examples
+    --------
+    >>> checked_axis("spacing", 300)
+    array([300.])
+    >>> checked_axis("m_g_um", [5, 10e-6])
+    Traceback (most recent call last):
+    einschalt.foundations.errors.SettingsError: m_g_um = 1e-05; expected 0.05 to 500 \
+micrometres in the image. Did you give metres or millimetres? 0.01 mm are 10.
+    """
+    is_many = isinstance(values, Iterable) and not isinstance(values, str | bytes)
+    if getattr(values, "ndim", 1) == 0:  # an array that is one number
+        values, is_many = values.item(), False
+    listed = list(values) if is_many else [values]
+    if not listed:
+        raise SettingsError(
+            f"{name} is empty", expected="a number or a sequence of numbers"
+        )
+    allowed = RANGES[name]
+    for value in listed:
+        # numpy's scalars are registered as Real; Range asks for what it knows
+        plain = float(value) if _is_number(value) else value
+        if plain not in allowed:
+            raise SettingsError(
+                f"{name} = {_shown(value)}",
+                expected=str(allowed),
+                remedy=allowed.likely_slip if _is_number(value) else "",
+            )
+    return np.array(listed, dtype=float)
+
+
+def _is_number(value):
+    is_real = isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+    # a whole number can be longer than a float
+    return is_real and not (isinstance(value, int) and abs(value) > LARGEST_NUMBER)
+
+
+def _shown(value):
+    return f"{float(value):g}" if _is_number(value) else described(value)
+
+
+def checked_number(name, value):
+    """Check one argument that is one number.
+
+    Parameters
+    ----------
+    name : str
+        A key of ``RANGES``.
+    value : float
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    SettingsError
+        It is not one number, or lies outside of what is sensible.
+    """
+    if not _is_number(value):
+        raise SettingsError(f"{name} = {value!r}", expected=f"{RANGES[name]}")
+    return float(checked_axis(name, value)[0])
+
+
+def checked_choice(name, value, known):
+    """Check one argument that is one of several words.
+
+    Parameters
+    ----------
+    name : str
+    value : str
+    known : iterable of str
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    SettingsError
+        It is none of them; names the nearest.
+
+    Examples
+    --------
+    >>> checked_choice("edge", "Corner", EDGES)
+    Traceback (most recent call last):
+    einschalt.foundations.errors.SettingsError: edge = 'Corner'; expected kovarik, \
+mid_edge, corner or lattice. Did you mean 'corner'?
+    """
+    known = list(known)
+    if value in known:
+        return value
+    near = get_close_matches(str(value).casefold(), known, n=1)
+    raise SettingsError(
+        f"{name} = {value!r}",
+        expected=f"{', '.join(known[:-1])} or {known[-1]}",
+        remedy=f"Did you mean {near[0]!r}?" if near else "",
+    )
+
+
+def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
+    """Check how models are flown and fitted.
+
+    Parameters
+    ----------
+    kind, edge : str
+    image_format : float or tuple of float
+        Side of the image, or its sides along and across the strip [m].
+    forward_overlap, side_overlap : float
+
+    Returns
+    -------
+    PlannedModel
+
+    Raises
+    ------
+    SettingsError
+        A value is not allowed.
+    """
+    sides = checked_axis("image_format", image_format)
+    if len(sides) > 2:
+        raise SettingsError(
+            f"image_format has {len(sides)} values",
+            expected="the side of the image, or its sides along and across the strip",
+        )
+    return PlannedModel(
+        kind=checked_choice("kind", kind, KINDS),
+        edge=checked_choice("edge", edge, EDGES),
+        image_format=(float(sides[0]), float(sides[-1])),
+        forward_overlap=checked_number("forward_overlap", forward_overlap),
+        side_overlap=checked_number("side_overlap", side_overlap),
+    )
+
+
+def require_points(model, scale_number, spacing):
+    """Refuse combinations whose models hold too few points to plan anything.
+
+    Parameters
+    ----------
+    model : PlannedModel
+    scale_number, spacing : ndarray
+        Every one is combined with every other.
+
+    Raises
+    ------
+    GeometryError
+        The spacing is larger than a model, or fewer points lie in a model than the
+        transformation needs.
+    """
+    smallest, widest = float(np.min(scale_number)), float(np.max(spacing))
+    along, across = (smallest * side for side in model.extent)
+    n_points = float(model.n_points(smallest, widest))
+    least = LEAST_POINTS[model.kind]
+    problems = []
+    if widest > min(along, across):
+        problems.append(
+            GeometryError(
+                f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
+                f"{along:.4g} x {across:.4g} m",
+                expected="several points in every model",
+                remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
+                "or a larger scale number",
+            )
+        )
+    elif n_points < least:
+        problems.append(
+            GeometryError(
+                f"{number(n_points)} points lie in a model at {scale(smallest)} with "
+                f"a spacing of {widest:g} m",
+                expected=f"at least {least} for {model.kind}",
+                remedy="Give a smaller spacing, or a larger scale number",
+            )
+        )
+    raise_problems(problems)
+
+
+def require_reasonable_size(*axes):
+    """Refuse a table that no memory holds.
+
+    Parameters
+    ----------
+    *axes : ndarray
+        Every value of one is combined with every value of the others.
+
+    Raises
+    ------
+    SettingsError
+        There are more than twenty million combinations.
+    """
+    n_combinations = int(np.prod([len(axis) for axis in axes], dtype=float))
+    if n_combinations > MOST_COMBINATIONS:
+        raise SettingsError(
+            f"{n_combinations} combinations are asked for",
+            expected=f"at most {MOST_COMBINATIONS}",
+            remedy="Give fewer values, or plan in several parts",
+        )

@@ -1,0 +1,139 @@
+"""What more effort would gain in a planned block, and where it stops paying."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.typesetting import fixed, number, wrapped
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.theory.planning.expected_precision import (
+    FlightsToExpect,
+    break_even,
+    expected_parts,
+)
+
+MOST_COVERAGES = 4
+TWICE = 0.5**0.5  # of twice as many settings or points
+
+
+def flights_of(design) -> FlightsToExpect:
+    """Put a design down as the closed estimate takes it.
+
+    Parameters
+    ----------
+    design : FlightDesign
+
+    Returns
+    -------
+    FlightsToExpect
+    """
+    return FlightsToExpect(
+        scale_number=design.scale_number,
+        high_scale_number=design.scale_of_high_flight,
+        spacing=design.spacing,
+        m_g=design.m_g_um * METRES_PER_UM,
+        high_m_g=design.noise().high_m_g_um * METRES_PER_UM,
+        n_coverages=design.n_coverages,
+        control_error=design.control_standard_error,
+        control_per_model=design.control_per_model,
+    )
+
+
+def effort_gains(expected):
+    """Estimate what more of each effort would make of the expected precision.
+
+    Parameters
+    ----------
+    expected : ExpectedPrecision
+
+    Returns
+    -------
+    DataFrame
+        effort, expected_mean [m, TOTAL], gain (part of the mean error that goes), the
+        largest first. The propagated error times the ratio of closed estimates.
+    """
+    design = expected.design
+    flights = flights_of(design)
+    now = expected_parts(flights, design.model).mean
+    efforts = {
+        "points set twice as often in the low flight": {"m_g": TWICE * flights.m_g},
+        "points set twice as often in the high flight": {
+            "high_m_g": TWICE * flights.high_m_g
+        },
+        "a high flight lower by a fifth": {
+            "high_scale_number": 0.8 * flights.high_scale_number
+        },
+        "twice as many points": {"spacing": TWICE * flights.spacing},
+        "control of half the error": {"control_error": 0.5 * flights.control_error},
+    }
+    if design.n_coverages < MOST_COVERAGES:
+        efforts["one coverage more of both flights"] = {
+            "n_coverages": design.n_coverages + 1
+        }
+    if design.control_per_model == 5:
+        efforts["nine control points in each high-flight model"] = {
+            "control_per_model": 9
+        }
+    ratios = [
+        float(expected_parts(replace(flights, **change), design.model).mean / now)
+        for change in efforts.values()
+    ]
+    table = pd.DataFrame(
+        {
+            "effort": list(efforts),
+            "expected_mean": expected.figures.mean * np.array(ratios),
+            "gain": 1.0 - np.array(ratios),
+        }
+    )
+    return table.sort_values("gain", ascending=False, ignore_index=True)
+
+
+def describe_effort(expected):
+    """Write what more effort would gain, and up to where it pays.
+
+    Parameters
+    ----------
+    expected : ExpectedPrecision
+
+    Returns
+    -------
+    str
+    """
+    rows = [
+        [row.effort, fixed(100.0 * row.expected_mean, 1), fixed(100.0 * row.gain, 0)]
+        for row in effort_gains(expected).itertuples()
+    ]
+    design = expected.design
+    flights = flights_of(design)
+    limits = break_even(expected_parts(flights, design.model), flights)
+    said = (
+        "An effort pays until the rest of the error is as large as what it reduces: "
+        f"{_settings(limits)}, {_coverages(limits, design)}, {_points(limits, design)}."
+    )
+    header = ["What more would gain (closed estimate)", "cm", "%"]
+    text = typesetting.table(rows, header=header, align="lrr")
+    return f"{text}\n{wrapped(said, first='  ', indent='    ')}"
+
+
+def _settings(limits):
+    if limits.settings <= 1.0:
+        return "more settings in the low flight do not"
+    return f"settings in the low flight up to {_amount(limits.settings)} times as many"
+
+
+def _coverages(limits, design):
+    if limits.n_coverages <= design.n_coverages:
+        return "more coverages do not"
+    return f"coverages up to {_amount(limits.n_coverages)}"
+
+
+def _points(limits, design):
+    if limits.spacing >= design.spacing:
+        return "denser points do not"
+    return f"points down to {number(limits.spacing)} m apart"
+
+
+def _amount(value):
+    return number(value) if np.isfinite(value) else "any number"

@@ -1,0 +1,329 @@
+"""The precision that a planned block will have, before anything is measured.
+
+Not by the formula of 1971, which takes for independent what is not: the block is laid
+out as it would be flown, and the errors of control and of both flights are carried
+through every stage. They depend on where points lie and which models hold them, hardly
+on what is measured; so a layout is enough.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.typesetting import count, length, number, scale, wrapped
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND, FlightDesign
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.stages.results import Result
+from einschalt.stages.stage4_error_propagation import propagate_values
+from einschalt.theory.planning.kovarik_precision import (
+    PlannedPrecision,
+    mean_of_coverages,
+)
+
+# places in a model, −½ to ½ from edge to edge, as DensificationResult has them
+CENTRE_WITHIN, EDGE_BEYOND, CORNER_BEYOND = 0.2, 0.4, 0.35
+ZONES = ("centre", "edge", "corner")
+SOURCES = ("control", "high_flight", "low_flight")
+SOURCE_TEXT = {
+    "control": "control",
+    "high_flight": "measuring in the high flight",
+    "low_flight": "measuring in the low flight",
+}
+
+
+@dataclass(frozen=True)
+class ExpectedFigures:
+    """Root mean squares, TOTAL [m]; NaN where there is no such point.
+
+    Attributes
+    ----------
+    mean : float
+        Final coordinates of the new points, mean of all coverages.
+    worst : float
+        95 % of the new points are better.
+    single, single_centre, single_edge, single_corner : float
+        One model's value: anywhere, in the middle (|u| and |v| below 0.2), at the edge
+        (one of them above 0.4), in a corner (both above 0.35) of its extent.
+    paper_mean, paper_single, paper_centre, paper_edge, paper_corner : float
+        The same after Kovarik's formula, with the leverages of these points.
+    m_0 : float
+        What the transformations of the low flight would show.
+    """
+
+    mean: float
+    worst: float
+    single: float
+    single_centre: float
+    single_edge: float
+    single_corner: float
+    paper_mean: float
+    paper_single: float
+    paper_centre: float
+    paper_edge: float
+    paper_corner: float
+    m_0: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExpectedPrecision(Result):
+    """What a planned block will be worth.
+
+    Attributes
+    ----------
+    design : FlightDesign
+    points : DataFrame
+        point_id, easting, northing (from the centre of the area), role,
+        standard_error_total, standard_error_paper, n_models [m].
+    values : DataFrame
+        Every low-flight model's value of every point: coverage, model_id, point_id,
+        position_u, position_v, standard_error_total, standard_error_paper [m].
+    figures : ExpectedFigures
+    parts : dict of str to float
+        What control and both flights contribute to the new points, root mean square,
+        TOTAL [m].
+    formula : PlannedPrecision
+        After Kovarik's formula and edge, with the block's m_0.
+    n_high_models, n_low_models, n_control : int
+    """
+
+    design: FlightDesign
+    points: pd.DataFrame
+    values: pd.DataFrame
+    figures: ExpectedFigures
+    parts: dict
+    formula: PlannedPrecision
+    n_high_models: int
+    n_low_models: int
+    n_control: int
+
+    def summary(self):
+        """Return the expected precision beside that of the formula of 1971."""
+        return _summary(self)
+
+
+def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecision:
+    """Compute the precision of a planned block by propagation on its layout.
+
+    Parameters
+    ----------
+    design : FlightDesign
+    coverage_mean : {"all", "most_central"}
+        Which values of a point are averaged, as in Settings.
+    seed : int
+        Of the layout: points are displaced at random about a lattice.
+
+    Returns
+    -------
+    ExpectedPrecision
+
+    Raises
+    ------
+    EinschaltError
+        The layout is not possible: models would hold too few points.
+
+    Notes
+    -----
+    The covariance is L Σ Lᵀ with L the operators of all stages
+    (docs/theory/propagation.md). What it cannot know are errors that no size was given
+    for: deformed models, a strained network, gross errors.
+
+    Examples
+    --------
+    >>> expected = expect_precision(
+    ...     FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    ... )
+    >>> round(100 * expected.figures.paper_mean) < round(100 * expected.figures.mean)
+    True
+    """
+    if not isinstance(design, FlightDesign):
+        raise SettingsError(
+            f"design is a {type(design).__name__}",
+            expected="a FlightDesign",
+            remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
+        )
+    block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
+    # a layout has no gross errors to look for
+    settings = Settings(coverage_mean=coverage_mean, screening="off")
+    result = densify(block, settings)
+    if not (result.points["role"] == "new").any():
+        raise GeometryError(
+            "all points of the area would be control points",
+            expected="some that are to be densified",
+            remedy="Give a smaller spacing, or a larger area",
+        )
+    point_ids = result.model_points["low_flight"]["point_id"]
+    of_values = _total(propagate_values(result.propagation, point_ids).covariance)
+    values = _values(block, result, of_values)
+    is_new = (result.points["role"] == "new").to_numpy()
+    parts = {
+        source: _rms(_total(result.errors.parts[source])[is_new]) for source in SOURCES
+    }
+    roles = result.points["role"].value_counts()
+    m_0 = result.figures.m_0_low
+    return ExpectedPrecision(
+        design=design,
+        points=_points(block, result),
+        values=values,
+        figures=_figures(result, values, m_0),
+        parts=parts,
+        formula=design.after_kovarik(m_0),
+        n_high_models=len(result.high.transformation.models),
+        n_low_models=len(result.low.models),
+        n_control=int(roles.get("control", 0)),
+    )
+
+
+def _total(covariance):
+    return np.sqrt(np.trace(covariance, axis1=1, axis2=2))
+
+
+def _rms(errors):
+    errors = np.asarray(errors, dtype=float)
+    return float(np.sqrt(np.mean(errors**2))) if errors.size else np.nan
+
+
+def _values(block, result, totals):
+    """Values with the precision of each; models that were not usable have none."""
+    rows = block.low_flight.points_to_fit[["coverage", "model_id", "point_id"]]
+    propagated = rows.assign(standard_error_total=totals)
+    shown = [*rows.columns, "position_u", "position_v", "standard_error_paper"]
+    return result.single_values[shown].merge(propagated, on=list(rows.columns))
+
+
+def _points(block, result):
+    geometry = block.geometry
+    names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
+    true = block.truth.set_index("point_id").loc[result.points["point_id"]]
+    return result.points[[*names, "n_models"]].assign(
+        easting=true["easting"].to_numpy() - geometry.centre_easting,
+        northing=true["northing"].to_numpy() - geometry.centre_northing,
+    )
+
+
+def zones_of(values):
+    """Which values lie in the middle, at the edge and in the corners of their models.
+
+    Parameters
+    ----------
+    values : DataFrame
+        With position_u, position_v.
+
+    Returns
+    -------
+    dict of str to ndarray of bool
+    """
+    away = values[["position_u", "position_v"]].abs().to_numpy()
+    return {
+        "centre": (away < CENTRE_WITHIN).all(axis=1),
+        "edge": (away > EDGE_BEYOND).any(axis=1),
+        "corner": (away > CORNER_BEYOND).all(axis=1),
+    }
+
+
+def _figures(result, values, m_0):
+    new = result.points[result.points["role"] == "new"]
+    total = values["standard_error_total"].to_numpy()
+    paper = values["standard_error_paper"].to_numpy()
+    zones = zones_of(values)
+    return ExpectedFigures(
+        mean=_rms(new["standard_error_total"]),
+        worst=float(np.quantile(new["standard_error_total"], 0.95)),
+        single=_rms(total),
+        **{f"single_{zone}": _rms(total[is_in]) for zone, is_in in zones.items()},
+        paper_mean=_rms(new["standard_error_paper"]),
+        paper_single=_rms(paper),
+        **{f"paper_{zone}": _rms(paper[is_in]) for zone, is_in in zones.items()},
+        m_0=m_0,
+    )
+
+
+def _summary(expected):
+    figures, formula = expected.figures, expected.formula
+    coverages = _coverages(expected.design.n_coverages)
+    of_mean = mean_of_coverages(
+        formula.M_centre, formula.M_edge, expected.design.n_coverages
+    )
+    n_new = int((expected.points["role"] == "new").sum())
+    rows = [
+        _row("one model, middle", "single_centre", figures, formula.M_centre),
+        _row("one model, edge", "single_edge", figures, formula.M_edge),
+        _row("one model, corner", "single_corner", figures, np.nan),
+        _row(coverages, "mean", figures, float(of_mean)),
+    ]
+    header = ["[cm, total]", "expected", "formula", "rule of 1971"]
+    parts = ", ".join(
+        f"{SOURCE_TEXT[source]} {length(value)}"
+        for source, value in expected.parts.items()
+    )
+    verdict = (
+        f"Expected precision of {count(n_new, 'new point')}: {length(figures.mean)} "
+        f"(total, {coverages}); 95 % are better than {length(figures.worst)}"
+    )
+    return "\n".join(
+        [
+            verdict,
+            *_warnings(expected),
+            "",
+            typesetting.table(rows, header=header),
+            wrapped(
+                "expected: errors of control and both flights carried through all "
+                "stages on this layout. formula: M of 1971 with the leverages of the "
+                "same points; rule of 1971: the planning table with the block's m_0, "
+                f"{length(figures.m_0)}.",
+                first="  ",
+                indent="    ",
+            ),
+            "",
+            wrapped(f"It comes from {parts}.", first="  ", indent="    "),
+            wrapped(_layout_text(expected), first="  ", indent="    "),
+        ]
+    )
+
+
+def _row(label, name, figures, by_rule):
+    propagated = getattr(figures, name)
+    formula = getattr(
+        figures, name.replace("single_", "paper_").replace("mean", "paper_mean")
+    )
+    cells = (100.0 * float(value) for value in (propagated, formula, by_rule))
+    return [label, *(typesetting.fixed(value, 1) for value in cells)]
+
+
+def _coverages(n_coverages):
+    if n_coverages == 1:
+        return "one coverage"
+    return f"mean of {typesetting.number_word(n_coverages)} coverages"
+
+
+def _layout_text(expected):
+    design = expected.design
+    width, height = design.extent
+    apart = f"{number(design.layout_spacing, 3)} m apart"
+    if design.layout_spacing > design.spacing:
+        apart += f" instead of {design.spacing:g}, which hardly matters"
+    high_um = design.noise().high_m_g_um
+    return (
+        f"Layout: {width / 1e3:.3g} x {height / 1e3:.3g} km, points {apart}; high "
+        f"flight {scale(design.scale_of_high_flight)}, m_g {number(high_um)} µm, "
+        f"{count(expected.n_high_models, 'model')} on "
+        f"{count(expected.n_control, 'control point')} of "
+        f"{length(design.control_standard_error)}; low flight "
+        f"{scale(design.scale_number)}, m_g {number(design.m_g_um)} µm, "
+        f"{count(expected.n_low_models, 'model')}, {design.kind}."
+    )
+
+
+def _warnings(expected):
+    share = expected.n_control / len(expected.points)
+    if share <= MOST_ON_THE_GROUND:
+        return []
+    said = (
+        f"{expected.n_control} of {len(expected.points)} points are control: little is "
+        "left to be densified. Fly the high flight higher: its models need less then."
+    )
+    return [wrapped(said, first="  ", indent="    ")]

@@ -1,0 +1,225 @@
+"""A planned block in its planner's words, as geometry and noise of a simulation."""
+
+from dataclasses import dataclass, replace
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.pipeline.planning.arguments import (
+    checked_number,
+    planned_model,
+    require_points,
+)
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.theory.planning.expected_precision import models_per_point
+from einschalt.theory.planning.kovarik_precision import planned_precision
+
+# as at Neukirchen: 1:15000 above 1:8000, and settings that are not repeated
+HIGH_OVER_LOW_SCALE = 15_000 / 8_000
+HIGH_OVER_LOW_M_G = 1.5
+RIM_OVER_SIDE = 1 / 46  # 5 mm of 23 cm
+HIGH_FOOTPRINTS = 3.0
+LEAST_ROWS, MOST_ROWS = 16, 70
+LEAST_POINTS_PER_MODEL = 4
+MOST_ON_THE_GROUND = 0.5
+"""Where more than this part of the points is control, a plan densifies little."""
+MOST_WORK = 2.5e7
+"""Values times what each depends on: some seconds of propagation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightDesign:
+    """Two flights that are planned: what is to be decided, and what is at hand.
+
+    Attributes
+    ----------
+    scale_number : float
+        Of the low flight.
+    spacing : float
+        Mean distance of points [m].
+    m_g_um : float
+        TOTAL error of a point measured in the low flight, image plane [µm].
+    kind : {"affine", "helmert", "rigid"}
+        Transformation of the models of both flights.
+    image_format : float or tuple of float
+        Side of the image, or its sides along and across the strip [m].
+    principal_distance : float
+        [m]
+    forward_overlap, side_overlap : float
+    n_coverages : int
+        Of both flights, 1 to 4.
+    coverage_shift : float, optional
+        Shift of a coverage against the one before, in bases; 1/n_coverages where left
+        out.
+    high_scale_number, high_m_g_um : float, optional
+        Of the high flight; where left out 1.875 and 1.5 times those of the low flight,
+        as at Neukirchen.
+    control_standard_error : float
+        TOTAL error of terrestrial control [m].
+    control_per_model : {5, 9}
+        In each model of the high flight.
+    width, height : float, optional
+        Extent of the area [m]; where left out enough for three high-flight images.
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible, or the models would leave gaps.
+    """
+
+    scale_number: float
+    spacing: float
+    m_g_um: float
+    kind: str = "affine"
+    image_format: float | tuple[float, float] = 0.23
+    principal_distance: float = 0.152
+    forward_overlap: float = 0.60
+    side_overlap: float = 0.30
+    n_coverages: int = 2
+    coverage_shift: float | None = None
+    high_scale_number: float | None = None
+    high_m_g_um: float | None = None
+    control_standard_error: float = 0.03
+    control_per_model: int = 5
+    width: float | None = None
+    height: float | None = None
+
+    def __post_init__(self):
+        """Check the values that the simulation does not know by these names."""
+        for name in ("scale_number", "spacing", "m_g_um", "principal_distance"):
+            checked_number(name, getattr(self, name))
+        for name, value in (
+            ("scale_number", self.high_scale_number),
+            ("m_g_um", self.high_m_g_um),
+        ):
+            if value is not None:
+                _checked_of_high_flight(name, value)
+        if self.scale_of_high_flight <= self.scale_number:
+            raise SettingsError(
+                f"high_scale_number = {self.scale_of_high_flight:g}, with a low flight "
+                f"of {self.scale_number:g}",
+                expected="a high flight of a smaller image scale",
+                remedy="Give the larger denominator to the high flight",
+            )
+        require_points(self.model, self.scale_number, self.spacing)
+        self.geometry()
+        self.noise()
+
+    @property
+    def model(self):
+        """The planned model of the low flight, its edge by the rule of 1971."""
+        return planned_model(
+            self.kind,
+            "kovarik",
+            self.image_format,
+            self.forward_overlap,
+            self.side_overlap,
+        )
+
+    @property
+    def scale_of_high_flight(self):
+        """Scale number of the high flight, where None has been replaced."""
+        if self.high_scale_number is not None:
+            return float(self.high_scale_number)
+        return HIGH_OVER_LOW_SCALE * self.scale_number
+
+    @property
+    def extent(self):
+        """Width and height of the area, where None has been replaced [m]."""
+        footprint = self.scale_of_high_flight * max(self.model.image_format)
+        usual = min(
+            max(HIGH_FOOTPRINTS * footprint, LEAST_ROWS * self.spacing),
+            MOST_ROWS * self.spacing,
+        )
+        return tuple(
+            usual if given is None else float(given)
+            for given in (self.width, self.height)
+        )
+
+    @property
+    def layout_spacing(self):
+        """Distance of the points of the layout [m].
+
+        Where models hold hundreds of points it is larger than planned: fewer make the
+        same errors, to some 2 %, since little of them comes from the noise of single
+        points.
+        """
+        width, height = self.extent
+        n_points = width * height / self.spacing**2
+        whole = replace(self.model, edge="mid_edge")
+        in_model = float(whole.n_points(self.scale_number, self.spacing))
+        n_values = self.n_coverages * models_per_point(self.model)
+        work = n_points * in_model * n_values**2
+        return float(self.spacing) * max(1.0, work / MOST_WORK) ** 0.25
+
+    def geometry(self) -> BlockGeometry:
+        """Return the layout of both flights over the area.
+
+        Returns
+        -------
+        BlockGeometry
+        """
+        along, across = self.model.image_format
+        width, height = self.extent
+        return BlockGeometry(
+            width=width,
+            height=height,
+            point_spacing=self.layout_spacing,
+            high_scale_number=self.scale_of_high_flight,
+            low_scale_number=float(self.scale_number),
+            image_format=along,
+            image_format_across=across,
+            principal_distance=float(self.principal_distance),
+            forward_overlap=float(self.forward_overlap),
+            side_overlap=float(self.side_overlap),
+            unusable_rim=min(along, across) * RIM_OVER_SIDE,
+            n_coverages=self.n_coverages,
+            coverage_shift=self.coverage_shift,
+            control_per_model=self.control_per_model,
+            # as few points as possible, each measured wherever it shows
+            control_reach=1.0,
+            shares_control=True,
+            least_points_per_model=LEAST_POINTS_PER_MODEL,
+            transformation=self.kind,
+        )
+
+    def noise(self) -> BlockNoise:
+        """Return the errors of control and measurements.
+
+        Returns
+        -------
+        BlockNoise
+        """
+        given = self.high_m_g_um
+        return BlockNoise(
+            control_standard_error=float(self.control_standard_error),
+            high_m_g_um=HIGH_OVER_LOW_M_G * self.m_g_um if given is None else given,
+            low_m_g_um=float(self.m_g_um),
+        )
+
+    def after_kovarik(self, m_0):
+        """Precision after Kovarik's formula and edge.
+
+        Parameters
+        ----------
+        m_0 : float
+            TOTAL error of the approximate coordinates [m].
+
+        Returns
+        -------
+        PlannedPrecision
+        """
+        return planned_precision(
+            self.scale_number,
+            self.spacing,
+            m_0,
+            self.m_g_um * METRES_PER_UM,
+            self.model,
+        )
+
+
+def _checked_of_high_flight(name, value):
+    try:
+        checked_number(name, value)
+    except SettingsError as error:
+        raise error.with_facts(found=f"high_{error.found}") from None

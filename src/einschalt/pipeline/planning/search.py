@@ -1,0 +1,506 @@
+"""From the wanted precision to the cheapest flight."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.errors import (
+    GeometryError,
+    SettingsError,
+    raise_problems,
+)
+from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
+from einschalt.foundations.units import METRES_PER_UM
+from einschalt.foundations.value_ranges import Range, problems_in
+from einschalt.pipeline.planning.arguments import (
+    checked_axis,
+    checked_choice,
+    checked_number,
+    planned_model,
+    require_reasonable_size,
+)
+from einschalt.pipeline.planning.costs import PlanCosts
+from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
+from einschalt.pipeline.planning.precision_table import frame_of
+from einschalt.stages.results import Result
+from einschalt.theory.measuring_error import m_g_of_mean
+from einschalt.theory.planning.expected_precision import (
+    ExpectedParts,
+    FlightsToExpect,
+    expected_parts,
+    models_per_point,
+)
+from einschalt.theory.planning.kovarik_precision import (
+    PlannedModel,
+    mean_of_coverages,
+    planned_precision,
+)
+from einschalt.theory.planning.leverage import LEAST_POINTS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PLACES = ("centre", "edge", "everywhere")
+FORMULAS = ("expected", "paper")
+M2_PER_KM2 = 1e6
+CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
+"""Corners and sides are shared with neighbours of the same coverage; another coverage
+has its own, since flights do not repeat to the metre."""
+LIMITS = {
+    "measuring": "measuring in the low flight",
+    "noise": "noise of the approximate coordinates",
+    "transformation": "the transformations of the high flight",
+    "control": "the errors of control",
+}
+REMEDIES = {
+    "measuring": "Set points more often, fly lower, or with more coverages",
+    "noise": "Fly the high flight lower, or with more coverages",
+    "transformation": "Fly the high flight lower, measure it better, or give its "
+    "models nine control points",
+    "control": "Survey the control better, or give nine points to each model",
+}
+SHOWN = 10
+SEVERAL_COVERAGES = (
+    "  With several coverages it is the error of their mean, alike at every place."
+)
+ONE_COVERAGE = """\
+  One coverage has no other to be compared with: gross errors stay unseen, and only
+  control says how good it was. Two: --n-coverages 2"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanChoices:
+    """What a planner is free to choose; every value is combined with every other.
+
+    Attributes
+    ----------
+    scale_number, spacing, m_g_um : sequence of float
+        Of the low flight; m_g of ONE setting.
+    high_over_low : sequence of float
+        Scale number of the high flight over that of the low flight.
+    n_settings : sequence of int
+        How often a point is set, in both flights.
+    n_coverages : sequence of int
+        Of both flights.
+    control_per_model : sequence of int
+        5 or 9, in each model of the high flight.
+    """
+
+    scale_number: tuple[float, ...]
+    spacing: tuple[float, ...]
+    m_g_um: tuple[float, ...]
+    high_over_low: tuple[float, ...] = (1.25, 1.5, 1.875, 2.5, 3.0)
+    n_settings: tuple[int, ...] = (1, 2, 4)
+    n_coverages: tuple[int, ...] = (1, 2, 3)
+    control_per_model: tuple[int, ...] = (5, 9)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlanSearch(Result):
+    """All plans, the cheapest that reach the target first.
+
+    Attributes
+    ----------
+    target : float
+        [m]
+    where : {"centre", "edge", "everywhere"}
+    by : {"expected", "paper"}
+    model : PlannedModel
+    plans : DataFrame
+        scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
+        control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
+        Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
+        reached_expected, reached_paper (at the place of the target), reached (the one
+        that is asked for) [m, TOTAL], images, models, settings,
+        control_points (for each km²), cost (for each km²), is_feasible, is_efficient
+        (no other plan is cheaper and better), limited_by.
+    """
+
+    target: float
+    where: str
+    by: str
+    model: PlannedModel
+    plans: "pd.DataFrame"
+
+    @property
+    def feasible(self):
+        """The plans that reach the target, the cheapest first."""
+        return self.plans[self.plans["is_feasible"]]
+
+    @property
+    def nearest(self):
+        """The best plan: the cheapest that reaches the target, or what comes nearest.
+
+        Series.
+        """
+        if len(self.feasible):
+            return self.feasible.iloc[0]
+        return self.plans.loc[self.plans["reached"].idxmin()]
+
+    def summary(self):
+        """Return the verdict, the cheapest plans, and what limits the others."""
+        return _summary(self)
+
+
+ALLOWED_IN_FRAME = {
+    "control_standard_error": Range(0, 10, "metres"),
+    "high_over_low_m_g": Range(0.01, 100),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanFrame:
+    """What is at hand: camera, transformation, control, and what things cost.
+
+    Attributes
+    ----------
+    kind : {"affine", "helmert", "rigid"}
+    image_format : float or tuple of float
+        [m]
+    principal_distance : float
+        [m]
+    forward_overlap, side_overlap : float
+    control_standard_error : float
+        TOTAL [m].
+    high_over_low_m_g : float
+        Measuring error of the high flight over that of the low flight.
+    costs : PlanCosts
+    """
+
+    kind: str = "affine"
+    image_format: float | tuple[float, float] = 0.23
+    principal_distance: float = 0.152
+    forward_overlap: float = 0.60
+    side_overlap: float = 0.30
+    control_standard_error: float = 0.03
+    high_over_low_m_g: float = 1.0
+    costs: PlanCosts = field(default_factory=PlanCosts)
+
+    def __post_init__(self):
+        """Check what no planned model knows."""
+        raise_problems(problems_in(self, ALLOWED_IN_FRAME))
+
+
+def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
+    """Find the plans that reach a precision, the cheapest first.
+
+    Parameters
+    ----------
+    target : float
+        TOTAL error that the delivered coordinates may have [m].
+    choices : PlanChoices
+    frame : PlanFrame, optional
+        Aerial film with affine models where it is left out.
+    where : {"everywhere", "edge", "centre"}
+        Place in the models at which the target holds. It matters with one coverage
+        only: the mean of several is alike everywhere.
+    by : {"expected", "paper"}
+        Errors as they are to be expected, with what points share; or after the formula
+        of 1971, which is too good.
+
+    Returns
+    -------
+    PlanSearch
+        Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
+        says what limits it.
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible, or no combination has enough points in its models.
+
+    Examples
+    --------
+    >>> choices = PlanChoices(
+    ...     scale_number=(6000, 8000, 10000), spacing=(200, 300), m_g_um=(5,)
+    ... )
+    >>> found = find_plans(0.05, choices)
+    >>> bool((found.feasible["expected_mean"] <= 0.05).all())
+    True
+    """
+    target = checked_number("target", target)
+    checked_choice("where", where, PLACES)
+    checked_choice("by", by, FORMULAS)
+    frame = PlanFrame() if frame is None else frame
+    # edges are looked at as the geometry has them; the paper's M takes its own rule
+    model = planned_model(
+        frame.kind,
+        "kovarik",
+        frame.image_format,
+        frame.forward_overlap,
+        frame.side_overlap,
+    )
+    columns = _precisions(_combine(choices), frame, model)
+    columns = _without_control_alone(columns | _work(columns, frame, model))
+    for formula in FORMULAS:
+        columns[f"reached_{formula}"] = _reached(columns, where, formula)
+    columns["reached"] = columns[f"reached_{by}"]
+    columns["is_feasible"] = columns["reached"] <= target
+    columns["is_efficient"] = _is_efficient(columns["cost"], columns["reached"])
+    table = frame_of(columns)
+    order = np.lexsort((table["reached"], table["cost"], ~table["is_feasible"]))
+    plans = table.iloc[order].reset_index(drop=True)
+    return PlanSearch(target, where, by, model, plans)
+
+
+ALLOWED_CHOICES = {
+    "high_over_low": Range(1.01, 20, "times the low flight's scale number"),
+    "n_settings": Range(1, 100, is_whole=True),
+    "n_coverages": Range(1, 4, is_whole=True),
+    "control_per_model": Range(5, 9, is_whole=True),
+}
+
+
+def _combine(choices):
+    axes = {
+        name: checked_axis(name, getattr(choices, name))
+        for name in ("scale_number", "spacing", "m_g_um")
+    }
+    for name, allowed in ALLOWED_CHOICES.items():
+        values = list(getattr(choices, name))
+        wrong = [value for value in values if value not in allowed]
+        if name == "control_per_model":
+            wrong = [value for value in values if value not in (5, 9)]
+        if wrong or not values:
+            raise SettingsError(
+                f"{name} = {wrong[0]!r}" if wrong else f"{name} is empty",
+                expected="5 or 9" if name == "control_per_model" else str(allowed),
+            )
+        axes[name] = np.array(values, dtype=float)
+    require_reasonable_size(*axes.values())
+    grid = np.meshgrid(*axes.values(), indexing="ij")
+    return {name: part.ravel() for name, part in zip(axes, grid, strict=True)}
+
+
+def _precisions(given, frame, model):
+    """Precisions of all combinations whose models hold enough points."""
+    distance = checked_number("principal_distance", frame.principal_distance)
+    n_points = model.n_points(given["scale_number"], given["spacing"])
+    # control is chosen among the points
+    in_high_model = given["high_over_low"] ** 2 * n_points
+    is_possible = _with_enough_points(n_points, in_high_model, given, model)
+    columns = {name: values[is_possible] for name, values in given.items()}
+    columns["high_scale_number"] = (
+        columns.pop("high_over_low") * columns["scale_number"]
+    )
+    m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
+    parts = _expected(columns, m_g, frame, model)
+    planned = planned_precision(
+        columns["scale_number"], columns["spacing"], parts.approximate, m_g, model
+    )
+    columns |= {
+        "flying_height": distance * columns["scale_number"],
+        "n_points": n_points[is_possible],
+        "m_0": parts.approximate,
+        "M_centre": planned.M_centre,
+        "M_edge": planned.M_edge,
+        "M_mean": mean_of_coverages(
+            planned.M_centre, planned.M_edge, columns["n_coverages"]
+        ),
+        "expected_centre": parts.centre,
+        "expected_edge": parts.edge,
+        "expected_mean": parts.mean,
+    }
+    columns["limited_by"] = _limits(parts)
+    return columns
+
+
+def _with_enough_points(n_points, in_high_model, given, model):
+    """Combinations whose models hold enough points; refused where there is none."""
+    least = LEAST_POINTS[model.kind]
+    remedy = "Give a smaller spacing, or larger scale numbers"
+    is_determined = n_points > least
+    if not is_determined.any():
+        raise GeometryError(
+            f"at most {n_points.max():.2g} points lie in a model",
+            expected=f"more than {least} for {model.kind}",
+            remedy=remedy,
+        )
+    is_possible = is_determined & (in_high_model >= given["control_per_model"])
+    if not is_possible.any():
+        raise GeometryError(
+            f"at most {in_high_model.max():.2g} points lie in a high-flight model",
+            expected=f"{given['control_per_model'].min():.0f} that can be control",
+            remedy=remedy,
+        )
+    return is_possible
+
+
+def _expected(columns, m_g, frame, model) -> ExpectedParts:
+    """Expectation of all combinations; the control's pattern is no number."""
+    found = {}
+    for pattern in (5, 9):
+        flights = FlightsToExpect(
+            scale_number=columns["scale_number"],
+            high_scale_number=columns["high_scale_number"],
+            spacing=columns["spacing"],
+            m_g=m_g,
+            high_m_g=frame.high_over_low_m_g * m_g,
+            n_coverages=columns["n_coverages"],
+            control_error=frame.control_standard_error,
+            control_per_model=pattern,
+        )
+        found[pattern] = expected_parts(flights, model)
+    is_nine = columns["control_per_model"] == 9
+    return ExpectedParts(
+        **{
+            name: np.where(is_nine, getattr(found[9], name), getattr(found[5], name))
+            for name in ExpectedParts.__dataclass_fields__
+        }
+    )
+
+
+def _limits(parts):
+    sizes = np.stack([getattr(parts, name) for name in LIMITS])
+    return np.array(list(LIMITS), dtype=object)[np.argmax(sizes, axis=0)]
+
+
+def _work(columns, frame, model):
+    """What has to be done for each km²."""
+    along, across = model.image_format
+    neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
+    coverages = columns["n_coverages"]
+    low = M2_PER_KM2 * coverages / (neat * columns["scale_number"] ** 2)
+    high = M2_PER_KM2 * coverages / (neat * columns["high_scale_number"] ** 2)
+    points = M2_PER_KM2 / columns["spacing"] ** 2
+    values = 2.0 * models_per_point(model) * coverages
+    settings = points * values * columns["n_settings"]
+    per_model = np.where(
+        columns["control_per_model"] == 9, *(CONTROL_PER_NEAT_MODEL[k] for k in (9, 5))
+    )
+    control = per_model * high
+    costs = frame.costs
+    return {
+        "images": low + high,
+        "models": low + high,
+        "settings": settings,
+        "control_points": control,
+        "cost": (costs.image + costs.model) * (low + high)
+        + costs.setting * settings
+        + costs.control_point * control,
+    }
+
+
+def _without_control_alone(columns):
+    """Leave out plans that survey so many points that few are left to be densified."""
+    per_point = columns["control_points"] * columns["spacing"] ** 2 / M2_PER_KM2
+    is_plan = per_point <= MOST_ON_THE_GROUND
+    if not is_plan.any():
+        raise GeometryError(
+            f"control would be at least {100 * per_point.min():.0f} % of the points",
+            expected=f"at most {100 * MOST_ON_THE_GROUND:.0f} %",
+            remedy="Give a smaller spacing, a smaller image scale or fewer coverages",
+        )
+    return {name: values[is_plan] for name, values in columns.items()}
+
+
+def _reached(columns, where, by):
+    """Error at the place of the target, of what is delivered."""
+    centre, edge, mean = (
+        columns[f"{'M' if by == 'paper' else 'expected'}_{place}"]
+        for place in ("centre", "edge", "mean")
+    )
+    single = {"centre": centre, "edge": edge, "everywhere": np.maximum(centre, edge)}
+    reached = np.where(columns["n_coverages"] == 1, single[where], mean)
+    # models that do not determine their edge promise nothing
+    return np.where(np.isfinite(np.maximum(centre, edge)), reached, np.inf)
+
+
+def _is_efficient(cost, error):
+    """Whether no other plan is at least as cheap and better."""
+    order = np.lexsort((error, cost))
+    best = np.minimum.accumulate(error[order])
+    before = np.concatenate([[np.inf], best[:-1]])
+    result = np.empty(len(cost), dtype=bool)
+    result[order] = error[order] < before
+    return result
+
+
+def _summary(search):
+    feasible, best = search.feasible, search.nearest
+    aim = f"{length(search.target)} ({_where_text(search)}, {_by_text(search)})"
+    if len(feasible):
+        verdict = (
+            f"{len(feasible)} of {count(len(search.plans), 'plan')} reach {aim}; the "
+            f"cheapest: {describe_plan(best)}"
+        )
+        shown = feasible
+    else:
+        limit = best["limited_by"]
+        verdict = (
+            f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
+            f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
+            f"{LIMITS[limit]}. {REMEDIES[limit]}."
+        )
+        shown = search.plans.sort_values("reached", kind="stable")
+    rest = len(shown) - SHOWN
+    more = [f"  and {rest} more"] if rest > 0 else []
+    return "\n".join(
+        [
+            wrapped(verdict, indent="  "),
+            ONE_COVERAGE if best["n_coverages"] == 1 else SEVERAL_COVERAGES,
+            "",
+            _table(shown.head(SHOWN), search.by),
+            *more,
+            "  cost, images and control for each km²; errors are total, in cm",
+        ]
+    )
+
+
+def describe_plan(plan):
+    """Say a plan in a sentence.
+
+    Parameters
+    ----------
+    plan : Series
+        Row of ``PlanSearch.plans``.
+
+    Returns
+    -------
+    str
+    """
+    coverages = count(int(plan["n_coverages"]), "coverage")
+    settings = count(int(plan["n_settings"]), "setting")
+    return (
+        f"{scale(plan['scale_number'])} after {scale(plan['high_scale_number'])}, "
+        f"{coverages}, {plan['spacing']:g} m, {settings} of {plan['m_g_um']:g} µm, "
+        f"{plan['control_per_model']:.0f} control points per model"
+    )
+
+
+def _where_text(search):
+    if search.where == "everywhere":
+        return "everywhere"
+    return f"at the {search.where} of models"
+
+
+def _by_text(search):
+    if search.by == "paper":
+        return "by the formula of 1971, which is too good"
+    return "as is to be expected"
+
+
+def _table(plans, by):
+    other = FORMULAS[1 - FORMULAS.index(by)]
+    rows = [
+        [
+            scale(plan.scale_number),
+            scale(plan.high_scale_number),
+            f"{plan.spacing:g} m",
+            f"{plan.n_coverages:.0f}",
+            f"{plan.n_settings:.0f} x {plan.m_g_um:g} µm",
+            f"{plan.control_per_model:.0f}",
+            fixed(100.0 * plan.reached, 1),
+            fixed(100.0 * getattr(plan, f"reached_{other}"), 1),
+            typesetting.number(plan.images, 2),
+            typesetting.number(plan.control_points, 2),
+            typesetting.number(plan.cost, 3),
+        ]
+        for plan in plans.itertuples()
+    ]
+    name = "formula" if by == "expected" else "expected"
+    header = ["scale", "high", "spacing", "cov.", "settings", "control", "error", name]
+    header += ["images", "c. points", "cost"]
+    return typesetting.table(rows, header=header, align="r" * len(header))

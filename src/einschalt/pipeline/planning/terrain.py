@@ -1,0 +1,168 @@
+"""Dangerous surfaces of a planned flight, for each image scale in question."""
+
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.typesetting import at_least, fixed, number, scale, wrapped
+from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.stages.relative_orientation.dangerous_surface import (
+    EDGE,
+    FlightPlan,
+    count_verdicts,
+    forecast_dangerous_surfaces,
+)
+
+MOST_SCALES = 8
+HEAD = (
+    "Dangerous surfaces: inflation of omega's error and over-correction k of the\n"
+    "worst model, heights above the middle of its valley [m]"
+)
+
+
+def forecast_by_scale(heights, scale_numbers, model, principal_distance):
+    """Judge the terrain of every model at several image scales.
+
+    Parameters
+    ----------
+    heights : DataFrame
+        model_id, h1 … h6: heights of the terrain in the standard points [m].
+    scale_numbers : sequence of float
+    model : PlannedModel
+    principal_distance : float
+        [m]
+
+    Returns
+    -------
+    DataFrame
+        scale_number, model_id, then what ``forecast_dangerous_surfaces`` says: verdict,
+        over_correction_k, over_correction_n, inflation, safe_flying_height and more.
+
+    Raises
+    ------
+    EinschaltError
+        A height is missing or no number.
+    """
+    parts = {}
+    for scale_number in scale_numbers:
+        plan = _plan_of(
+            *(model.image_format, model.forward_overlap, principal_distance),
+            float(scale_number) * principal_distance,
+        )
+        parts[float(scale_number)] = forecast_dangerous_surfaces(heights, plan).models
+    return pd.concat(parts, names=["scale_number"]).reset_index()
+
+
+def forecast_by_camera(heights, flying_height, cameras=CAMERAS):
+    """Judge the terrain of every model for several cameras, flown equally high.
+
+    Parameters
+    ----------
+    heights : DataFrame
+        model_id, h1 … h6 [m].
+    flying_height : float
+        Above the terrain in the standard points 1 and 2 of each model [m].
+    cameras : dict of str to CameraPreset
+
+    Returns
+    -------
+    DataFrame
+        camera, scale_number, model_id, then as :func:`forecast_by_scale`.
+
+    Raises
+    ------
+    EinschaltError
+        A height is missing or no number.
+    """
+    parts = {}
+    for name, camera in cameras.items():
+        plan = _plan_of(
+            *(camera.image_format, camera.forward_overlap, camera.principal_distance),
+            flying_height,
+        )
+        models = forecast_dangerous_surfaces(heights, plan).models
+        models.insert(0, "scale_number", flying_height / camera.principal_distance)
+        parts[name] = models
+    return pd.concat(parts, names=["camera"]).reset_index()
+
+
+def _plan_of(image_format, forward_overlap, principal_distance, flying_height):
+    along, across = image_format
+    # the forecast knows square images: of an oblong one the side across is given,
+    # which holds the wings, with the overlap that leaves the base as long as it is
+    overlap = 1.0 - (1.0 - forward_overlap) * along / across
+    return FlightPlan(
+        principal_distance=principal_distance,
+        flying_height=flying_height,
+        image_format=across,
+        forward_overlap=overlap,
+        wing=max(across / 2.0 - EDGE, across / 4.0),
+    )
+
+
+def describe_forecast(forecast, by_camera):
+    """Say at which scales and for which cameras the terrain is dangerous.
+
+    Parameters
+    ----------
+    forecast : DataFrame
+        As :func:`forecast_by_scale` gives it.
+    by_camera : DataFrame
+        As :func:`forecast_by_camera` gives it.
+
+    Returns
+    -------
+    str
+    """
+    groups = list(forecast.groupby("scale_number"))[:MOST_SCALES]
+    more = forecast["scale_number"].nunique() - MOST_SCALES
+    worst = [(scale_number, _worst(models)) for scale_number, models in groups]
+    height = by_camera["flying_height"].iloc[0]
+    return "\n".join(
+        [
+            HEAD,
+            _table([_row([scale(key)], models) for key, models in groups], ["scale"]),
+            *([f"  and {more} scales more"] if more > 0 else []),
+            *(_advice(*found) for found in worst if found[1]["verdict"] != "safe"),
+            "",
+            f"The same terrain with every camera, flown {number(height, 3)} m high",
+            _table(
+                [
+                    _row([name, scale(models["scale_number"].iloc[0])], models)
+                    for name, models in by_camera.groupby("camera", sort=False)
+                ],
+                ["camera", "scale"],
+            ),
+        ]
+    )
+
+
+def _worst(models):
+    return models.loc[models["inflation"].fillna(float("inf")).idxmax()]
+
+
+def _row(first, models):
+    worst = _worst(models)
+    return [
+        *first,
+        count_verdicts(models).split(": ")[1],
+        fixed(worst["inflation"], 2),
+        shortened(str(worst["model_id"]), 16),
+        fixed(worst["over_correction_k"], 2),
+        fixed(worst["flying_height"], 0),
+        fixed(worst["safe_flying_height"], 0),
+    ]
+
+
+def _table(rows, first):
+    header = [*first, "models", "inflation", "worst", "k", "height", "safe from"]
+    align = "l" * len(first) + "lrlrrr"
+    return typesetting.table(rows, header=header, align=align)
+
+
+def _advice(scale_number, worst):
+    text = f"{scale(scale_number)}: model {worst['model_id']} is {worst['verdict']}"
+    if worst["safe_flying_height"] > worst["flying_height"]:
+        height = at_least(worst["safe_flying_height"])
+        text += f"; fly {height} m above its valley, or with a wider angle"
+    return wrapped(f"{text}.", first="  ", indent="    ")

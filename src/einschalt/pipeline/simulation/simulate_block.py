@@ -1,0 +1,325 @@
+"""Blocks with known truth: for tests, for examples, and for the question "what if?".
+
+Geometry and noise are set apart and drawn apart: with one seed, other noise leaves
+points, layout and control where they are, and larger noise is the same noise enlarged.
+"""
+
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.arguments import described, is_choice
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.foundations.value_ranges import Range
+from einschalt.pipeline.block.block import Block, Flight
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.layout import (
+    choose_control,
+    lay_flight,
+    leave_control_of_others,
+    name_points,
+    scatter_points,
+    shape_terrain,
+)
+from einschalt.pipeline.simulation.measurements import (
+    GROSS_ERROR_COLUMNS,
+    MEASURE,
+    FlightToMeasure,
+    Ground,
+)
+from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
+
+FLIGHTS = ("high_flight", "low_flight")
+GEOMETRY_STREAMS = ("points", "terrain", "check", "setting_high", "setting_low")
+NOISE_STREAMS = (
+    "control",
+    "strain",
+    "measurement_high",
+    "measurement_low",
+    "gross_high",
+    "gross_low",
+    "height_high",
+    "height_low",
+    "orientation_high",
+    "orientation_low",
+    "deformation_high",
+    "deformation_low",
+)
+FLIGHT_STREAMS = (
+    "setting",
+    "measurement",
+    "gross",
+    "height",
+    "orientation",
+    "deformation",
+)
+GROUND_AXES = ("easting", "northing", "height")
+# what a block without noise declares: its tables allow no error of zero
+LEAST_M_G_UM = 0.1
+LENGTHS = ("x", "y", "z", "y_parallax", "base")
+LEAST_STANDARD_ERROR = 1e-4
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A block that has a name.
+
+    Attributes
+    ----------
+    title : str
+    geometry : BlockGeometry
+    noise : BlockNoise
+    """
+
+    title: str
+    geometry: BlockGeometry
+    noise: BlockNoise
+
+
+PRESETS = {
+    "neukirchen": Preset("Neukirchen (simulated)", BlockGeometry(), BlockNoise()),
+    "demo": Preset(
+        "Demo (simulated)",
+        BlockGeometry(width=3_000.0, height=3_000.0, n_check=6),
+        BlockNoise(),
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimulatedBlock(Block):
+    """A block whose true coordinates are known.
+
+    Attributes
+    ----------
+    truth : DataFrame
+        point_id, easting, northing [, height] of all points [m].
+    gross_errors : DataFrame
+        flight, coverage, model_id, image_id, point_id of the measurements with a gross
+        error; the one of model and image that was not measured is empty.
+    geometry : BlockGeometry
+    noise : BlockNoise
+    seed : int
+    """
+
+    truth: pd.DataFrame
+    gross_errors: pd.DataFrame
+    geometry: BlockGeometry
+    noise: BlockNoise
+    seed: int
+
+
+def simulate_block(
+    preset="neukirchen", *, seed=0, geometry=None, noise=None
+) -> SimulatedBlock:
+    """Simulate the two flights of a block over points whose truth is known.
+
+    Parameters
+    ----------
+    preset : {"neukirchen", "demo"}
+        Kovarik's test block, 10.4 x 10.2 km with 1190 points and two coverages at
+        1:15 000 and at 1:8000; or a small block of 3 x 3 km with 6 check points.
+    seed : int
+        The same seed gives the same block.
+    geometry : BlockGeometry, optional
+        In place of the preset's.
+    noise : BlockNoise, optional
+        In place of the preset's.
+
+    Returns
+    -------
+    SimulatedBlock
+        Every table as it would be read from files, and ``truth``.
+
+    Raises
+    ------
+    SettingsError
+        The preset is unknown, the seed is not a whole number from 0, or no model of a
+        flight would hold enough points.
+
+    Examples
+    --------
+    >>> block = simulate_block("demo", seed=1)
+    >>> block.truth.shape, block.control_points["role"].value_counts()["check"]
+    ((100, 3), np.int64(6))
+    """
+    chosen = _preset(preset)
+    geometry = _of_kind(BlockGeometry, "geometry", geometry, chosen.geometry)
+    noise = _of_kind(BlockNoise, "noise", noise, chosen.noise)
+    scene = _set_scene(geometry, noise, _streams(seed))
+    measured = {flight: scene.measure(flight) for flight in FLIGHTS}
+    return SimulatedBlock(
+        name=chosen.title,
+        crs=geometry.crs,
+        control_points=scene.given_points(),
+        high_flight=_flight("high", measured["high_flight"], scene),
+        low_flight=_flight("low", measured["low_flight"], scene),
+        truth=scene.truth(),
+        gross_errors=_gross_errors(measured),
+        geometry=geometry,
+        noise=noise,
+        seed=int(seed),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """The block before it is measured."""
+
+    geometry: BlockGeometry
+    noise: BlockNoise
+    streams: dict
+    ground: Ground
+    layouts: dict
+    is_control: np.ndarray
+    is_check: np.ndarray
+
+    def measure(self, flight):
+        """Tables of one flight, as its measurement gives them."""
+        height = flight.removesuffix("_flight")
+        streams = {name: self.streams[f"{name}_{height}"] for name in FLIGHT_STREAMS}
+        return MEASURE[self.geometry.measurement](
+            FlightToMeasure(
+                self.geometry,
+                self.ground,
+                self.layouts[flight],
+                self.noise.of_flight(flight),
+                streams,
+            )
+        )
+
+    def truth(self):
+        """point_id, easting, northing [, height] of all points."""
+        geometry, ground = self.geometry, self.ground
+        table = pd.DataFrame(
+            {
+                "point_id": ground.point_id,
+                "easting": geometry.centre_easting + ground.position[:, 0],
+                "northing": geometry.centre_northing + ground.position[:, 1],
+            }
+        )
+        if geometry.has_heights:
+            table["height"] = ground.terrain.height(ground.position)
+        return table
+
+    def given_points(self):
+        """Control and check points, as a survey would give them."""
+        names = [name for name in GROUND_AXES if name in self.truth()]
+        per_coordinate = self.noise.control_standard_error / np.sqrt(2.0)
+        error = per_coordinate * self.streams["control"].standard_normal(
+            (len(self.is_control), len(GROUND_AXES))
+        )
+        error[:, :2] += strain_network(
+            self.ground.position, self.noise, self.streams["strain"]
+        )
+        given = self.truth()
+        given[names] += error[:, : len(names)]
+        given["standard_error_m"] = max(
+            self.noise.control_standard_error, LEAST_STANDARD_ERROR
+        )
+        given["role"] = np.where(self.is_control, "control", "check")
+        return given[self.is_control | self.is_check].reset_index(drop=True)
+
+
+def _set_scene(geometry, noise, streams):
+    position = scatter_points(geometry, streams["points"])
+    terrain = shape_terrain(geometry, streams["terrain"])
+    layouts = {flight: lay_flight(geometry, flight, position) for flight in FLIGHTS}
+    control = choose_control(geometry, layouts["high_flight"], position)
+    is_control = np.zeros(len(position), dtype=bool)
+    is_control[control] = True
+    if not geometry.shares_control and geometry.measurement != "images":
+        layouts["high_flight"] = leave_control_of_others(
+            layouts["high_flight"], control
+        )
+    return _Scene(
+        geometry,
+        noise,
+        streams,
+        Ground(name_points(len(position)), position, terrain),
+        layouts,
+        is_control,
+        _choose_check(geometry, layouts, is_control, streams["check"]),
+    )
+
+
+def _choose_check(geometry, layouts, is_control, rng):
+    """Draw check points among the new points that both flights hold."""
+    is_held = [np.isin(np.arange(len(is_control)), o.point) for o in layouts.values()]
+    new = np.flatnonzero(is_held[0] & is_held[1] & ~is_control)
+    if geometry.n_check > len(new):
+        raise SettingsError(
+            f"BlockGeometry: n_check = {geometry.n_check}",
+            expected=f"0 to {len(new)}, the number of new points",
+            remedy="Lower n_check, or point_spacing",
+        )
+    # a permutation, so that one more check point leaves the others as they are
+    is_check = np.zeros_like(is_control)
+    is_check[rng.permutation(new)[: geometry.n_check]] = True
+    return is_check
+
+
+def _flight(height, measured, scene):
+    geometry = scene.geometry
+    flight = Flight(
+        **measured.tables,
+        scale_number=getattr(geometry, f"{height}_scale_number"),
+        m_g_um=max(getattr(scene.noise, f"{height}_m_g_um"), LEAST_M_G_UM),
+        transformation=geometry.transformation_kind,
+    )
+    return _at_ground_scale(flight) if flight.transformation == "rigid" else flight
+
+
+def _at_ground_scale(flight):
+    """The flight as a plotter that shows ground units would give it."""
+    factor = flight.scale_number * METRES_PER_MM
+    tables = {
+        name: table.assign(**{n: table[n] * factor for n in LENGTHS if n in table})
+        for name in ("model_points", "y_parallaxes", "base")
+        if isinstance(table := getattr(flight, name), pd.DataFrame)
+    }
+    return replace(flight, **tables, model_unit="m")
+
+
+def _gross_errors(measured):
+    parts = [m.gross_errors.assign(flight=flight) for flight, m in measured.items()]
+    return pd.concat(parts, ignore_index=True)[GROSS_ERROR_COLUMNS]
+
+
+def _preset(name):
+    if is_choice(name, PRESETS):
+        return PRESETS[name]
+    near = get_close_matches(described(name).lower(), PRESETS, n=1, cutoff=0.3)
+    raise SettingsError(
+        f"preset {described(name)} is unknown",
+        expected=" or ".join(PRESETS),
+        remedy=f"Write {near[0]!r}" if near else "",
+    )
+
+
+def _of_kind(kind, name, value, default):
+    if value is None:
+        return default
+    if not isinstance(value, kind):
+        raise SettingsError(
+            f"{name} = {described(value)}",
+            expected=f"a {kind.__name__}",
+            remedy=f"Write {name}={kind.__name__}(…)",
+        )
+    return value
+
+
+def _streams(seed):
+    """One stream of random numbers per purpose, those of noise apart."""
+    if seed not in Range(0, np.inf, is_whole=True):
+        found = f"seed = {described(seed)}"
+        raise SettingsError(found, expected="a whole number from 0")
+    of_geometry, of_noise = np.random.SeedSequence(int(seed)).spawn(2)
+    return {
+        name: np.random.default_rng(child)
+        for root, names in ((of_geometry, GEOMETRY_STREAMS), (of_noise, NOISE_STREAMS))
+        for name, child in zip(names, root.spawn(len(names)), strict=True)
+    }

@@ -1,0 +1,1 @@
+"""The text of a result. Nothing is computed or decided here."""

@@ -1,0 +1,1 @@
+"""Problems, and what to do about each."""

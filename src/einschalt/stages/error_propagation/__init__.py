@@ -1,0 +1,1 @@
+"""Sources of error, and what each step makes of them."""

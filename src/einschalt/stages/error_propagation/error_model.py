@@ -1,0 +1,480 @@
+"""The a-priori model of a block's errors: operators on everything that it measured.
+
+Where all sources of error have a size, it is the model of the propagation. Where
+approximate coordinates were given, they are taken for independent of each other, with
+their stated error or with that which the fits show: it is the assumption under which
+a budget could hold, and it is there to be tested.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import sparse
+
+from einschalt.stages.error_propagation.measurement_errors import (
+    ORIENTATION,
+    own_errors,
+)
+from einschalt.stages.error_propagation.operators import (
+    FlightOperator,
+    GroundSources,
+    flight_operator,
+    mean_operator,
+)
+from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.drawn_errors import draw_errors, moved
+from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.propagation import selection, sum_of_chains
+
+APPROXIMATE = "approximate_points"
+PLAN = ("easting", "northing")
+# metres; coordinates that lie nearer are the same, written with fewer digits
+LEAST_APART = 1e-4
+CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
+
+
+@dataclass(frozen=True, eq=False)
+class HighFlight:
+    """How errors enter the values of the high flight.
+
+    Attributes
+    ----------
+    operator : FlightOperator
+    mean : sparse array
+        Approximate coordinates from the values.
+    places : ndarray of int
+        Which control point stands in each row of the table that was fitted onto.
+    own : dict of str to tuple of sparse arrays
+        Measuring errors from the sources behind them.
+    """
+
+    operator: FlightOperator
+    mean: sparse.sparray
+    places: np.ndarray
+    own: dict
+
+    @property
+    def chains(self):
+        """From the sources to the values, dict of str to tuple of sparse arrays."""
+        measured = {n: (self.operator.measured, *c) for n, c in self.own.items()}
+        return {CONTROL: (self.operator.ground,), **measured}
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorModel:
+    """How errors of the given sizes enter values, residuals and final points.
+
+    Attributes
+    ----------
+    final : sparse array
+        Final points from the values of the low flight.
+    low : FlightOperator
+        Values of the low flight from its own errors, and from those of the approximate
+        coordinates.
+    ground : dict of str to tuple of sparse arrays
+        Approximate coordinates from the sources behind them.
+    high : HighFlight or None
+    places : ndarray of int
+        Which approximate point stands in each row of the table that was fitted onto.
+    standard_errors : dict of str to ndarray
+        Of each source's observations, per coordinate [m]; with a column for each axis
+        where they differ.
+    is_assumed : bool
+        Whether the approximate coordinates are only assumed to be independent, or
+        orientations to be without errors.
+    own : dict of str to tuple of sparse arrays
+        Measuring errors of the low flight from the sources behind them.
+    """
+
+    final: sparse.sparray
+    low: FlightOperator
+    ground: dict
+    high: HighFlight | None
+    places: np.ndarray
+    standard_errors: dict
+    is_assumed: bool
+    own: dict
+
+    @property
+    def n_axes(self):
+        """Of the operators: 1 where one complex coordinate stands for two."""
+        return self.low.n_axes
+
+    @property
+    def chains(self):
+        """From the sources to the final points, dict of str to tuple."""
+        through = {n: (self.low.ground, *c) for n, c in self.ground.items()}
+        values = with_own(through, self.low.measured, self.own)
+        return {name: (self.final, *chain) for name, chain in values.items()}
+
+    def chains_to_fits(self, flight, observed):
+        """From the sources to what a flight was fitted with, ground less measurement.
+
+        Parameters
+        ----------
+        flight : {"high_flight", "low_flight"}
+        observed : ObservedPoints
+            The points that the flight was fitted on.
+
+        Returns
+        -------
+        dict of str to tuple of sparse arrays
+        """
+        is_low = flight == LOW
+        operator = self.low if is_low else self.high.operator
+        places = self.places if is_low else self.high.places
+        onto = self._chosen(places[observed.ground_rows], operator.ground)
+        fitted = self._chosen(observed.row_numbers, operator.measured)
+        ground = self.ground if is_low else {CONTROL: ()}
+        through = {name: (onto, *chain) for name, chain in ground.items()}
+        return with_own(through, -fitted, self.own if is_low else self.high.own)
+
+    def _chosen(self, places, operator):
+        return selection(places, operator.shape[1] // self.n_axes, self.n_axes)
+
+    def draw(self, n_draws, seed):
+        """Draw the errors of all sources and carry them to all values.
+
+        Parameters
+        ----------
+        n_draws, seed : int
+
+        Returns
+        -------
+        DrawnBlock
+        """
+        errors = draw_errors(
+            self.standard_errors, self.n_axes, n_draws=n_draws, seed=seed
+        )
+        high = None
+        if self.high is not None:
+            high = moved(errors, self.high.chains)
+        ground = moved(errors, self.ground)
+        own = {name: (self.low.measured, *c) for name, c in self.own.items()}
+        through = moved({APPROXIMATE: ground}, {APPROXIMATE: (self.low.ground,)})
+        low = through + moved(errors, own)
+        return DrawnBlock(errors, high, ground, low)
+
+
+def with_own(chains, measured, own):
+    """Add to chains what a flight's own errors bring.
+
+    Parameters
+    ----------
+    chains : dict of str to tuple of sparse arrays
+    measured : sparse array
+        From the measuring errors of the flight.
+    own : dict of str to tuple of sparse arrays
+        These from the sources behind them.
+
+    Returns
+    -------
+    dict of str to tuple of sparse arrays
+    """
+    found = dict(chains)
+    for name, chain in own.items():
+        part = (measured, *chain)
+        found[name] = sum_of_chains(found[name], part) if name in found else part
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnBlock:
+    """Errors of a block, drawn many times; a column for each draw.
+
+    Attributes
+    ----------
+    sources : dict of str to ndarray
+        Of all observations.
+    high : ndarray or None
+        Of the values of the high flight.
+    ground : ndarray
+        Of the approximate coordinates.
+    low : ndarray
+        Of the values of the low flight.
+    """
+
+    sources: dict
+    high: np.ndarray | None
+    ground: np.ndarray
+    low: np.ndarray
+
+
+def model_of_both_flights(block, points, high, low, means, oriented=None):
+    """Errors of control and of both flights, of the sizes that were given.
+
+    Parameters
+    ----------
+    block : Block
+        Its ``m_g_um`` and ``standard_error_m`` are the sizes of the errors.
+    points : dict of str to DataFrame
+        Model points of each flight, as they were transformed.
+    high : ApproximateCoordinates
+    low : ModelTransformation
+    means : CoverageMean
+        Of all values of the low flight, row for row as its model points.
+    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
+        Of each flight; without errors where left out.
+
+    Returns
+    -------
+    ErrorModel
+        With the sources ``control``, ``high_flight``, ``low_flight`` and, where flights
+        were oriented, ``orientation``.
+    """
+    fits = {HIGH: high.transformation, LOW: low}
+    own = own_errors(block, fits, oriented or {})
+    of_high = _high_flight(block, points[HIGH], high, own)
+    places = places_fitted_onto(block, high.points["point_id"])
+    sources = GroundSources(places, len(high.points))
+    return ErrorModel(
+        **_of_low_flight(low, means, points[LOW], own, sources),
+        ground={name: (of_high.mean, *c) for name, c in of_high.chains.items()},
+        high=of_high,
+        standard_errors=_with_orientations(
+            given_errors(block, points, own.n_axes), own
+        ),
+        is_assumed=not own.is_complete,
+    )
+
+
+def _of_low_flight(low, means, points, own, sources):
+    """Fields of the model that concern the low flight."""
+    n_values = len(points)
+    return {
+        "final": mean_operator(means, np.arange(n_values), n_values, own.n_axes),
+        "low": flight_operator(low, points, sources, is_conformal=own.n_axes == 1),
+        "places": sources.places,
+        "own": own.chains[LOW],
+    }
+
+
+def _high_flight(block, points, high, own):
+    """How errors enter the values of the high flight and their means."""
+    control = block.control_points
+    places = np.flatnonzero((control["role"] != "check").to_numpy())
+    operator = flight_operator(
+        high.transformation,
+        points,
+        GroundSources(places, len(control)),
+        is_conformal=own.n_axes == 1,
+    )
+    n_points = len(points)
+    mean = mean_operator(high.means, np.arange(n_points), n_points, operator.n_axes)
+    return HighFlight(operator, mean, places, own.chains[HIGH])
+
+
+def _with_orientations(sizes, own):
+    """Sizes of the errors of all sources, those of orientations among them."""
+    if not own.n_orientation:
+        return sizes
+    return {**sizes, ORIENTATION: np.ones(own.n_orientation)}
+
+
+def given_errors(block, points, n_axes=2):
+    """Sizes of the errors of all observations as they were given, by their source.
+
+    Parameters
+    ----------
+    block : Block
+    points : dict of str to DataFrame
+        Model points of each flight.
+    n_axes : int, optional
+        Heights of control have errors of their own.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
+    """
+    return {
+        CONTROL: control_errors(block.control_points, n_axes),
+        **{
+            name: _measuring_errors(block.flights[name], points[name])
+            for name in points
+        },
+    }
+
+
+def control_errors(control_points, n_axes):
+    """Errors of given coordinates; a height has that of a coordinate if none is given.
+
+    Parameters
+    ----------
+    control_points : DataFrame
+        With ``standard_error_m``.
+    n_axes : int
+
+    Returns
+    -------
+    ndarray, shape (n_points,) or (n_points, 3)
+        Per coordinate [m].
+    """
+    in_plan = control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
+    if n_axes == len(PLAN) or "standard_error_height" not in control_points:
+        return in_plan
+    of_height = control_points["standard_error_height"].to_numpy(dtype=float)
+    of_height = np.where(np.isfinite(of_height), of_height, in_plan)
+    return np.column_stack([in_plan, in_plan, of_height])
+
+
+def _measuring_errors(flight, model_points):
+    """Error of each measured coordinate [m]; of images their points are measured."""
+    measured = flight.image_points if flight.has_images else model_points
+    return flight.ground_error_of(measured)
+
+
+def places_fitted_onto(block, point_ids):
+    """Rows of the approximate points that the low flight was fitted onto.
+
+    Parameters
+    ----------
+    block : Block
+    point_ids : Series
+        Of the approximate points.
+
+    Returns
+    -------
+    ndarray of int
+        All but check points.
+    """
+    control = block.control_points
+    if control is None:
+        return np.arange(len(point_ids))
+    check = control.loc[control["role"] == "check", "point_id"]
+    return np.flatnonzero(~point_ids.isin(check).to_numpy())
+
+
+def approximations_are_control(block):
+    """Whether all approximate coordinates are the given ones of control points.
+
+    Then their errors are those of control: independent, and of known size.
+
+    Parameters
+    ----------
+    block : Block
+
+    Returns
+    -------
+    bool
+    """
+    known, control = block.approximate_points, block.control_points
+    if known is None or control is None:
+        return False
+    axes = [n for n in (*PLAN, "height") if n in known and n in control]
+    given = control.set_index("point_id")[axes].reindex(known["point_id"])
+    apart = known[axes].to_numpy(dtype=float) - given.to_numpy(dtype=float)
+    is_named = known["point_id"].isin(control["point_id"]).to_numpy()
+    return bool((is_named & (np.nan_to_num(np.abs(apart)) < LEAST_APART).all(1)).all())
+
+
+def assumed_model(result):
+    """Model of errors of a block whose errors cannot be propagated.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    ErrorModel or None
+        None where control points have no standard errors, or heights of a machine
+        enter from the high flight.
+    """
+    block = result.block
+    if result.high is not None:
+        kinds = result.high.transformation.kind, result.low.kind
+        is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
+        if not is_plane or "standard_error_m" not in block.control_points:
+            return None
+    return model_of_block(
+        block,
+        result.model_points,
+        result.high,
+        result.low,
+        result.means,
+        result.orientation_errors,
+    )
+
+
+def model_of_block(block, points, high, low, means, oriented):
+    """Errors of everything that a block was made of.
+
+    Parameters
+    ----------
+    block, points, high, low, means, oriented
+        As in :func:`model_of_both_flights`; ``high`` is None where approximate
+        coordinates were given.
+
+    Returns
+    -------
+    ErrorModel
+    """
+    if high is None:
+        return model_of_given_approximations(block, points[LOW], low, means, oriented)
+    return model_of_both_flights(block, points, high, low, means, oriented)
+
+
+def model_of_given_approximations(block, low_points, low, means, oriented=None):
+    """Errors of the low flight and of approximate points that share nothing.
+
+    Parameters
+    ----------
+    block : Block
+        One with ``approximate_points``.
+    low_points : DataFrame
+        Model points of the low flight, as they were transformed.
+    low : ModelTransformation
+    means : CoverageMean
+    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
+        Of the low flight; without errors where left out.
+
+    Returns
+    -------
+    ErrorModel
+        With the sources ``approximate_points`` and ``low_flight``. Where no error of
+        the former was stated, it is what m_0 leaves beside m_g. Where they are control
+        points, these are the source.
+    """
+    own = own_errors(block, {LOW: low}, oriented or {})
+    known = block.approximate_points
+    sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
+    names = known["point_id"]
+    is_control = approximations_are_control(block)
+    is_control = is_control and "standard_error_m" in block.control_points
+    if is_control:
+        control, source = block.control_points, CONTROL
+        rows = pd.Index(control["point_id"]).get_indexer(names)
+        n_sources, size = len(control), control_errors(control, own.n_axes)
+    else:
+        rows, n_sources, source = np.arange(len(known)), len(known), APPROXIMATE
+        size = np.full(n_sources, _stated_error(block, low, low_points) / SQRT2)
+    measured = _measuring_errors(block.low_flight, low_points)
+    if not (is_control or block.low_flight.has_images):
+        measured = _with_heights(measured, low, own.n_axes)
+    return ErrorModel(
+        **_of_low_flight(low, means, low_points, own, sources),
+        ground={source: (selection(rows, n_sources, own.n_axes),)},
+        high=None,
+        standard_errors=_with_orientations({source: size, LOW: measured}, own),
+        is_assumed=not (is_control and own.is_complete),
+    )
+
+
+def _stated_error(block, low, low_points):
+    """TOTAL error of given approximate points [m]."""
+    if block.approximate_m_0_m is not None:
+        return block.approximate_m_0_m
+    measured = _measuring_errors(block.low_flight, low_points) * SQRT2
+    return np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
+
+
+def _with_heights(plan_errors, low, n_axes):
+    """Errors of each axis: heights scatter by what their residuals say."""
+    if n_axes < len(KINDS["helmert_3d"].target):
+        return plan_errors
+    squares = np.nanmean(low.fit.residuals**2, axis=0)
+    plan = max(np.mean(squares[:2]), np.finfo(float).tiny)
+    ratio = max(float(np.sqrt(squares[2] / plan)), 1.0)
+    return plan_errors[:, None] * [1.0, 1.0, ratio]

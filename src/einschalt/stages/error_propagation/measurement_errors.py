@@ -1,0 +1,135 @@
+"""Errors of measuring of each flight, from the sources that stand behind them.
+
+Machine coordinates of oriented models are sources themselves. Models that were oriented
+by y-parallaxes have the errors of their orientation beside them; of models that were
+formed from images the sources are the image points, which neighbouring models share.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.stages.error_propagation.orientation_errors import (
+    n_orientation_errors,
+    orientation_chains,
+)
+from einschalt.stages.relative_orientation.image_errors import ImageErrors
+from einschalt.stages.transformation_kinds import KINDS
+from einschalt.theory.adjustment.propagation import scattered
+from einschalt.theory.relative_orientation.model_precision import N_CHANGES
+from einschalt.theory.transformation.sensitivity import CONFORMAL
+
+ORIENTATION = "orientation"
+
+
+@dataclass(frozen=True, eq=False)
+class OwnErrors:
+    """Errors that the flights of a block bring.
+
+    Attributes
+    ----------
+    chains : dict of str to dict of str to tuple of sparse arrays
+        Of each flight: its measuring errors on the ground [m] from each source.
+    n_axes : int
+        Of the operators: 1 where one complex coordinate stands for two.
+    n_orientation : int
+        Sources in ``orientation``, of variance 1.
+    is_complete : bool
+        Whether the errors of all orientations are known.
+    """
+
+    chains: dict
+    n_axes: int
+    n_orientation: int
+    is_complete: bool
+
+
+def own_errors(block, fits, oriented) -> OwnErrors:
+    """Find what stands behind the errors of measuring of each flight.
+
+    Parameters
+    ----------
+    block : Block
+    fits : dict of str to ModelTransformation
+        Of each flight.
+    oriented : dict of str to OrientationErrors, ImageErrors or None
+        Of each flight; without errors where left out.
+
+    Returns
+    -------
+    OwnErrors
+    """
+    kinds = {fit.kind for fit in fits.values()}
+    images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
+    others = {n: e for n, e in oriented.items() if n not in images}
+    n_axes = max(len(KINDS[kind].target) for kind in kinds)
+    turned = orientation_chains(others, fits)
+    chains = {name: {name: ()} for name in fits}
+    for name, chain in turned.items():
+        chains[name][ORIENTATION] = (chain,)
+    for name, errors in images.items():
+        scale_number = block.flights[name].scale_number
+        chains[name] = {name: image_chain(errors, fits[name], scale_number)}
+    # what orientations make in easting and northing is not alike
+    is_conformal = kinds <= set(CONFORMAL) and not turned and not images
+    return OwnErrors(
+        chains,
+        1 if is_conformal else n_axes,
+        n_orientation_errors(others, n_axes) if turned else 0,
+        is_complete=not any(
+            flight.is_oriented_numerically and name not in {*turned, *images}
+            for name, flight in block.flights.items()
+        ),
+    )
+
+
+def image_chain(errors, fit, scale_number):
+    """Operators from the errors of image points to those of model points.
+
+    Parameters
+    ----------
+    errors : ImageErrors
+    fit : ModelTransformation
+        Of the model points.
+    scale_number : float
+        At which the errors of the sources are those on the ground.
+
+    Returns
+    -------
+    points : csr_array, shape (n_points · n_axes, n_sources · n_axes + n_elements)
+        Measuring errors on the ground [m] from image points, and from the changes of
+        base and turn of each orientation.
+    spread : csr_array, shape (n_sources · n_axes + n_elements, n_sources · n_axes)
+        Both from the image points. Image points have two coordinates: with three axes
+        the third of each source moves nothing.
+    """
+    influence = errors.influence
+    linear = fit.fit.linear[fit.observed.models.codes]
+    n_points, n_axes = linear.shape[:2]
+    n_columns = n_axes * errors.n_sources
+    image_mm = 1.0 / (METRES_PER_MM * scale_number)
+    # columns of x', y', x", y" of each point, and of the changes of its orientation
+    of_image = (n_axes * errors.sources[:, :, None] + np.arange(2)).reshape(n_points, 4)
+    of_changes = N_CHANGES * influence.model[:, None] + np.arange(N_CHANGES)
+    of_point = n_axes * np.arange(n_points)[:, None] + np.arange(n_axes)
+    n_changes = N_CHANGES * errors.n_models
+    by_image = linear @ influence.by_image[:, :n_axes] * image_mm
+    points = sparse.hstack(
+        [
+            scattered(by_image, of_point, of_image, (n_axes * n_points, n_columns)),
+            scattered(
+                linear @ influence.gain[:, :n_axes],
+                of_point,
+                of_changes,
+                (n_axes * n_points, n_changes),
+            ),
+        ],
+        format="csr",
+    )
+    changes = scattered(
+        influence.by_point * image_mm, of_changes, of_image, (n_changes, n_columns)
+    )
+    each = sparse.eye_array(n_columns, format="csr")
+    return points, sparse.vstack([each, changes], format="csr")

@@ -1,0 +1,1 @@
+"""All models of all flights in one adjustment, tables in and out."""

@@ -1,0 +1,477 @@
+"""The simultaneous adjustment: all models of all flights with the control at once."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import require_choice
+from einschalt.foundations.errors import GeometryError, name_some
+from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.simultaneous.height_columns import centre_table
+from einschalt.stages.simultaneous.observations import BlockTables
+from einschalt.stages.simultaneous.outlier_removal import clean_part
+from einschalt.stages.simultaneous.tables import (
+    common_table,
+    control_table,
+    deformation_table,
+    model_table,
+    parameter_cofactors,
+    point_table,
+    residual_table,
+)
+from einschalt.theory.block_adjustment import determinacy
+from einschalt.theory.block_adjustment.block_solution import (
+    BlockSolution,
+    UndeterminedTermsError,
+    adjust,
+)
+from einschalt.theory.block_adjustment.common_parameters import CommonTerms
+from einschalt.theory.block_adjustment.design_errors import displacement_by_design
+from einschalt.theory.block_adjustment.gross_errors import (
+    ControlVerdict,
+    examine_control,
+)
+from einschalt.theory.block_adjustment.model_deformation import examine_deformation
+from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
+from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
+    SpatialSolution,
+    adjust_spatially,
+)
+
+STAGE = "simultaneous_adjustment"
+SIGNIFICANCE = 0.001
+OUTLIERS = ("keep", "snoop", "huber", "tukey")
+COMPONENTS = ("given", "estimated")
+DEFORMATIONS = ("ignored", "tested", "modelled")
+WHOLE_BLOCK = "No model of the block could be determined"
+
+
+@dataclass(frozen=True)
+class AdjustmentOptions:
+    """How a block is adjusted.
+
+    Attributes
+    ----------
+    common : tuple of CommonTerms
+        Deformations that the models of a flight share.
+    outliers : {"keep", "snoop", "huber", "tukey"}
+        What happens to gross errors.
+    significance : float
+        Probability with which a model without gross errors has a suspect, and with
+        which a flight without deformation seems to have one.
+    deformation : {"ignored", "tested", "modelled"}
+        What happens to further deformations that the models of a flight share:
+        modelled means those that the test finds.
+    variance_components : {"given", "estimated"}
+        Whether control and flights have the errors that were given, or those that
+        their residuals show. Heights of spatial models always have the latter.
+    """
+
+    common: tuple[CommonTerms, ...] = ()
+    outliers: str = "keep"
+    significance: float = SIGNIFICANCE
+    deformation: str = "ignored"
+    variance_components: str = "given"
+
+    def __post_init__(self):
+        """Check the words."""
+        require_choice("deformation", self.deformation, DEFORMATIONS)
+        require_choice("variance_components", self.variance_components, COMPONENTS)
+        require_choice("outliers", self.outliers, OUTLIERS)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BlockAdjustment(ModelResult):
+    """A block that was adjusted simultaneously.
+
+    Attributes
+    ----------
+    points : DataFrame
+        point_id, easting, northing, standard_error_easting, standard_error_northing,
+        covariance_en, standard_error_total, n_models, n_coverages, spread_total, role
+        (new, control), difference_easting, difference_northing (adjusted less given)
+        [m]; of spatial models also height, standard_error_height, covariance_eh,
+        covariance_nh, difference_height. Standard errors take the errors of the
+        observations as given (σ_0 = 1).
+    models : DataFrame
+        flight, coverage, model_id, transformation, n_points, redundancy (sum of the
+        redundancy numbers), m_0 (total), s_0 (per coordinate; both in plan) [m],
+        is_usable, reason, then the parameters.
+    residuals : DataFrame
+        flight, coverage, model_id, point_id, residual_easting, residual_northing
+        (transformed less adjusted) [m], leverage, redundancy_number, w, p_value,
+        is_suspect, minimal_detectable_bias, external_reliability [m]; of spatial
+        models also residual_height, and the last three for the height.
+    control : DataFrame
+        point_id, difference_easting, difference_northing (adjusted less given),
+        standard_error_given (total), redundancy_number, w, p_value, is_suspect,
+        is_set_aside (a suspect that takes no part: outliers is not "keep"),
+        strain_easting, strain_northing: the error of the given coordinates that
+        explains the difference [m].
+    common : DataFrame
+        flight, term, value, standard_error, of the deformations that the models of a
+        flight share; a ratio for film_affinity and film_shear, otherwise model units
+        at the edge of the model.
+    deformations : DataFrame
+        flight, n_terms, f_statistic, p_value, is_detected, is_modelled, size,
+        size_middle, size_edge (of the displacement, RMS, total) [m],
+        neighbour_correlation, is_alike (residuals of neighbouring points in a model,
+        after what was modelled); no rows where this was ignored.
+    failures : DataFrame
+        flight, coverage, model_id, stage, reason, remedy.
+    s_0 : float
+        Standard error of unit weight; 1 where the errors are as large as given.
+    redundancy : int
+    tables : BlockTables
+        Everything that was given.
+    solution : BlockSolution or SpatialSolution
+        Of the part of the block that could be determined.
+    components : DataFrame
+        group (control, flights; plan, height and projection centres of spatial
+        models), standard_error_m (median, of one coordinate), factor (the errors that
+        residuals show, over those that were given), factor_standard_error, redundancy,
+        is_estimated (the block was adjusted with it).
+    centres : DataFrame
+        flight, image_id, easting, northing, height, their standard errors, n_models of
+        the projection centres of spatial models [m]; no rows where they are not known.
+    kept : ndarray of int
+        Row of ``models`` of each model that the solution has.
+    """
+
+    points: pd.DataFrame
+    models: pd.DataFrame
+    residuals: pd.DataFrame
+    control: pd.DataFrame
+    common: pd.DataFrame
+    deformations: pd.DataFrame
+    failures: pd.DataFrame
+    s_0: float
+    redundancy: int
+    tables: BlockTables
+    solution: BlockSolution | SpatialSolution
+    components: pd.DataFrame
+    centres: pd.DataFrame
+    kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @cached_property
+    def estimates(self):
+        """Parameters of the models: Estimates, for unit weight σ_0 = 1."""
+        cofactors, names = parameter_cofactors(self.solution)
+        everything = np.full((len(self.models), *cofactors.shape[1:]), np.nan)
+        everything[self.kept] = cofactors
+        return Estimates(
+            names=names,
+            cofactors=everything,
+            unit_error=np.ones(len(self.models)),
+            is_usable=self.models["is_usable"].to_numpy(),
+        )
+
+    @cached_property
+    def displacements(self):
+        """What errors of model coordinates move the points by, in the mean.
+
+        DataFrame: point_id, easting, northing [m], as ``points``. Standard errors do
+        not hold it; it is small where control holds the block. None of spatial models.
+        """
+        if self.tables.is_spatial:
+            return None
+        easting, northing = displacement_by_design(self.solution).T
+        return self.points[["point_id"]].assign(easting=easting, northing=northing)
+
+    def m_0_of(self, flight):
+        """m_0 of all models of a flight together (total) [m]; NaN without redundancy.
+
+        Parameters
+        ----------
+        flight : str
+
+        Returns
+        -------
+        float
+        """
+        models = self.models[
+            (self.models["flight"] == flight) & self.models["is_usable"]
+        ]
+        redundancy = models["redundancy"].sum()
+        squares = (models["m_0"].fillna(0.0) ** 2 * models["redundancy"]).sum()
+        return float(np.sqrt(squares / redundancy)) if redundancy > 0.0 else np.nan
+
+    def summary(self):
+        """Say how good the points are, and what contradicts."""
+        points, models = self.points, self.models
+        new = points[points["role"] == "new"]
+        n_usable = int(models["is_usable"].sum())
+        total = np.sqrt(np.mean(new["standard_error_total"] ** 2)) if len(new) else 0.0
+        lines = [
+            (
+                f"simultaneous adjustment of {n_usable} models, {len(points)} points, "
+                f"redundancy {self.redundancy}"
+            ),
+            (
+                f"s_0 = {typesetting.number(self.s_0)} (1 where the errors are as "
+                "large as given)"
+            ),
+        ]
+        if len(new):
+            lines.append(
+                f"{len(new)} new points, {typesetting.length(total)} (total, RMS)"
+            )
+        suspects = self.control[self.control["is_suspect"]]
+        if len(suspects):
+            aside = " and are set aside" if suspects["is_set_aside"].any() else ""
+            lines.append(
+                f"{len(suspects)} of {len(self.control)} control points disagree with "
+                f"the block{aside}: {name_some(suspects['point_id'])}"
+            )
+        if len(self.failures):
+            lines.append(
+                f"{len(self.failures)} of {len(models)} models could not be "
+                f"determined: {self.failures['reason'].iloc[0]}"
+            )
+        return "\n".join(lines)
+
+
+def simultaneous_adjustment(tables, options=None):
+    """Adjust all models of all flights with the control at once.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    options : AdjustmentOptions, optional
+
+    Returns
+    -------
+    BlockAdjustment
+        What cannot be determined is a row of ``failures``; the rest is adjusted.
+
+    Raises
+    ------
+    GeometryError
+        Nothing of the block can be determined, or spatial models do not converge.
+    """
+    try:
+        return _adjust_tables(tables, options or AdjustmentOptions())
+    except UndeterminedTermsError as error:
+        raise GeometryError(
+            "The points of the models do not determine the deformation that they share",
+            expected="points in many places of the models",
+            remedy="Leave deformation out, or models of the kind affine",
+            stage=STAGE,
+        ) from error
+    except NoConvergenceError as error:
+        raise GeometryError(
+            "The simultaneous adjustment of the spatial models does not converge",
+            expected="models that stand upright but for some degrees, without "
+            "exchanged names of points",
+            remedy='Set method = "pipeline", and look at the residuals of its models',
+            stage=STAGE,
+        ) from error
+
+
+def _adjust_tables(tables, options):
+    part, verdicts = _determined_part(tables)
+    solution = _adjusted(part, options)
+    while (loose := determinacy.loose_models(solution)).any():
+        cause = determinacy.why_loose(part.observations, loose)
+        verdicts.verdict[part.models[loose]] = cause[loose]
+        part = _part_of(tables, verdicts)
+        solution = _adjusted(part, options)
+    if tables.is_centre.any():
+        part = tables.observations.of_models(verdicts.is_fine)
+        solution = adjust_spatially(part.observations, solution.placement)
+    terms = _terms(part, options)
+    tests, terms = _examined(solution, terms, options)
+    if any(test.terms in terms for test in tests):
+        solution = solution.readjusted(part.observations, terms)
+    clean = clean_part(tables, part, solution, terms, options)
+    cleaned = clean.cleaned
+    control = examine_control(cleaned.solution, terms, options.significance)
+    is_set_aside = options.outliers != "keep"
+    if is_set_aside:
+        cleaned = replace(cleaned, solution=control.without)
+    judged = _Judged(
+        deformation_table(tables, cleaned.solution, tests, terms, options),
+        control,
+        clean.components,
+        is_set_aside=is_set_aside,
+    )
+    return _result(tables, clean.part, cleaned, verdicts, options.significance, judged)
+
+
+def _adjusted(part, options):
+    """Adjust what can be determined, without projection centres."""
+    if isinstance(part.observations, SpatialObservations):
+        return adjust_spatially(part.observations)
+    return adjust(part.observations, _terms(part, options))
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What was tested beside the observations."""
+
+    deformations: pd.DataFrame
+    control: ControlVerdict
+    components: pd.DataFrame
+    is_set_aside: bool  # control that contradicts takes no part
+
+
+def _examined(solution, terms, options):
+    """Tests of all flights for deformations; terms with those to be modelled.
+
+    A deformation of one flight bends the points, and with them the others. So the
+    clearest is modelled before the other flights are tested.
+    """
+    is_plane = isinstance(solution, BlockSolution)
+    if options.deformation == "ignored" or not is_plane:
+        return (), terms
+    untested = set(np.unique(solution.observations.flight).tolist())
+    tests, found = {}, terms
+    while untested:
+        now = {k: examine_deformation(solution, found, k) for k in sorted(untested)}
+        tests.update(now)
+        clearest = min(now, key=lambda k: np.nan_to_num(now[k].p_value, nan=1.0))
+        if not now[clearest].p_value < options.significance:
+            break
+        found = (*(t for t in found if t.flight != clearest), now[clearest].terms)
+        untested.remove(clearest)
+        if untested:
+            solution = solution.readjusted(solution.observations, found)
+    is_modelled = options.deformation == "modelled"
+    return [tests[k] for k in sorted(tests)], found if is_modelled else terms
+
+
+def _determined_part(tables):
+    observations = tables.observations
+    if tables.is_spatial:
+        every = np.ones(observations.n_models, dtype=bool)
+        ground = _without_centres(tables, every).observations
+        observations = ground.in_plan(is_affine=True)
+    verdicts = determinacy.examine(observations)
+    return _part_of(tables, verdicts), verdicts
+
+
+def _part_of(tables, verdicts):
+    if not verdicts.is_fine.any():
+        reason, remedy = _said(verdicts, 0, tables.kind[0], _part_sizes(verdicts))
+        raise GeometryError(
+            f"{WHOLE_BLOCK}: {reason}",
+            expected="models that hang together, with control",
+            remedy=remedy,
+            model=name_some(tables.models["model_id"]),
+            stage=STAGE,
+        )
+    return _without_centres(tables, verdicts.is_fine)
+
+
+def _without_centres(tables, is_kept):
+    """Points on the ground of the models that are kept."""
+    observations = tables.observations
+    is_ground = ~tables.is_centre[observations.point]
+    rows = np.flatnonzero(is_ground & is_kept[observations.model])
+    return observations.of_rows(rows, np.flatnonzero(is_kept))
+
+
+def _terms(part, options):
+    flights = set(part.observations.flight.tolist())
+    return tuple(terms for terms in options.common if terms.flight in flights)
+
+
+def failed_models(tables, verdicts):
+    """Rows of ``failures``: what could not be determined, and how to mend it."""
+    failed = np.flatnonzero(~verdicts.is_fine)
+    names = tables.models.iloc[failed][["flight", "coverage", "model_id"]]
+    sizes = _part_sizes(verdicts)
+    return [
+        (*name, STAGE, *_said(verdicts, model, tables.kind[model], sizes))
+        for model, name in zip(
+            failed, names.itertuples(index=False, name=None), strict=True
+        )
+    ]
+
+
+def _part_sizes(verdicts):
+    """Number of models that hang together with each model; 0 for single ones."""
+    is_in_part = verdicts.part >= 0
+    sizes = np.zeros(len(verdicts.part), dtype=np.int64)
+    part = verdicts.part[is_in_part]
+    sizes[is_in_part] = np.bincount(part)[part]
+    return sizes
+
+
+def _said(verdicts, model, kind, part_sizes):
+    """Why a model could not be determined, and how to mend it."""
+    needs = determinacy.LEAST_POINTS[kind != "helmert"]
+    n_ties, n_control = int(verdicts.n_ties[model]), int(verdicts.n_control[model])
+    verdict = verdicts.verdict[model]
+    shared = "common with other models or the control"
+    if verdict == determinacy.FEW_TIES:
+        return (
+            f"{_points(n_ties)} {shared}, but {kind} needs {needs}",
+            "Measure more common points in it, or merge it with its neighbour",
+        )
+    if verdict == determinacy.TIES_ON_LINE:
+        return (
+            f"its points {shared} lie on a line or in one place",
+            "Measure a common point away from that line",
+        )
+    together = typesetting.count(part_sizes[model], "model")
+    part = f"the part of the block it belongs to, {together},"
+    if verdict == determinacy.NO_CONTROL:
+        return (
+            (
+                f"{part} has {_points(n_control, 'control point')}, but {kind} needs "
+                f"{needs}"
+            ),
+            "Tie it to the rest of the block, or give it control points",
+        )
+    if verdict == determinacy.CONTROL_ON_LINE:
+        return (
+            f"the control of {part[:-1]}, lies on a line or in one place",
+            "Give it a control point away from that line",
+        )
+    return (
+        (
+            "it can move against the rest of the block: too few points tie it, or the "
+            "part it belongs to"
+        ),
+        "Measure more points that tie it to its neighbours, or give it control points",
+    )
+
+
+def _points(count, noun="point"):
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
+def _result(tables, part, cleaned, verdicts, significance, judged):
+    solution = cleaned.solution
+    rows = failed_models(tables, verdicts)
+    failures = failures_table([row[1:] for row in rows])
+    failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
+    reasons = np.full(len(tables.models), "", dtype=object)
+    reasons[~verdicts.is_fine] = [row[4] for row in rows]
+    points = point_table(tables, part, solution)
+    residuals = residual_table(tables, part, cleaned, judged.control, significance)
+    is_centre = tables.is_centre[part.points]
+    of_centre = is_centre[solution.observations.point]
+    return BlockAdjustment(
+        points=points[~is_centre].reset_index(drop=True),
+        models=model_table(tables, part, solution, reasons),
+        residuals=residuals[~of_centre].reset_index(drop=True),
+        control=control_table(
+            tables, part, solution, judged.control, is_set_aside=judged.is_set_aside
+        ),
+        common=common_table(tables, solution),
+        deformations=judged.deformations,
+        failures=failures,
+        s_0=solution.s_0,
+        redundancy=solution.redundancy,
+        tables=tables,
+        solution=solution,
+        components=judged.components,
+        centres=centre_table(points, is_centre),
+        kept=part.models,
+    )

@@ -1,0 +1,90 @@
+"""Gross errors and sizes of errors of a block, which must not be taken for each other.
+
+A single exchanged name makes the errors of its whole flight look large, and errors that
+are taken for larger than they are hide gross ones. So gross errors are looked for
+first, the sizes follow from the rest, and both are repeated until nothing changes.
+"""
+
+from dataclasses import dataclass, replace
+
+import pandas as pd
+
+from einschalt.stages.simultaneous.variance_components import weigh_groups
+from einschalt.theory.block_adjustment.gross_errors import (
+    CleanedBlock,
+    SoundBlock,
+    downweight,
+    sound_block,
+    with_all_control,
+)
+from einschalt.theory.block_adjustment.observations import Part
+
+MOST_ROUNDS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class CleanedPart:
+    """What can be determined of a block, after its gross errors were dealt with.
+
+    Attributes
+    ----------
+    part : Part
+        Its observations have the errors of their groups.
+    cleaned : CleanedBlock
+    components : DataFrame
+        As in :class:`einschalt.stages.simultaneous.variance_components.Weighed`.
+    """
+
+    part: Part
+    cleaned: CleanedBlock
+    components: pd.DataFrame
+
+
+def clean_part(tables, part, solution, terms, options) -> CleanedPart:
+    """Deal with gross errors, and give groups the errors that they show.
+
+    Parameters
+    ----------
+    tables : BlockTables
+    part : Part
+    solution : BlockSolution or SpatialSolution
+        Of the part.
+    terms : sequence of CommonTerms
+    options : AdjustmentOptions
+
+    Returns
+    -------
+    CleanedPart
+    """
+    weighed = _weighed(tables, part, solution, terms, options)
+    observations, block = weighed.part.observations, weighed.block
+    if options.outliers == "keep":
+        cleaned = CleanedBlock(block.solution, block.is_out)
+    elif options.outliers == "snoop":
+        cleaned = with_all_control(block, observations, terms)
+    else:
+        cleaned = downweight(block, observations, terms, options.outliers)
+    return CleanedPart(weighed.part, cleaned, weighed.table)
+
+
+def _weighed(tables, part, solution, terms, options):
+    """Sizes of errors, and the block without gross ones where these are looked for."""
+    estimates_all = options.variance_components == "estimated"
+    if options.outliers == "keep":
+        block = SoundBlock.whole(solution)
+        return weigh_groups(tables, part, block, terms, all_of_them=estimates_all)
+    block = sound_block(solution, terms, options.significance)
+    factors = 1.0
+    for _ in range(MOST_ROUNDS):
+        weighed = weigh_groups(
+            tables, part, block, terms, all_of_them=estimates_all, factors=factors
+        )
+        if weighed.part is part:
+            break
+        part, factors, before = weighed.part, weighed.factors, block
+        solution = solution.readjusted(part.observations, terms)
+        block = sound_block(solution, terms, options.significance)
+        if block.has_the_errors_of(before):
+            break
+        weighed = replace(weighed, block=block)
+    return weighed

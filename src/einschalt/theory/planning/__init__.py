@@ -1,0 +1,1 @@
+"""Precision that a flight will have, before anything is measured."""

@@ -1,0 +1,143 @@
+"""A claim that does not stand says so, and one that stands is left in peace."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.interfaces.reports.correlogram_figure import correlogram_figure
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.approximations import onto_given_approximations
+from einschalt.pipeline.simulation.simulate_block import BlockNoise, simulate_block
+from einschalt.pipeline.summary.suggestions.claim import claim_that_does_not_stand
+from einschalt.pipeline.summary.summary import summarize
+
+COVERAGES = "coverage differences"
+HIGH = "coverage differences, high flight"
+RESIDUALS = "residuals of the low flight"
+NEIGHBOURS = "correlation of neighbouring residuals"
+
+
+@pytest.fixture(scope="module")
+def block():
+    return simulate_block("neukirchen", seed=0)
+
+
+@pytest.fixture(scope="module")
+def shared(block):
+    """Approximate coordinates of photographs whose orientation is wrong."""
+    return densify(onto_given_approximations(block, photograph_error=0.1, seed=1))
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        ("affine", {"coverage_mean": "most_central"}),
+        ("helmert", {"weighting": "weighted"}),
+    ],
+)
+def test_predictions_are_what_other_blocks_have(kind, settings):
+    """The mean over simulated blocks is what one block predicts for itself."""
+    observed, predicted = [], []
+    for seed in range(12):
+        block = simulate_block("demo", seed=seed)
+        flights = {
+            name: replace(flight, transformation=kind)
+            for name, flight in block.flights.items()
+        }
+        claim = densify(replace(block, **flights), Settings(**settings)).claim
+        assert [test.name for test in claim.tests][:3] == [COVERAGES, HIGH, RESIDUALS]
+        observed.append([test.observed**2 for test in claim.tests[:3]])
+        predicted.append([test.predicted**2 for test in claim.tests[:3]])
+    ratio = np.mean(observed, axis=0) / np.mean(predicted, axis=0)
+    # some 80 points and two coordinates a block, many of them alike: 4 % of a variance
+    np.testing.assert_allclose(ratio, 1.0, atol=0.16)
+
+
+def test_a_good_block_stands(block):
+    result = densify(block)
+    claim = result.claim
+    assert claim.stands
+    assert not claim.is_assumed
+    assert claim.enlargement == 1.0
+    assert claim_that_does_not_stand(result) is None
+    for name in (COVERAGES, HIGH, RESIDUALS):
+        test = claim.of(name)
+        assert test.observed == pytest.approx(test.predicted, rel=0.06)
+    assert "Does the claim stand? (total, RMS)" in summarize(result)
+
+
+def test_errors_that_photographs_share_are_called_out(shared):
+    claim = shared.claim
+    assert not claim.stands
+    assert claim.of(NEIGHBOURS).p_value < 1e-4
+    assert (
+        claim.of("control points").observed > 1.2 * claim.of("control points").predicted
+    )
+    said = str(claim_that_does_not_stand(shared))
+    assert said.startswith("The claimed figure does not stand: ")
+    assert "residuals of neighbours are alike (correlation -0.0" in said
+    assert "the size of the residuals is only" in said
+    assert "they share errors, as those of one orientation do" in said
+    first = summarize(shared).splitlines()[0]
+    assert first.endswith("cm or worse (total, mean of two coverages)")
+
+
+def test_without_control_and_without_a_stated_error_the_residuals_tell(block):
+    given = onto_given_approximations(
+        block, photograph_error=0.1, seed=1, is_stated=False
+    )
+    result = densify(replace(given, control_points=None))
+    names = [test.name for test in result.claim.refused]
+    assert NEIGHBOURS in names
+    assert "control points" not in [test.name for test in result.claim.tests]
+
+
+def test_a_measuring_error_that_was_given_too_small_does_not_stand(block):
+    low = replace(block.low_flight, m_g_um=5.0 / 1.5)
+    result = densify(replace(block, low_flight=low))
+    names = [test.name for test in result.claim.refused]
+    assert COVERAGES in names
+    assert 1.1 < result.claim.enlargement < 1.5
+    said = str(claim_that_does_not_stand(result))
+    assert "RMS of coverage differences is" in said
+    assert "wrong sizes of errors" in said
+
+
+def test_film_that_no_helmert_transformation_takes_up_does_not_stand():
+    noise = BlockNoise(film_affinity=3e-4)
+    block = simulate_block("neukirchen", seed=1, noise=noise)
+    low = replace(block.low_flight, transformation="helmert")
+    result = densify(replace(block, low_flight=low))
+    assert not result.claim.stands
+    assert densify(block).claim.stands
+
+
+def test_a_few_gross_errors_are_no_wrong_claim():
+    noise = BlockNoise(low_gross_error_share=0.01)
+    block = simulate_block("neukirchen", seed=3, noise=noise)
+    assert densify(block, Settings(outliers="snoop")).claim.stands
+
+
+def test_where_sizes_are_not_known_nothing_is_claimed(block):
+    control = block.control_points.drop(columns="standard_error_m")
+    result = densify(replace(block, control_points=control))
+    assert result.claim.tests == ()
+    assert result.claim.stands
+    assert "Does the claim stand" not in summarize(result)
+    assert correlogram_figure(result) == ""
+
+
+def test_the_distribution_of_residuals_changes_no_test(block):
+    plain = densify(block)
+    moved = densify(block, Settings(residual_distribution="natural_neighbour"))
+    assert moved.claim.tests == plain.claim.tests
+
+
+def test_the_figure_shows_what_was_measured_over_what_is_expected(shared):
+    svg = correlogram_figure(shared)
+    assert svg.startswith("<svg")
+    assert "correlation" in svg
+    assert "where the claim holds" in svg
+    assert svg == correlogram_figure(shared)

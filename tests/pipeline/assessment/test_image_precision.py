@@ -1,0 +1,57 @@
+"""m_g of image points, as it was given and as relative orientations show it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.image_precision import (
+    common_sigma_0,
+    image_component,
+)
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.pipeline.summary.suggestions import catalogue as sg
+
+
+@pytest.fixture(scope="module")
+def images():
+    geometry = replace(PRESETS["demo"].geometry, measurement="images")
+    return simulate_block("demo", seed=2, geometry=geometry)
+
+
+def computed(block, *, low_m_g_um=5.0):
+    low = replace(block.low_flight, m_g_um=low_m_g_um)
+    flights = {"high_flight": block.high_flight, "low_flight": low}
+    return densify(Block(control_points=block.control_points, crs=block.crs, **flights))
+
+
+def rows_of(result, flight="low_flight"):
+    return result.orientations[result.orientations["flight"] == flight]
+
+
+def test_image_points_have_the_m_g_that_was_simulated(images):
+    result = computed(images)
+    for flight, simulated in (("high_flight", 7.5), ("low_flight", 5.0)):
+        shown = image_component(rows_of(result, flight), images.flights[flight])
+        assert abs(shown.estimated - simulated) < 3.0 * shown.standard_error
+        assert shown.standard_error < 0.15 * simulated
+    assert sg.image_points_worse_than_given(result) is None
+
+
+def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
+    result = computed(images, low_m_g_um=3.3)
+    said = " ".join(result.summary().split())
+    assert "m_g_um of the low flight is given as 3.3, but the residuals of the" in said
+    assert "Give that figure or a larger one" in said
+
+
+def test_a_larger_m_g_is_not_contradicted_by_y_parallaxes(images):
+    assert sg.image_points_worse_than_given(computed(images, low_m_g_um=9.0)) is None
+
+
+def test_models_without_redundancy_say_nothing(images):
+    rows = rows_of(computed(images)).assign(redundancy=0, sigma_0=np.nan)
+    assert np.isnan(common_sigma_0(rows)[0])
+    assert np.isnan(image_component(rows, images.low_flight).estimated)

@@ -1,0 +1,207 @@
+"""Control points left out in one pass are those that were left out one by one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.claim import LEFT_OUT
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+from einschalt.pipeline.summary.sections import known_points
+from einschalt.pipeline.summary.suggestions.suspects import control_that_contradicts
+from einschalt.stages.stage3_model_transformation import transform_models
+from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+
+PLAN = ["easting", "northing"]
+DIFFERENCES = ["difference_easting", "difference_northing"]
+
+
+def of_kinds(block, high, low):
+    return replace(
+        block,
+        high_flight=replace(block.high_flight, transformation=high),
+        low_flight=replace(block.low_flight, transformation=low),
+    )
+
+
+def as_check_point(block, name):
+    control = block.control_points.copy()
+    control.loc[control["point_id"] == name, "role"] = "check"
+    return replace(block, control_points=control)
+
+
+def assert_same(result, predict, tolerance):
+    """What one pass gives for every fourth point is what ``predict`` gives."""
+    table = result.control_left_out.iloc[::4]
+    assert len(table) >= 3
+    for row in table.itertuples():
+        given = result.block.control_points.set_index("point_id").loc[row.point_id]
+        expected = predict(row.point_id) - given[PLAN].to_numpy(dtype=float)
+        found = [row.difference_easting, row.difference_northing]
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance)
+
+
+@pytest.mark.parametrize("mean", ["all", "most_central"])
+@pytest.mark.parametrize(
+    ("high", "low"),
+    [("affine", "affine"), ("helmert", "helmert"), ("affine", "helmert")],
+)
+def test_differences_are_those_of_densifying_again(demo_block, high, low, mean):
+    block = of_kinds(demo_block, high, low)
+    settings = Settings(coverage_mean=mean)
+
+    def predict(name):
+        points = densify(as_check_point(block, name), settings).points
+        return points.set_index("point_id").loc[name, PLAN].to_numpy(dtype=float)
+
+    assert_same(densify(block, settings), predict, 1e-8)
+
+
+@pytest.mark.parametrize("mean", ["all", "most_central"])
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_weights_stay_those_of_the_whole_block(demo_block, kind, mean):
+    block = of_kinds(demo_block, kind, kind)
+    settings = Settings(coverage_mean=mean, weighting="weighted")
+    result = densify(block, settings)
+    high_points, low_points = (
+        result.model_points[name] for name in ("high_flight", "low_flight")
+    )
+    control = block.control_points[block.control_points["role"] != "check"]
+    checks = set(block.control_points["point_id"]) - set(control["point_id"])
+    errors = {  # those of the whole block
+        "high": result.high.transformation.values(high_points, least_redundancy=30),
+        "low": result.single_values,
+    }
+
+    def averaged(points, ground, flight):
+        values = transform_models(points, ground, kind).transform(points)
+        column = {"high": "m_t", "low": "standard_error_paper"}[flight]
+        values["standard_error_paper"] = errors[flight][column].to_numpy()
+        values = with_positions(values.drop(columns="m_t"), points)
+        return average_coverages(
+            values, coverage_mean=mean, weighting="weighted"
+        ).points
+
+    def predict(name):
+        others = control[control["point_id"] != name]
+        ground = averaged(high_points, others, "high")
+        ground = ground[~ground["point_id"].isin({*checks, name})][["point_id", *PLAN]]
+        final = averaged(low_points, ground, "low").set_index("point_id")
+        return final.loc[name, PLAN].to_numpy(dtype=float)
+
+    assert_same(result, predict, 1e-8)
+
+
+def test_rigid_models_to_first_order():
+    geometry = replace(PRESETS["demo"].geometry, transformation="rigid")
+    block = simulate_block("demo", seed=3, geometry=geometry)
+
+    def predict(name):
+        points = densify(as_check_point(block, name)).points
+        return points.set_index("point_id").loc[name, PLAN].to_numpy(dtype=float)
+
+    # residuals of 10 cm turn a model of 2 km by 5e-5
+    assert_same(densify(block), predict, 1e-5)
+
+
+def test_points_that_a_model_needs_are_not_left_out(demo_block):
+    """A model of three control points has an affine transformation by all of them."""
+    points = demo_block.high_flight.model_points
+    control = demo_block.control_points
+    names = control.loc[control["role"] != "check", "point_id"]
+    model = (points["coverage"] == "1") & (points["model_id"] == points["model_id"][0])
+    of_model = points[model & points["point_id"].isin(names)]
+    kept = set(of_model["point_id"].iloc[:3])
+    dropped = of_model.index[3:]
+    high = replace(
+        demo_block.high_flight, model_points=points.drop(dropped).reset_index(drop=True)
+    )
+    block = replace(demo_block, high_flight=high, may_be_unmeasured=True)
+    result = densify(block)
+    left_out = set(result.control_left_out["point_id"])
+    assert left_out
+    assert not left_out & kept
+    everything = densify(demo_block).control_left_out
+    assert kept <= set(everything["point_id"])
+
+
+def test_differences_have_the_standard_errors_that_are_given():
+    """Squares by their covariances, over blocks; their scatter says how sure it is."""
+    for kind in ("affine", "helmert"):
+        squares = []
+        for seed in range(12):
+            block = of_kinds(simulate_block("demo", seed=seed), kind, kind)
+            result = densify(block, Settings(coverage_mean="most_central"))
+            squares.append(result.left_out_control.normalized_square)
+        scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))
+        assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * scatter)
+        assert scatter < 0.15
+
+
+def test_table_holds_together(good_result):
+    table = good_result.control_left_out
+    d = table[DIFFERENCES].to_numpy()
+    total = table["standard_error_easting"] ** 2 + table["standard_error_northing"] ** 2
+    np.testing.assert_allclose(table["standard_error_total"] ** 2, total)
+    # affine: both coordinates are equally good and not correlated
+    np.testing.assert_allclose(table["covariance_en"], 0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        table["w"], np.hypot(*d.T) / table["standard_error_easting"], rtol=1e-6
+    )
+    np.testing.assert_allclose(table["p_value"], np.exp(-(table["w"] ** 2) / 2.0))
+    roles = good_result.block.control_points.set_index("point_id")["role"]
+    assert (roles[table["point_id"]] == "control").all()
+
+
+def test_a_wrong_control_point_is_named(demo_block):
+    name = densify(demo_block).control_left_out["point_id"][4]
+    control = demo_block.control_points.copy()
+    control.loc[control["point_id"] == name, "northing"] += 1.0
+    result = densify(replace(demo_block, control_points=control))
+    table = result.control_left_out
+    assert table.loc[table["p_value"].idxmin(), "point_id"] == name
+    said = str(control_that_contradicts(result))
+    assert f"worst first: {name}" in said
+    assert "more than chance explains" in said
+    assert "a wrong one spoils the others" in said
+    assert control_that_contradicts(densify(demo_block)) is None
+
+
+def test_control_that_is_worse_than_given_is_called_out():
+    block = simulate_block("neukirchen", seed=2)
+    control = block.control_points.copy()
+    noise = np.random.default_rng(2).standard_normal((len(control), 2))
+    control[PLAN] += 0.06 * noise * (control[["role"]] != "check").to_numpy()
+    result = densify(replace(block, control_points=control))
+    assert LEFT_OUT in [test.name for test in result.claim.refused]
+    assert result.left_out_control.normalized_square > 1.5
+    # no bound of the points' error: control is not all of it
+    others = [t for t in result.claim.refused if t.is_length and t.name != LEFT_OUT]
+    ratios = [t.observed / t.predicted for t in others]
+    assert result.claim.enlargement == max([1.0, *ratios])
+
+
+def test_summary_says_how_left_out_points_fit(good_result):
+    section = known_points.section(good_result)
+    assert section.rows[1][0] == "control points, each left out"
+    square = good_result.left_out_control.normalized_square
+    assert f"Squares are {square:.2f} of what" in section.remarks[0]
+    table = good_result.control_left_out
+    worst = table.loc[table["p_value"].idxmin(), "point_id"]
+    assert f"worst at {worst}," in section.remarks[0]
+
+
+def test_without_control_that_took_part_nothing_is_left_out(
+    demo_block, given_approximations_result
+):
+    without_errors = demo_block.control_points.drop(columns="standard_error_m")
+    for result in (
+        given_approximations_result,
+        densify(demo_block, Settings(method="simultaneous")),
+        densify(replace(demo_block, control_points=without_errors)),
+    ):
+        assert result.control_left_out.empty
+        assert "is_suspect" in result.control_left_out
+        assert "each left out" not in result.summary()

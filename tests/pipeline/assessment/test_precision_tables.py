@@ -1,0 +1,177 @@
+"""Sources of error, neighbours and ellipses of a result, against its covariances."""
+
+from functools import reduce
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.summary.sections import error_sources, neighbours
+
+SETTINGS = [
+    Settings(),
+    Settings(coverage_mean="most_central", weighting="weighted"),
+    Settings(residual_distribution="natural_neighbour"),
+]
+
+
+def dense_covariance(errors):
+    """Covariance of all coordinates together, shape (2 n_points, 2 n_points)."""
+    total = 0.0
+    for source, chain in errors.chains.items():
+        whole = reduce(np.matmul, [part.toarray() for part in chain])
+        sigma = np.repeat(errors.standard_errors[source], errors.n_axes)
+        total = total + (whole * sigma**2) @ whole.conj().T
+    if errors.n_axes == 2:
+        return total
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    return np.kron(np.real(total), np.eye(2)) + np.kron(np.imag(total), turn)
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=["all", "weighted", "distributed"])
+def test_squares_of_the_sources_add_up(demo_block, settings):
+    result = densify(demo_block, settings)
+    table = result.error_sources
+    assert table["point_id"].tolist() == result.points["point_id"].tolist()
+    parts = [name for name in table if name.startswith("standard_error_")]
+    parts.remove("standard_error_total")
+    assert parts == [
+        f"standard_error_{name}" for name in ("control", "high_flight", "low_flight")
+    ]
+    squares = (table[parts] ** 2).sum(axis=1)
+    np.testing.assert_allclose(squares, table["standard_error_total"] ** 2, atol=1e-15)
+    np.testing.assert_allclose(
+        table["standard_error_total"], result.points["standard_error_total"], atol=1e-9
+    )
+
+
+def test_the_block_is_the_mean_over_the_new_points(good_result):
+    table = good_result.block_error_sources
+    new = good_result.points["role"] == "new"
+    variance = (
+        good_result.error_sources[new].filter(like="standard_error") ** 2
+    ).mean()
+    for row in table.itertuples():
+        expected = variance[f"standard_error_{row.source}"]
+        assert row.standard_error_total**2 == pytest.approx(expected)
+        share = expected / variance["standard_error_total"]
+        assert row.share == pytest.approx(share)
+    assert table["share"].is_monotonic_decreasing
+    assert table["share"].sum() == pytest.approx(1.0)
+    assert np.hypot.reduce(table["standard_error_total"]) == pytest.approx(
+        good_result.figures.mean_total
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "change"),
+    [
+        ("control", {"control_standard_error": 0.06}),
+        ("high_flight", {"high_m_g_um": 15.0}),
+        ("low_flight", {"low_m_g_um": 10.0}),
+    ],
+)
+def test_a_source_twice_as_large_doubles_its_part_alone(source, change):
+    def parts(**noise):
+        block = simulate_block("demo", seed=4, noise=BlockNoise(**noise))
+        return densify(block).block_error_sources.set_index("source")
+
+    before, after = parts()["standard_error_total"], parts(**change)
+    ratio = after["standard_error_total"] / before
+    for name, value in ratio.items():
+        # operators move a little with the measurements
+        assert value == pytest.approx(2.0 if name == source else 1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=["all", "weighted", "distributed"])
+def test_differences_of_neighbours_have_the_dense_covariance(demo_block, settings):
+    result = densify(demo_block, settings)
+    table = result.neighbours
+    dense = dense_covariance(result.errors)
+    place = {name: k for k, name in enumerate(result.points["point_id"])}
+    xy = result.points[["easting", "northing"]].to_numpy()
+    for row in table.iloc[::7].itertuples():
+        i, j = place[row.point_id], place[row.neighbour_id]
+        pick = np.zeros((2, len(dense)))
+        pick[[0, 1], [2 * i, 2 * i + 1]] -= 1.0
+        pick[[0, 1], [2 * j, 2 * j + 1]] += 1.0
+        expected = pick @ dense @ pick.T
+        assert row.distance == pytest.approx(np.hypot(*(xy[j] - xy[i])))
+        along = (xy[j] - xy[i]) / row.distance
+        across = along[::-1] * [1, -1]
+        for name, value in {
+            "standard_error_easting": expected[0, 0],
+            "standard_error_northing": expected[1, 1],
+            "standard_error_total": np.trace(expected),
+            "standard_error_distance": along @ expected @ along,
+            "standard_error_across": across @ expected @ across,
+        }.items():
+            assert getattr(row, name) ** 2 == pytest.approx(value, abs=1e-12)
+        own = np.diag(dense)[[2 * i, 2 * i + 1, 2 * j, 2 * j + 1]].sum()
+        assert row.standard_error_if_independent**2 == pytest.approx(own, abs=1e-12)
+
+
+def test_covariance_between_named_points(good_result):
+    names = good_result.points["point_id"].to_numpy()
+    pairs = [(names[0], names[1]), (names[5], names[5])]
+    found = good_result.covariance_between(pairs)
+    expected = good_result.errors.covariance_between(names[[0, 5]], names[[1, 5]])
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_allclose(found[1], good_result.errors.covariance[5])
+    table = pd.DataFrame(pairs, columns=["one", "two"])
+    np.testing.assert_array_equal(good_result.covariance_between(table), found)
+    chosen = good_result.neighbour_precision(pairs[:1])
+    assert chosen[["point_id", "neighbour_id"]].to_numpy().tolist() == [list(pairs[0])]
+
+
+def test_pairs_that_cannot_be(good_result):
+    with pytest.raises(TableError, match=r"point 99x: it is not among the densified"):
+        good_result.covariance_between([("99x", "99x")])
+    with pytest.raises(TableError, match=r"pairs of the shape \(2,\); expected two"):
+        good_result.neighbour_precision(["1", "2"])
+
+
+def test_nothing_is_said_where_errors_are_not_propagated(given_approximations_result):
+    result = given_approximations_result
+    for table in (result.error_sources, result.block_error_sources, result.ellipses):
+        assert table.empty
+    assert result.neighbours.empty
+    assert not error_sources.section(result).rows
+    assert not neighbours.section(result).rows
+    with pytest.raises(
+        SettingsError, match="given approximate coordinates share errors"
+    ):
+        result.covariance_between([("1", "2")])
+
+
+def test_ellipses_of_the_level_of_the_settings(demo_block, good_result):
+    wide = densify(demo_block, Settings(confidence=0.99)).ellipses
+    assert (wide["confidence"] == 0.99).all()
+    usual = good_result.ellipses
+    ratio = wide["semi_major"] / usual["semi_major"]
+    # the roots of the quantiles of χ² with two degrees of freedom, from tables
+    np.testing.assert_allclose(ratio, np.sqrt(9.21034 / 5.99146), rtol=1e-5)
+    asked = good_result.confidence_ellipses(0.39346934)
+    total = np.hypot(asked["semi_major"], asked["semi_minor"])
+    np.testing.assert_allclose(total, good_result.points["standard_error_total"])
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, 95.0, float("nan")])
+def test_a_level_that_is_no_probability(good_result, level):
+    with pytest.raises(SettingsError, match="a probability above 0 and below 1"):
+        good_result.confidence_ellipses(level)
+
+
+def test_summary_says_sources_and_neighbours(good_result):
+    text = error_sources.section(good_result).text()
+    first = good_result.block_error_sources.iloc[0]
+    assert error_sources.source_name(first["source"]) in text.splitlines()[2]
+    assert "the new points would have" in text
+    row = neighbours.section(good_result).rows[0]
+    assert row[1] == str(len(good_result.neighbours))
+    assert row[3] != row[4]

@@ -1,0 +1,174 @@
+"""Affinity of film and strain of control in simulated blocks."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.foundations.typesetting import length
+from einschalt.pipeline.assessment import systematic_errors
+from einschalt.pipeline.assessment.systematic_errors import (
+    NetworkStrain,
+    SystematicPatterns,
+)
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.noise import BlockNoise
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.summary.sections import control_strain, patterns
+from einschalt.pipeline.summary.suggestions.systematic_errors import (
+    film_affinity,
+    network_strain,
+)
+
+PLAN = ["easting", "northing"]
+
+
+def computed(
+    preset="demo", *, seed=1, kinds=("affine", "affine"), m_g_um=None, **noise
+):
+    block = simulate_block(preset, seed=seed, noise=BlockNoise(**noise))
+    high = replace(block.high_flight, transformation=kinds[0])
+    low = replace(block.low_flight, transformation=kinds[1])
+    if m_g_um is not None:
+        low = replace(low, m_g_um=m_g_um)
+    return densify(replace(block, high_flight=high, low_flight=low))
+
+
+@pytest.mark.parametrize(
+    ("kinds", "affinity"), [(("affine", "affine"), 2e-4), (("helmert", "helmert"), 0.0)]
+)
+def test_affinity_has_the_standard_error_that_is_said(kinds, affinity):
+    found = []
+    for seed in range(16):
+        result = computed(seed=seed, kinds=kinds, film_affinity=affinity)
+        found.append(result.patterns.affinities)
+    for place, flight in enumerate(("high_flight", "low_flight")):
+        assert {one[place].flight for one in found} == {flight}
+        for name, true in (("stretch", affinity), ("shear", 0.0)):
+            z = [
+                (getattr(one[place], name) - true)
+                / getattr(one[place], f"{name}_error")
+                for one in found
+            ]
+            # 16 blocks: means within 3.3 / √16, standard deviations within 3 / √32
+            assert abs(np.mean(z)) < 0.83
+            assert 0.47 < np.std(z) < 1.53
+
+
+def test_helmert_is_told_to_become_affine():
+    result = computed(kinds=("helmert", "helmert"), film_affinity=3e-4)
+    said = film_affinity(result)
+    assert "Film or machine has an affinity" in said.problem
+    assert "in the low flight x is longer than y by" in said.problem
+    assert said.remedy.startswith('Set transformation = "affine" in [')
+    low = result.patterns.affinities[1]
+    # δ √(v_x v_y / (v_x + v_y)) of a model of 138 x 230 mm at 1:8000
+    v_x, v_y = (0.138 * 8000) ** 2 / 12, (0.230 * 8000) ** 2 / 12
+    expected = low.stretch * np.sqrt(v_x * v_y / (v_x + v_y))
+    assert low.bias == pytest.approx(expected, rel=0.25)
+
+
+def test_affine_takes_it_up_and_says_so():
+    result = computed(film_affinity=3e-4)
+    assert film_affinity(result) is None
+    assert "taken up by affine" in patterns.section(result).text()
+    assert network_strain(result) is None
+
+
+def test_film_does_not_pass_for_strain():
+    result = computed(kinds=("helmert", "helmert"), film_affinity=3e-4)
+    assert network_strain(result) is None
+
+
+def test_strain_of_neukirchen_is_called_out():
+    block = simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=0.1))
+    result = densify(block)
+    strain = result.patterns.strain
+    assert strain.is_smooth
+    said = network_strain(result)
+    assert "The control network is strained" in said.problem
+    assert f", most at {strain.displacements['point_id'].iloc[0]} (" in said.problem
+    assert 'method = "simultaneous" suffers less' in said.remedy
+    # what the points have: the claim, and the strain beside it
+    new = result.points[result.points["role"] == "new"]
+    total = np.sqrt(np.mean(new["standard_error_total"] ** 2))
+    assert f"reckon with {length(np.hypot(total, strain.size))}, not" in said.problem
+    true = block.truth.set_index("point_id").loc[new["point_id"], PLAN].to_numpy()
+    error = np.sqrt(np.mean(((new[PLAN].to_numpy() - true) ** 2).sum(axis=1)))
+    assert np.hypot(total, strain.size) == pytest.approx(error, rel=0.15)
+    assert error > 1.4 * total
+    # the wave has 10 cm / √2 (total, RMS)
+    assert 0.04 < strain.size < 0.08
+    assert film_affinity(result) is None
+    assert "Control points that are displaced together" in result.summary()
+
+
+def test_displacements_point_where_the_strain_does():
+    strained, clean = (
+        simulate_block("neukirchen", seed=1, noise=BlockNoise(network_strain=size))
+        for size in (0.1, 0.0)
+    )
+    true = strained.control_points.set_index("point_id")[PLAN]
+    true = true - clean.control_points.set_index("point_id")[PLAN]
+    result = densify(strained, Settings(method="simultaneous"))
+    found = result.patterns.strain.displacements.set_index("point_id")[PLAN]
+    true = true.loc[found.index]
+    cosine = (found * true).to_numpy().sum() / np.sqrt(
+        (found**2).to_numpy().sum() * (true**2).to_numpy().sum()
+    )
+    assert cosine > 0.6
+    assert not result.simultaneous.control["is_suspect"].any()
+    rows = control_strain.section(result).rows
+    assert [row[0] for row in rows] == found.index[: len(rows)].tolist()
+    assert 'method = "simultaneous"' not in network_strain(result).remedy
+
+
+def test_a_wrong_m_g_does_not_pass_for_a_pattern():
+    result = computed("neukirchen", m_g_um=5.0 / 1.5)
+    assert film_affinity(result) is None
+    assert network_strain(result) is None
+
+
+def test_control_that_is_worse_than_was_said():
+    block = simulate_block("neukirchen", noise=BlockNoise(control_standard_error=0.08))
+    control = block.control_points.assign(standard_error_m=0.03)
+    result = densify(replace(block, control_points=control))
+    said = str(network_strain(result))
+    assert "contradict each other by more than their standard errors" in said
+    assert "raise standard_error_m" in said
+    assert "single points" in patterns.section(result).text()
+
+
+def test_nothing_is_tested_where_errors_are_not_propagated(given_approximations_result):
+    assert given_approximations_result.patterns == SystematicPatterns((), None)
+    assert not patterns.section(given_approximations_result).rows
+    assert film_affinity(given_approximations_result) is None
+    assert network_strain(given_approximations_result) is None
+
+
+def test_clean_blocks_are_quiet(good_result):
+    assert film_affinity(good_result) is None
+    assert network_strain(good_result) is None
+    text = patterns.section(good_result).text()
+    assert text.count("none") == 3
+
+
+def test_strain_of_control_is_tested_without_suspects_too(faulty_result):
+    assert isinstance(faulty_result.patterns.strain, NetworkStrain)
+    assert network_strain(faulty_result) is None
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [("MOST_CONTROL", "control points, at most 3"), ("MOST_MODELS", "models, at most")],
+)
+def test_a_block_too_large_for_the_strain_test_is_told_so(monkeypatch, limit, said):
+    monkeypatch.setattr(systematic_errors, limit, 3)
+    result = computed()
+    assert result.patterns.strain is None
+    message = f"Strain was not looked for: the block is too large for it (.*{said}"
+    assert re.search(
+        message.replace("(", r"\("), result.summary().replace("\n    ", " ")
+    )

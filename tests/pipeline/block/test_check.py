@@ -1,0 +1,211 @@
+"""How the tables of a block fit each other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
+from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.block import check_block
+
+
+def with_control(block, change):
+    return replace(block, control_points=change(block.control_points.copy()))
+
+
+def with_low(block, change):
+    points = change(block.low_flight.model_points.copy())
+    return replace(block, low_flight=replace(block.low_flight, model_points=points))
+
+
+def test_block_keeps_its_tables_as_checked(demo_block):
+    def as_script(points):
+        return points.assign(point_id=points["point_id"].astype(object), remark="x")
+
+    block = with_low(demo_block, as_script)
+    assert "remark" not in block.low_flight.model_points
+    assert block.notes == ("low_flight.model_points: ignored column remark",)
+    assert block.source("low_flight.model_points") == "low_flight.model_points"
+
+
+def test_exchanged_axes_of_one_point(demo_block):
+    def exchange(control):
+        axes = ["easting", "northing"]
+        control.loc[3, axes] = control.loc[3, axes[::-1]].tolist()
+        return control
+
+    name = demo_block.control_points["point_id"].iloc[3]
+    with pytest.raises(ConsistencyError, match="Exchange the two columns") as caught:
+        with_control(demo_block, exchange)
+    assert (caught.value.row, caught.value.point) == (3, name)
+
+
+def test_axes_without_system_are_believed(demo_block):
+    frame = demo_block.control_points.rename(
+        columns={"easting": "northing", "northing": "easting"}
+    )
+    assert axis_problems(frame, None, "control.csv") == ([], [])
+    assert axis_problems(frame, "EPSG:99999", "control.csv") == ([], [])
+
+
+def test_points_far_outside_are_noted(demo_block):
+    far = demo_block.control_points.assign(easting=9e6, northing=9e6)
+    problems, notes = axis_problems(far, "EPSG:31255", "control.csv")
+    assert problems == []
+    n = len(far)
+    said = f"control.csv: {n} of {n} points lie outside the area of use of EPSG:31255"
+    assert notes == [said]
+
+
+def test_standard_errors_in_millimetres(demo_block):
+    with pytest.raises(
+        EinschaltError, match=r"standard_error_m 30; .*Did you give mill"
+    ):
+        with_control(demo_block, lambda control: control.assign(standard_error_m=30.0))
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (
+            1e3,
+            r"Did you give micrometres\? Set model_unit = 'um'\.$|Did you give micro",
+        ),
+        (1e-3, r"Did you give metres\? Set model_unit = 'm'\.$|Did you give metres"),
+        (1e9, r"Convert the coordinates to millimetres\.$"),
+    ],
+)
+def test_coordinates_in_another_unit(demo_block, factor, said):
+    def scale(points):
+        return points.assign(x=points["x"] * factor, y=points["y"] * factor)
+
+    with pytest.raises(ConsistencyError, match=said):
+        with_low(demo_block, scale)
+
+
+def test_unit_that_is_said_is_believed(demo_block):
+    points = demo_block.low_flight.model_points
+    points = points.assign(x=points["x"] * 1e3, y=points["y"] * 1e3)
+    low = replace(demo_block.low_flight, model_points=points, model_unit="um")
+    assert replace(demo_block, low_flight=low).low_flight.model_unit == "um"
+
+
+def test_widest_model_is_looked_for_within_each_coverage(demo_block):
+    """Two coverages may count their models alike, on machines of different origin."""
+
+    def shift(points):
+        second = points["coverage"] == "2"
+        return points.assign(x=points["x"] + 1e5 * second)
+
+    assert with_low(demo_block, shift).model_problems == ()
+
+
+def test_lost_points_are_said_and_may_be_allowed(demo_block):
+    def rename(control):
+        control.loc[1, "point_id"] = "LOST"
+        return control
+
+    with pytest.raises(
+        ConsistencyError, match="point LOST: no model of the high flight"
+    ):
+        with_control(demo_block, rename)
+    allowed = replace(demo_block, may_be_unmeasured=True)
+    assert "LOST" in with_control(allowed, rename).control_points["point_id"].tolist()
+
+
+def test_check_point_of_the_low_flight_alone(demo_block):
+    control = demo_block.control_points
+    name = control.loc[control["role"] == "check", "point_id"].iloc[0]
+    high = demo_block.high_flight.model_points
+    high = replace(demo_block.high_flight, model_points=high[high["point_id"] != name])
+    assert replace(demo_block, high_flight=high).model_problems == ()
+
+
+def test_models_without_common_points_are_found_but_do_not_stop(demo_block):
+    def rename(points):
+        lost = points["model_id"] == points["model_id"].iloc[0]
+        points.loc[lost, "point_id"] = "X" + points.loc[lost, "point_id"]
+        return points
+
+    block = with_low(demo_block, rename)
+    assert {problem.model for problem in block.model_problems} == {
+        demo_block.low_flight.model_points["model_id"].iloc[0]
+    }
+    assert len(block.model_problems) == 2  # of two coverages
+    assert block.model_problems[0].row == 0
+
+
+def test_no_model_with_common_points_stops(demo_block):
+    with pytest.raises(EinschaltError, match="none of its points has coordinates from"):
+        with_low(
+            demo_block, lambda points: points.assign(point_id="X" + points.point_id)
+        )
+
+
+def test_wrong_tables_are_not_compared(demo_block):
+    """One misspelt column does not make every point lost."""
+    wrong = demo_block.low_flight.model_points.rename(columns={"point_id": "pt"})
+    low = replace(demo_block.low_flight, model_points=wrong)
+    draft = type("Draft", (), vars(demo_block) | {"low_flight": low})()
+    found = check_block(draft)
+    assert len(found.problems) == 1
+    assert "column 'point_id' is missing" in found.problems[0].found
+
+
+def image_block(block):
+    images = pd.DataFrame(
+        {
+            "image_id": np.repeat(["11", "12", "13"], 4),
+            "point_id": np.tile(block.truth["point_id"].iloc[:4], 3),
+            "x": np.tile([-90.0, 90.0, 90.0, -90.0], 3),
+            "y": np.tile([-90.0, -90.0, 90.0, 90.0], 3),
+        }
+    )
+    models = pd.DataFrame(
+        {
+            "model_id": ["11/12", "12/13"],
+            "left_image": ["11", "12"],
+            "right_image": ["12", "13"],
+        }
+    )
+    return replace(
+        block.low_flight,
+        model_points=None,
+        image_points=images,
+        models=models,
+        principal_distance_mm=153.0,
+    )
+
+
+def test_models_of_images_that_were_not_measured(demo_block):
+    flight = image_block(demo_block)
+    assert replace(demo_block, low_flight=flight).model_problems == ()
+    flight.models.loc[1, "right_image"] = "14"
+    with pytest.raises(ConsistencyError, match="right_image '14' has no image points"):
+        replace(demo_block, low_flight=flight)
+
+
+def test_image_coordinates_in_metres(demo_block):
+    flight = image_block(demo_block)
+    images = flight.image_points.assign(x=flight.image_points["x"] / 1e3, y=0.0)
+    with pytest.raises(
+        ConsistencyError, match=r"widest image extends over 0\.18 mm.*Give millimetres"
+    ):
+        replace(demo_block, low_flight=replace(flight, image_points=images))
+
+
+def test_many_lost_points_make_a_short_message(demo_block):
+    lost = pd.DataFrame(
+        {
+            "point_id": [f"LOST{k}" for k in range(5000)],
+            "easting": 13_000.0,
+            "northing": 322_000.0,
+            "standard_error_m": 0.03,
+            "role": "control",
+        }
+    )
+    with pytest.raises(BlockError, match="5000 problems:\n") as caught:
+        with_control(demo_block, lambda table: pd.concat([table, lost]))
+    assert str(caught.value).endswith("and 4995 more")

@@ -1,0 +1,108 @@
+"""Sizes that do not fit each other are a wrong unit, and are said before computing."""
+
+from dataclasses import replace
+
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import ConsistencyError, SettingsError, TableError
+from einschalt.pipeline.simulation.simulate_block import PRESETS
+
+
+@pytest.fixture(scope="module")
+def block():
+    # without a system, so that the area of use does not speak first
+    return replace(es.simulate_block("demo", seed=5), crs=None)
+
+
+@pytest.fixture(scope="module")
+def parallax_block():
+    geometry = replace(PRESETS["demo"].geometry, measurement="parallaxes")
+    return es.simulate_block("demo", seed=5, geometry=geometry)
+
+
+def with_control(block, factor):
+    control = block.control_points.copy()
+    control[["easting", "northing"]] *= factor
+    return replace(block, control_points=control)
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_control_in_another_unit(block, factor):
+    with pytest.raises(
+        es.EinschaltError,
+        match=r"the points of a model extend over .* m on the ground.*in metres",
+    ):
+        with_control(block, factor)
+
+
+def test_scale_number_ten_times_too_small(block):
+    flight = replace(block.high_flight, scale_number=1500)
+    with pytest.raises(
+        ConsistencyError, match=r"in an image 1:1500; expected 4 to 800 mm"
+    ):
+        replace(block, high_flight=flight)
+
+
+def test_a_coordinate_beyond_all_systems(block):
+    control = block.control_points.copy()
+    control.loc[control.index[2], "easting"] = 1e30
+    with pytest.raises(
+        ConsistencyError, match=r"row 2, point \d+: easting 1e\+30.*Correct the value"
+    ):
+        replace(block, control_points=control)
+
+
+def test_one_wrong_point_does_not_stop_a_block(block):
+    control = block.control_points.copy()
+    control.loc[control.index[2], "easting"] += 50_000.0
+    assert len(es.densify(replace(block, control_points=control)).points)
+
+
+def test_base_in_metres_beside_millimetres(parallax_block):
+    flight = parallax_block.low_flight
+    base = flight.base.assign(base=flight.base["base"] / 1e3)
+    with pytest.raises(ConsistencyError, match=r"base 0\.\d+, where .* in model_unit"):
+        replace(parallax_block, low_flight=replace(flight, base=base))
+
+
+def test_parallaxes_in_micrometres_beside_millimetres(parallax_block):
+    flight = parallax_block.low_flight
+    table = flight.y_parallaxes
+    table = table.assign(y_parallax=table["y_parallax"] * 1e3)
+    with pytest.raises(ConsistencyError, match=r"y_parallax .* in model_unit"):
+        replace(parallax_block, low_flight=replace(flight, y_parallaxes=table))
+
+
+def test_parallaxes_without_base_in_stage_2(parallax_block):
+    flight = replace(parallax_block.low_flight, base=None)
+    with pytest.raises(SettingsError, match="base"):
+        es.relative_orientation(flight)
+
+
+def test_systems_are_kept_as_text():
+    block = es.simulate_block("demo", seed=5)
+    assert replace(block, crs=31255).crs == "EPSG:31255"
+
+
+def test_what_is_no_block_is_refused():
+    with pytest.raises(SettingsError, match="was given a str; expected a Block"):
+        es.densify("data_examples/neukirchen")
+    block = es.simulate_block("demo", seed=5)
+    with pytest.raises(SettingsError, match="settings is a dict; expected Settings"):
+        es.densify(block, {"coverage_mean": "all"})
+
+
+def test_weights_by_row_and_by_point():
+    block = es.simulate_block("demo", seed=5)
+    points = block.low_flight.model_points.reset_index(drop=True)
+    ground = block.truth
+    weights = 1.0 + points["x"].abs() / 50.0
+    by_row = es.transform_models(points, ground, weights=weights)
+    array = es.transform_models(points, ground, weights=weights.to_numpy())
+    assert by_row.parameters.equals(array.parameters)
+    ids = {name: str(place) for place, name in enumerate(ground["point_id"])}
+    numbered = points.assign(point_id=points["point_id"].map(ids))
+    renamed = ground.assign(point_id=ground["point_id"].map(ids))
+    with pytest.raises(TableError, match=r"names points as well.*Give an array"):
+        es.transform_models(numbered, renamed, weights=weights)

@@ -1,0 +1,147 @@
+"""Designs of flights, and their expected precision."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+from einschalt.foundations.errors import EinschaltError, GeometryError, SettingsError
+from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
+from einschalt.pipeline.planning.flight_design import FlightDesign
+
+DESIGN = FlightDesign(scale_number=8000, spacing=300, m_g_um=5, width=4500, height=4500)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return expect_precision(DESIGN)
+
+
+def test_figures_are_those_of_the_block_itself(expected):
+    block = es.simulate_block(seed=0, geometry=DESIGN.geometry(), noise=DESIGN.noise())
+    result = es.densify(block)
+    assert expected.figures.mean == pytest.approx(result.figures.mean_total, rel=1e-12)
+    paper = result.figures.mean_paper
+    assert expected.figures.paper_mean == pytest.approx(paper, rel=1e-12)
+    assert len(expected.values) == len(result.single_values)
+
+
+def test_one_model_alone_is_the_point_itself():
+    # where a point lies in one model only, its value is its coordinate
+    expected = expect_precision(replace(DESIGN, n_coverages=1))
+    values = expected.values.groupby("point_id").filter(lambda rows: len(rows) == 1)
+    points = expected.points.set_index("point_id")["standard_error_total"]
+    assert len(values) > 5
+    np.testing.assert_allclose(
+        values["standard_error_total"], points.loc[values["point_id"]], rtol=1e-9
+    )
+
+
+def test_parts_make_the_whole(expected):
+    total = np.sqrt(sum(part**2 for part in expected.parts.values()))
+    assert total == pytest.approx(expected.figures.mean)
+
+
+def test_zones_lie_where_they_should(expected):
+    zones = zones_of(expected.values)
+    assert not (zones["centre"] & zones["edge"]).any()
+    assert all(zone.any() for zone in zones.values())
+    figures = expected.figures
+    assert figures.single_centre < figures.single_edge
+    assert figures.paper_mean < figures.mean < figures.single
+
+
+def test_shifting_the_second_coverage_gains(expected):
+    unshifted = expect_precision(replace(DESIGN, coverage_shift=0.0))
+    assert unshifted.figures.mean > expected.figures.mean
+    one = expect_precision(replace(DESIGN, n_coverages=1))
+    assert one.figures.mean > unshifted.figures.mean
+
+
+def test_summary_says_both_and_where_it_comes_from(expected):
+    text = expected.summary()
+    assert text.startswith("Expected precision of")
+    for part in ("one model, edge", "rule of 1971", "It comes from control", "1:15000"):
+        assert part in text
+
+
+def test_an_oblong_image_covers_what_it_should():
+    design = replace(DESIGN, image_format=(0.1, 0.2))
+    geometry = design.geometry()
+    assert geometry.image_base == pytest.approx(0.04)
+    assert geometry.image_strip_distance == pytest.approx(0.14)
+    rim = 0.1 / 46
+    assert geometry.usable_model == pytest.approx((0.06 - 2 * rim, 0.2 - 2 * rim))
+    square = replace(DESIGN, image_format=(0.2, 0.2)).geometry()
+    assert (
+        square.usable_model == replace(DESIGN, image_format=0.2).geometry().usable_model
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"scale_number": 0}, "scale_number = 0"),
+        ({"spacing": -300}, "spacing = -300"),
+        ({"m_g_um": 5e-6}, "Did you give metres"),
+        ({"high_scale_number": 6000}, "smaller image scale"),
+        ({"high_m_g_um": 0}, "m_g_um = 0"),
+        ({"n_coverages": 7}, "n_coverages = 7"),
+        ({"control_per_model": 4}, "control_per_model = 4"),
+        ({"forward_overlap": 0.4}, "forward_overlap = 0.4; expected 0.5 to"),
+        ({"coverage_shift": 2}, "coverage_shift = 2"),
+        ({"width": 500, "height": 500}, "2 x 2 points lie on 500 x 500 m"),
+        ({"spacing": 2000}, "larger than a model at 1:8000"),
+    ],
+)
+def test_impossible_designs_are_refused(change, says):
+    with pytest.raises(EinschaltError, match=says):
+        replace(DESIGN, **change)
+
+
+def test_crowded_models_are_laid_out_with_fewer_points():
+    crowded = FlightDesign(
+        scale_number=8000,
+        spacing=30,
+        m_g_um=1.9,
+        image_format=(0.024, 0.036),
+        principal_distance=0.035,
+        forward_overlap=0.8,
+        side_overlap=0.6,
+        width=900,
+        height=900,
+    )
+    assert crowded.layout_spacing == 30.0
+    few = replace(crowded, spacing=10)
+    assert 20.0 < few.layout_spacing < 30.0
+    # the same errors as those of the points that can still be laid out
+    mean = expect_precision(crowded).figures.mean
+    assert expect_precision(few).figures.mean == pytest.approx(mean, rel=0.03)
+    assert "apart instead of 10, which hardly matters" in " ".join(
+        expect_precision(few).summary().split()
+    )
+
+
+def test_something_else_is_refused():
+    with pytest.raises(SettingsError, match="a FlightDesign"):
+        expect_precision({"scale_number": 8000})
+
+
+@pytest.mark.parametrize("n_coverages", [1, 2, 3])
+def test_the_rule_of_1971_knows_how_many_coverages_there_are(n_coverages):
+    expected = expect_precision(replace(DESIGN, n_coverages=n_coverages))
+    rule = expected.formula
+    mean = np.hypot(rule.M_centre, rule.M_edge) / np.sqrt(2.0 * n_coverages)
+    table = expected.summary()
+    (row,) = re.findall(
+        r"^  (?:one coverage|mean of \w+ coverages) .*$", table, re.MULTILINE
+    )
+    assert float(row.split()[-1]) == pytest.approx(100 * mean, abs=0.051)
+
+
+def test_an_area_of_control_alone_is_refused():
+    small = replace(DESIGN, width=900.0, height=900.0, control_per_model=9)
+    with pytest.raises(GeometryError, match="all points of the area would be control"):
+        expect_precision(small)

@@ -1,0 +1,71 @@
+"""Truth against claim, repeated on any engine."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.batch.local_engine import Answer, LocalEngine
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.repetitions import (
+    Experiment,
+    repeat_simulation,
+    summarize_repetitions,
+)
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+
+
+class HereEngine:
+    def answers(self, function, tasks):
+        # the last first: the order of the table must not depend on it
+        for place in reversed(range(len(tasks))):
+            yield Answer(place, function(tasks[place]))
+
+
+@pytest.fixture(scope="module")
+def table():
+    return repeat_simulation(Experiment("demo"), 3, HereEngine(), first_seed=5)
+
+
+def test_same_table_in_other_processes(table):
+    elsewhere = repeat_simulation(Experiment("demo"), 3, LocalEngine(2), first_seed=5)
+    assert elsewhere.equals(table)
+
+
+def test_true_error_and_ellipses_against_a_loop(table):
+    block = simulate_block("demo", seed=6)
+    result = densify(block)
+    truth = block.truth.set_index("point_id")
+    squares, inside = [], []
+    for point in result.points[result.points["role"] == "new"].itertuples():
+        true = truth.loc[point.point_id]
+        error = np.array([point.easting - true.easting, point.northing - true.northing])
+        squares.append(error @ error)
+        covariance = np.array(
+            [
+                [point.standard_error_easting**2, point.covariance_en],
+                [point.covariance_en, point.standard_error_northing**2],
+            ]
+        )
+        # the density at the edge of the 95 % ellipse is a twentieth of the peak's
+        density = multivariate_normal(np.zeros(2), covariance)
+        inside.append(density.pdf(error) >= 0.05 * density.pdf(np.zeros(2)))
+    row = table.iloc[1]
+    assert row["seed"] == 6
+    assert row["n_points"] == len(squares)
+    assert row["error_total"] == pytest.approx(np.sqrt(np.mean(squares)), rel=1e-12)
+    assert row["share_in_ellipses"] == pytest.approx(np.mean(inside), abs=1e-12)
+    assert row["standard_error_total"] == result.figures.mean_total
+
+
+def test_summary(table):
+    lines = summarize_repetitions(table).splitlines()
+    assert lines[0] == "3 repetitions, new points (total, RMS)"
+    assert [line.split()[-1] for line in lines[1:5]] == ["cm"] * 4
+    assert lines[5].startswith("  true position within the 95 % ellipses: 9")
+
+
+@pytest.mark.parametrize("number", [0, -1, 2.5])
+def test_number_of_repetitions(number):
+    with pytest.raises(SettingsError, match=r"n_repetitions = .*a whole number from 1"):
+        repeat_simulation(Experiment("demo"), number, HereEngine())

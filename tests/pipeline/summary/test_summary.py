@@ -1,0 +1,106 @@
+"""What print(result) shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.summary.sections import flights
+from einschalt.pipeline.summary.sections.precision import too_small
+from einschalt.pipeline.summary.sections.verdict import verdict
+from einschalt.pipeline.summary.summary import summarize
+
+# (a) without faults (b) failed models and a blunder (c) approximate points given
+# (d) nothing from outside
+RESULTS = ("good", "faulty", "given_approximations", "unchecked")
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_summary_is_the_golden_text(name, request, golden):
+    result = request.getfixturevalue(f"{name}_result")
+    golden(summarize(result), f"summary_{name}.txt")
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_verdict_comes_first_then_problems_then_numbers(name, request):
+    result = request.getfixturevalue(f"{name}_result")
+    lines = summarize(result).split("\n")
+    assert lines[0] == verdict(result)
+    headings = [line for line in lines if line and not line.startswith(" ")]
+    assert headings[1] == "Problems and suggestions"
+    assert headings[2].startswith("Precision of the new points")
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_total_and_coordinate_errors_are_told_apart(name, request):
+    text = summarize(request.getfixturevalue(f"{name}_result"))
+    assert "All figures are total point errors" in text
+    assert "the error of one coordinate is" in text
+
+
+def test_printing_a_result_shows_its_summary(good_result):
+    assert str(good_result) == summarize(good_result)
+
+
+def test_why_the_paper_figure_is_too_small(good_result, given_approximations_result):
+    assert "share the high flight's transformation error, and both" in too_small(
+        good_result
+    )
+    said = too_small(given_approximations_result)
+    assert "both coverages share the approximate coordinates; more so where" in said
+    assert "not known here" in said
+
+
+def test_one_coverage_of_given_points_is_too_small_only_conditionally(
+    given_approximations_result,
+):
+    result = given_approximations_result
+    points = result.block.low_flight.model_points
+    low = replace(
+        result.block.low_flight, model_points=points[points["coverage"] == "1"]
+    )
+    said = too_small(replace(result, block=replace(result.block, low_flight=low)))
+    assert said.startswith("standard_error_paper is too small where")
+
+
+def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):
+    figures = replace(good_result.figures, mean_total=0.0537, mean_paper=0.0367)
+    assert verdict(replace(good_result, figures=figures)) == (
+        "Demo (simulated): 77 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
+        "after Kovarik's budget)"
+    )
+    figures = replace(figures, mean_total=np.nan)
+    assert verdict(replace(good_result, figures=figures)) == (
+        "Demo (simulated): 77 new points, 3.7 cm after Kovarik's budget (total, mean "
+        "of two coverages)"
+    )
+
+
+def test_verdict_of_a_block_without_new_points(good_result):
+    figures = replace(
+        good_result.figures, n_new=0, mean_paper=np.nan, mean_total=np.nan
+    )
+    assert verdict(replace(good_result, figures=figures)).endswith(": no new points")
+
+
+def test_verdict_says_failed_models(faulty_result):
+    assert "; 3 of 30 models failed" in verdict(faulty_result)
+
+
+def test_table_of_flights_counts_usable_models(faulty_result):
+    low = flights.section(faulty_result).rows[-1]
+    assert low[0] == "low flight"
+    assert (low[3], low[4]) == ("23", "20")
+
+
+def test_heights_are_said_not_to_be_judged(good_result):
+    points = good_result.points.assign(height=500.0)
+    assert "no figure here judges them" in summarize(
+        replace(good_result, points=points)
+    )
+    assert "Heights" not in summarize(good_result)
+
+
+def test_a_name_cannot_add_lines(good_result):
+    block = replace(good_result.block, name="a\nb")
+    assert verdict(replace(good_result, block=block)).startswith("a\\nb: ")
