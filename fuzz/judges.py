@@ -7,8 +7,8 @@ import tomllib
 from contextlib import contextmanager
 from pathlib import Path
 
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import BlockError
-from einschalt.foundations.shown_names import printable
 
 LONGEST_MESSAGE = 20_000
 LONGEST_OUTPUT = 200_000

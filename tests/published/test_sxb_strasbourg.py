@@ -215,7 +215,7 @@ def test_readme_tells_what_the_propagation_claims(result):
         found = [100 * test.observed, 100 * test.predicted, test.p_value]
         told = [float(observed), float(predicted), float(p_value)]
         assert (np.abs(np.subtract(told, found)) < [0.051, 0.051, 0.0051]).all()
-    assert result.claim.stands
+    assert result.claim.is_supported
 
 
 def base_height_ratio(block):

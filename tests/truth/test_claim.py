@@ -12,14 +12,14 @@ from einschalt.pipeline.simulation.simulate_block import simulate_block
 N_BLOCKS = 4
 
 
-def refused(change):
+def rejected(change):
     blocks = [change(simulate_block("neukirchen", seed=s), s) for s in range(N_BLOCKS)]
-    return sum(not densify(block).claim.stands for block in blocks)
+    return sum(not densify(block).claim.is_supported for block in blocks)
 
 
 @pytest.mark.parametrize("is_stated", [True, False])
 def test_one_orientation_error_for_each_photograph_is_called_out(is_stated):
-    found = refused(
+    found = rejected(
         lambda block, seed: onto_given_approximations(
             block, photograph_error=0.1, seed=seed, is_stated=is_stated
         )
@@ -29,11 +29,11 @@ def test_one_orientation_error_for_each_photograph_is_called_out(is_stated):
 
 def test_independent_approximations_are_not():
     # at 0.01 a block two of four have the probability 0.0006
-    found = refused(
+    found = rejected(
         lambda block, seed: onto_given_approximations(block, own_error=0.1, seed=seed)
     )
     assert found <= 1
 
 
 def test_blocks_of_both_flights_are_not():
-    assert refused(lambda block, _: block) <= 1
+    assert rejected(lambda block, _: block) <= 1

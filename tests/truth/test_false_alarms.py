@@ -76,10 +76,10 @@ def assert_refuses(p_values, model, level):
     Tests of one model are not quite independent: the standard error of the share is
     the binomial one times the square root of what the scatter between models adds.
     """
-    refused = (p_values < level).astype(float)
-    share, n = refused.mean(), len(refused)
+    rejected = (p_values < level).astype(float)
+    share, n = rejected.mean(), len(rejected)
     binomial = np.sqrt(level * (1.0 - level) / n)
-    per_model = np.bincount(model, weights=refused - level)
+    per_model = np.bincount(model, weights=rejected - level)
     scatter = np.sqrt(np.sum(per_model**2)) / n
     assert abs(share - level) < norm.isf(CHANCE) * max(binomial, scatter)
 
@@ -145,8 +145,8 @@ def test_families_of_a_model(clean, level):
         alarms(np.where(is_rejected_by_holm(p_value, points.start, level), 0, 1)),
     )
     by_rate = alarms(benjamini_hochberg(p_value, points.start))
-    for refused in (by_holm, by_rate):
-        assert refused.sum() <= binom.isf(CHANCE, n_models, level)
+    for rejected in (by_holm, by_rate):
+        assert rejected.sum() <= binom.isf(CHANCE, n_models, level)
     # no less either: a test that never speaks would keep every level
     assert by_holm.sum() >= binom.ppf(CHANCE, n_models, 0.8 * level)
 

@@ -11,9 +11,9 @@ from pathlib import Path, PurePath
 
 import numpy as np
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, SettingsError
-from einschalt.foundations.number_texts import LARGEST_NUMBER
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 
 MOST_SHOWN = 60
 MOST_PARTS = 3

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.number_texts import LARGEST_NUMBER, say_number
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
 LARGEST_BITS = 1000  # of a whole number that a float can hold
 
@@ -43,7 +43,7 @@ def numbers(raw, column):
         is_bad |= values <= 0.0
 
     def say(value):
-        return say_number(value, column.unit, is_positive=column.is_positive)
+        return describe_fault(value, column.unit, is_positive=column.is_positive)
 
     return values, is_bad, say
 

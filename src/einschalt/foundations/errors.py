@@ -10,7 +10,7 @@ facts that stay readable as attributes::
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 
 MOST_NAMED = 5
 LONGEST_NAME = 60  # characters of a name in a message

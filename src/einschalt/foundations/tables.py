@@ -14,7 +14,7 @@ import pandas as pd
 from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
-from einschalt.foundations.name_columns import row_codes
+from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import Coded, encode
 
 MOST_LISTED = 100  # faults of one column said one by one; the others are counted
@@ -351,7 +351,7 @@ def _check_values(frame, column, source):
     def problem(place):
         found, expected, remedy = say(raw.iloc[place])
         facts = {"expected": expected, "remedy": remedy, "file": source}
-        facts |= whereabouts(frame, place)
+        facts |= row_location(frame, place)
         return TableError(f"{column.name} {found}", **facts)
 
     places = np.flatnonzero(is_bad)
@@ -384,7 +384,7 @@ def listed(places, problem, rest, source):
     return problems
 
 
-def whereabouts(frame, place):
+def row_location(frame, place):
     """Row, point and model of a position, as facts of an error.
 
     Parameters
@@ -432,7 +432,7 @@ def _check_key(frame, coded, source, schema):
             expected=f"each {' + '.join(coded)} once",
             remedy=remedy,
             file=source,
-            **whereabouts(frame, place),
+            **row_location(frame, place),
         )
 
     return listed(places, problem, "earlier rows are repeated", source)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable, shortened
+from einschalt.foundations.display_names import printable, shortened
 from einschalt.foundations.units import METRES_PER_UNIT
 
 MISSING = "–"

@@ -40,12 +40,12 @@ from einschalt.pipeline.densification.iteration import (
     iterated_model,
     require_iterable,
 )
-from einschalt.pipeline.densification.low_flight_fit import LowPass, pass_low_flight
+from einschalt.pipeline.densification.low_flight_fit import LowFlightFit, fit_low_flight
 from einschalt.pipeline.densification.residual_distribution import (
     distributed,
     require_control,
 )
-from einschalt.pipeline.densification.residual_test_weights import observation_precision
+from einschalt.pipeline.densification.residual_test_weights import residual_test_weights
 from einschalt.pipeline.densification.simultaneous import (
     adjust_flights,
     distribute_adjusted,
@@ -294,11 +294,11 @@ def _in_two_steps(block, settings, flights, said):
     high = _high_flight(block, measured, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     said("model transformation", 0.5)
-    precision = observation_precision(block, flights, high)
+    precision = residual_test_weights(block, flights, high)
     low_points, is_gross = measured[FLIGHT_LAST], gross.rows[FLIGHT_LAST]
 
     def pass_onto(ground):
-        return pass_low_flight(
+        return fit_low_flight(
             block, low_points, ground, precision, settings, is_gross=is_gross
         )
 
@@ -355,7 +355,7 @@ class _Stages:
     flights: dict
     gross: GrossMeasurements
     high: ApproximateCoordinates | None
-    last: LowPass
+    last: LowFlightFit
     iteration: Iteration | None
     model: ErrorModel | None
     errors: PropagatedErrors | None

@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from pydantic_core import PydanticCustomError
 
 from einschalt.foundations.arguments import described
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, SettingsError
-from einschalt.foundations.number_texts import is_number, say_number
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.number_parsing import describe_fault, is_number
 
 NO_TOLERANCE = "none"
 TOLERANCES = (NO_TOLERANCE, "vermv_1994", "vermv_2010", "vermv_2016")
@@ -237,7 +237,7 @@ def _remedy(fault, expected):
 def _decimal_point(value):
     """Say how a number with a comma is written."""
     is_comma = isinstance(value, str) and "," in value
-    return say_number(value, "")[2] if is_comma else ""
+    return describe_fault(value, "")[2] if is_comma else ""
 
 
 __all__ = ["Field", "Settings", "checked", "setting_problem"]

@@ -19,9 +19,9 @@ from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
 from einschalt.theory.double_coverage import (
+    apportioned_covariance,
     difference_p_values,
     exceeds_practice,
-    shared_out,
 )
 
 SCREENINGS = ("propagated", "practice_1968", "off")
@@ -269,7 +269,7 @@ def screen_coverages(differences, covariance, practice, significance):
     if practice == "propagated":
         if covariance is None:
             paper = differences.table["standard_error_paper"].to_numpy()
-            covariance = shared_out(d, paper)
+            covariance = apportioned_covariance(d, paper)
         total = np.sqrt(covariance[:, 0, 0] + covariance[:, 1, 1])
         p_value = _of_points(difference_p_values(d, covariance), table["point_id"])
         is_suspect = p_value < significance

@@ -15,7 +15,7 @@ from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.propagation import sum_of_chains
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,
-    with_own,
+    with_unit_rows,
 )
 
 PLANE = ("easting", "northing")
@@ -72,7 +72,7 @@ def distribute_residuals(points, control_points, method):
         given = np.where(is_used[:, None], xy - differences, xy)
         weights = distribution_weights(given[places], given, method)
         # beside another control point it would take of that one's, and miss the given
-        weights = with_own(weights, places, np.arange(len(places)))
+        weights = with_unit_rows(weights, places, np.arange(len(places)))
     else:
         weights = sparse.csr_array((len(points), 0))
     shift = -(weights @ differences[places])

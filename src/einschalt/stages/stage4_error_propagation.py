@@ -62,7 +62,7 @@ def model_of_known_errors(block, flights, high, low_pass):
     flights : dict of str to RelativeOrientation
         Model points of each flight, the high one first.
     high : ApproximateCoordinates or None
-    low_pass : LowPass
+    low_pass : LowFlightFit
         Onto the approximate coordinates.
 
     Returns

@@ -170,7 +170,7 @@ def difference_p_values(differences, covariance):
     return np.exp(-0.5 * squares)
 
 
-def shared_out(differences, standard_error):
+def apportioned_covariance(differences, standard_error):
     """Covariance of differences whose size only they themselves tell.
 
     Parameters

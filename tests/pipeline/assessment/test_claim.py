@@ -58,7 +58,7 @@ def test_predictions_are_what_other_blocks_have(kind, settings):
 def test_a_good_block_stands(block):
     result = densify(block)
     claim = result.claim
-    assert claim.stands
+    assert claim.is_supported
     assert not claim.is_assumed
     assert claim.enlargement == 1.0
     assert claim_that_does_not_stand(result) is None
@@ -70,7 +70,7 @@ def test_a_good_block_stands(block):
 
 def test_errors_that_photographs_share_are_called_out(shared):
     claim = shared.claim
-    assert not claim.stands
+    assert not claim.is_supported
     assert claim.of(NEIGHBOURS).p_value < 1e-4
     assert (
         claim.of("control points").observed > 1.2 * claim.of("control points").predicted
@@ -89,7 +89,7 @@ def test_without_control_and_without_a_stated_error_the_residuals_tell(block):
         block, photograph_error=0.1, seed=1, is_stated=False
     )
     result = densify(replace(given, control_points=None))
-    names = [test.name for test in result.claim.refused]
+    names = [test.name for test in result.claim.rejected]
     assert NEIGHBOURS in names
     assert "control points" not in [test.name for test in result.claim.tests]
 
@@ -97,7 +97,7 @@ def test_without_control_and_without_a_stated_error_the_residuals_tell(block):
 def test_a_measuring_error_that_was_given_too_small_does_not_stand(block):
     low = replace(block.low_flight, m_g_um=5.0 / 1.5)
     result = densify(replace(block, low_flight=low))
-    names = [test.name for test in result.claim.refused]
+    names = [test.name for test in result.claim.rejected]
     assert COVERAGES in names
     assert 1.1 < result.claim.enlargement < 1.5
     said = str(claim_that_does_not_stand(result))
@@ -110,21 +110,21 @@ def test_film_that_no_helmert_transformation_takes_up_does_not_stand():
     block = simulate_block("neukirchen", seed=1, noise=noise)
     low = replace(block.low_flight, transformation="helmert")
     result = densify(replace(block, low_flight=low))
-    assert not result.claim.stands
-    assert densify(block).claim.stands
+    assert not result.claim.is_supported
+    assert densify(block).claim.is_supported
 
 
 def test_a_few_gross_errors_are_no_wrong_claim():
     noise = BlockNoise(low_gross_error_share=0.01)
     block = simulate_block("neukirchen", seed=3, noise=noise)
-    assert densify(block, Settings(outliers="snoop")).claim.stands
+    assert densify(block, Settings(outliers="snoop")).claim.is_supported
 
 
 def test_where_sizes_are_not_known_nothing_is_claimed(block):
     control = block.control_points.drop(columns="standard_error_m")
     result = densify(replace(block, control_points=control))
     assert result.claim.tests == ()
-    assert result.claim.stands
+    assert result.claim.is_supported
     assert "Does the claim stand" not in summarize(result)
     assert correlogram_figure(result) == ""
 

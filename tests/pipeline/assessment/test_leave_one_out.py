@@ -175,10 +175,10 @@ def test_control_that_is_worse_than_given_is_called_out():
     noise = np.random.default_rng(2).standard_normal((len(control), 2))
     control[PLAN] += 0.06 * noise * (control[["role"]] != "check").to_numpy()
     result = densify(replace(block, control_points=control))
-    assert LEFT_OUT in [test.name for test in result.claim.refused]
+    assert LEFT_OUT in [test.name for test in result.claim.rejected]
     assert result.left_out_control.normalized_square > 1.5
     # no bound of the points' error: control is not all of it
-    others = [t for t in result.claim.refused if t.is_length and t.name != LEFT_OUT]
+    others = [t for t in result.claim.rejected if t.is_length and t.name != LEFT_OUT]
     ratios = [t.observed / t.predicted for t in others]
     assert result.claim.enlargement == max([1.0, *ratios])
 

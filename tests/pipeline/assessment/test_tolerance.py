@@ -72,7 +72,7 @@ def test_differences_at_control_are_counted_where_the_ordinance_asks(demo_block)
 
 def test_nothing_passes_where_the_claim_does_not_stand(wrong_block):
     result = densify(wrong_block, Settings(tolerance=1.0))
-    assert not result.claim.stands
+    assert not result.claim.is_supported
     assert not result.points["is_within_tolerance"].any()
     assert result.points["standard_error_checked"].min() < 1.0
     text = said(result)
@@ -85,7 +85,7 @@ def test_suspects_do_not_pass():
     block = simulate_block("demo", seed=3)
     result = densify(block, Settings(tolerance=9.0, significance=0.05))
     suspects = result.points["is_suspect"]
-    assert result.claim.stands
+    assert result.claim.is_supported
     assert 0 < suspects.sum() < 20
     np.testing.assert_array_equal(result.points["is_within_tolerance"], ~suspects)
     assert f"{suspects.sum()} suspect" in said(result)
@@ -95,7 +95,7 @@ def test_suspects_do_not_pass():
 def test_given_approximations_pass_by_the_budget_which_is_a_lower_bound(demo_block):
     block = onto_given_approximations(demo_block, photograph_error=0.0, seed=2)
     result = densify(block, Settings(tolerance=0.05))
-    assert result.claim.stands
+    assert result.claim.is_supported
     np.testing.assert_array_equal(
         result.points["standard_error_checked"], result.points["standard_error_paper"]
     )

@@ -179,7 +179,7 @@ def test_a_flight_straight_onto_control():
     np.testing.assert_allclose(
         carried(exact.errors, noise), error, rtol=0, atol=1e-4 * np.abs(error).max()
     )
-    assert exact.claim.stands
+    assert exact.claim.is_supported
     assert not exact.claim.is_assumed
     assert exact.components is None
 

@@ -120,7 +120,7 @@ def test_sources_tables_and_tests_hold_together():
     assert "standard_error_orientation" in parts
     squares = (table[parts] ** 2).sum(axis=1)
     np.testing.assert_allclose(squares, table["standard_error_total"] ** 2)
-    assert result.claim.stands
+    assert result.claim.is_supported
     assert not result.claim.is_assumed
     assert result.left_out_control.normalized_square < 3.0
     assert result.patterns.strain is None

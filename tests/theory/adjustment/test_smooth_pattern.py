@@ -65,13 +65,13 @@ def test_the_field_is_nearer_to_the_truth_than_the_points_themselves(network):
     for _ in range(20):
         seen = scores(network, rng, wave(network, 0.05))
         field = free @ smooth_pattern(seen, information, xy).field
-        likeness = [
+        autocorrelation = [
             np.corrcoef(values.ravel(), true)[0, 1]
             for values in (field, seen * 0.04**2)
         ]
-        gained.append(likeness[0] - likeness[1])
+        gained.append(autocorrelation[0] - autocorrelation[1])
     # 3.5 cm of each coordinate among errors of 4 cm
-    assert likeness[1] == pytest.approx(3.5 / np.hypot(3.5, 4.0), abs=0.2)
+    assert autocorrelation[1] == pytest.approx(3.5 / np.hypot(3.5, 4.0), abs=0.2)
     assert min(gained) > 0.0
 
 

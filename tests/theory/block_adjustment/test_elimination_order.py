@@ -7,7 +7,7 @@ from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
 from einschalt.theory.block_adjustment.model_graph import (
     Neighbours,
     chained_positions,
-    fans_of,
+    incidence_of,
     neighbours_of,
 )
 
@@ -27,13 +27,13 @@ def block():
     turn = np.exp(1j * rng.uniform(-np.pi, np.pi, SIDE**2)) / 8.0
     z = (ground[point] - centre[model]) @ [1.0, 1j]
     z = turn[model] * (z + SIGMA * rng.standard_normal((len(z), 2)) @ [1.0, 1j])
-    fans = fans_of(model, point, SIDE**2, len(ground))
-    return centre, fans, np.column_stack([z.real, z.imag])
+    incidence = incidence_of(model, point, SIDE**2, len(ground))
+    return centre, incidence, np.column_stack([z.real, z.imag])
 
 
 def test_positions_are_those_of_the_models(block):
-    centre, fans, xy = block
-    found = chained_positions(fans, xy) @ [1.0, 1j]
+    centre, incidence, xy = block
+    found = chained_positions(incidence, xy) @ [1.0, 1j]
     design = np.column_stack([found, np.ones(len(found))])
     true = centre @ [1.0, 1j]
     similarity = np.linalg.lstsq(design, true, rcond=None)[0]
@@ -41,8 +41,8 @@ def test_positions_are_those_of_the_models(block):
 
 
 def test_a_square_is_cut_into_halves_along_its_rows(block):
-    _, fans, xy = block
-    elimination = dissect(neighbours_of(fans), chained_positions(fans, xy))
+    _, incidence, xy = block
+    elimination = dissect(neighbours_of(incidence), chained_positions(incidence, xy))
     n_own = np.diff(elimination.start)
     # models at the first cut: one row of the grid, less or more at a slanting one
     assert SIDE <= n_own[-1] <= 1.2 * SIDE
@@ -66,9 +66,9 @@ def test_a_block_is_cut_at_its_neck():
 
 
 def test_every_model_is_eliminated_once_and_after_those_below(block):
-    _, fans, xy = block
-    neighbours = neighbours_of(fans)
-    elimination = dissect(neighbours, chained_positions(fans, xy))
+    _, incidence, xy = block
+    neighbours = neighbours_of(incidence)
+    elimination = dissect(neighbours, chained_positions(incidence, xy))
     assert np.array_equal(np.sort(elimination.order), np.arange(SIDE**2))
     assert np.array_equal(elimination.position[elimination.order], np.arange(SIDE**2))
     assert elimination.start[-1] == SIDE**2
@@ -82,11 +82,11 @@ def test_every_model_is_eliminated_once_and_after_those_below(block):
 
 
 def test_models_without_common_points_lie_anywhere_and_are_ordered():
-    fans = fans_of(np.array([0, 0, 1, 1, 1]), np.array([0, 1, 2, 3, 4]), 2, 5)
+    incidence = incidence_of(np.array([0, 0, 1, 1, 1]), np.array([0, 1, 2, 3, 4]), 2, 5)
     xy = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    positions = chained_positions(fans, xy)
+    positions = chained_positions(incidence, xy)
     assert np.isfinite(positions).all()
-    elimination = dissect(neighbours_of(fans), positions)
+    elimination = dissect(neighbours_of(incidence), positions)
     assert sorted(elimination.order.tolist()) == [0, 1]
 
 

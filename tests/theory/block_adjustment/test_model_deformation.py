@@ -20,7 +20,7 @@ from einschalt.theory.block_adjustment.model_deformation import (
     EDGE,
     MIDDLE,
     examine_deformation,
-    neighbour_likeness,
+    neighbour_autocorrelation,
 )
 
 TERMS = {"affine": (QUADRATIC, CUBIC), "helmert": (AFFINITY, QUADRATIC, CUBIC)}
@@ -162,7 +162,7 @@ def test_likeness_is_the_correlation_with_the_nearest_point(make_block):
             np.fill_diagonal(apart, np.inf)
             products.append(np.sum(v * v[apart.argmin(axis=1)]))
             squares.append(np.sum(v**2))
-        found = neighbour_likeness(solution, flight)
+        found = neighbour_autocorrelation(solution, flight)
         assert found.correlation == pytest.approx(
             sum(products) / sum(squares), rel=1e-9
         )
@@ -177,7 +177,7 @@ def test_error_of_the_likeness_is_the_one_that_it_has(make_block):
         shape = (len(observations.xy), 2)
         errors = rng.standard_normal(shape) * observations.standard_error[:, None]
         solution = SimpleNamespace(observations=observations, residuals=errors)
-        found = neighbour_likeness(solution, 0)
+        found = neighbour_autocorrelation(solution, 0)
         z.append(found.correlation / found.standard_error)
     # the variance of 400 values is known to 7 %
     assert np.mean(np.square(z)) == pytest.approx(1.0, abs=3.3 * np.sqrt(2.0 / 400))
@@ -185,24 +185,24 @@ def test_error_of_the_likeness_is_the_one_that_it_has(make_block):
 
 def test_residuals_are_alike_only_where_models_are_bent(make_block):
     plain = make_block("dense grid", "affine")
-    assert not neighbour_likeness(adjust(plain), 0).is_large
+    assert not neighbour_autocorrelation(adjust(plain), 0).is_large
     rng = np.random.default_rng(1)
     own = rng.normal(0.0, 0.03, (plain.n_models, 3))[plain.model]
     x, y = places(plain).T
     xy = plain.xy.copy()
     xy[:, 0] += np.einsum("nk,nk->n", np.column_stack([x * x, x * y, y * y]), own)
     bent = adjust(replace(plain, xy=xy))
-    assert neighbour_likeness(bent, 0).is_large
+    assert neighbour_autocorrelation(bent, 0).is_large
     # no common term takes up what each model has for itself
     terms = (CommonTerms(0, TERMS["affine"]),)
-    assert neighbour_likeness(adjust(bent.observations, terms), 0).is_large
+    assert neighbour_autocorrelation(adjust(bent.observations, terms), 0).is_large
 
 
 def test_a_flight_without_residuals_is_like_nothing(make_block):
     observations = make_block("one model", "affine", every=2)
     few = observations.of_rows(np.array([0, 4, 8]), np.array([0])).observations
     exact = replace(few, control=few.xy * 8.0, control_covariance=np.zeros((3, 2, 2)))
-    found = neighbour_likeness(adjust(exact), 0)
+    found = neighbour_autocorrelation(adjust(exact), 0)
     assert not found.is_large
 
 

@@ -12,7 +12,7 @@ from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.gross_errors import (
     downweight,
     examine_control,
-    sound_block,
+    outlier_free_block,
 )
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_solution import (
@@ -282,7 +282,7 @@ def spoilt():
 
 def test_gross_errors_are_found_where_they_are(spoilt):
     _, bad, rows = spoilt
-    cleaned = sound_block(adjust_spatially(bad), (), 0.001)
+    cleaned = outlier_free_block(adjust_spatially(bad), (), 0.001)
     assert list(np.flatnonzero(cleaned.is_out)) == list(np.sort(rows))
 
 
@@ -291,7 +291,7 @@ def test_robust_weights_hold_the_points_in_place(spoilt, norm):
     good, bad, _ = spoilt
     truth = adjust_spatially(good).points
     plain = adjust_spatially(bad)
-    robust = downweight(sound_block(plain, (), 0.001), bad, (), norm).solution
+    robust = downweight(outlier_free_block(plain, (), 0.001), bad, (), norm).solution
     worse = np.abs(plain.points - truth).max()
     assert np.abs(robust.points - truth).max() < 0.5 * worse
 

@@ -96,7 +96,7 @@ def study(approximations, seed):
     )
     paper = result.points["standard_error_paper"].to_numpy()
     return {
-        "all tests": not claim.stands,
+        "all tests": not claim.is_supported,
         "two tests": bool((holm(p_values, np.array([0, 2])) <= LEVEL).any()),
         "squares": (
             np.sum(errors_of(result.points, simulated.truth) ** 2),

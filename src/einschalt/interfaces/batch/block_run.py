@@ -18,7 +18,7 @@ from einschalt.interfaces.batch.changes_file import (
 )
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
-from einschalt.interfaces.batch.lack_of_memory import lack_of_memory
+from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.files.result_folder import (

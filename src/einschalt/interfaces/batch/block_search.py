@@ -4,8 +4,8 @@ import os
 from collections import Counter
 from pathlib import Path
 
+from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import FileError, SettingsError
-from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 
 TABLE_FILES = ("blocks.csv", "blocks.parquet", "blocks.html")

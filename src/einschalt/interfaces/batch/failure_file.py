@@ -4,13 +4,13 @@ import json
 import traceback
 from contextlib import suppress
 
+from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
     ChangedFileError,
     EinschaltError,
     FileError,
 )
-from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.batch.block_state import FAILURE
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.pipeline.batch.block_table import WRITING

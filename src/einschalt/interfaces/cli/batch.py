@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.interfaces.cli.densify import (
     TOLERANCE,
     CoverageMean,
@@ -18,7 +18,7 @@ from einschalt.interfaces.cli.densify import (
     VarianceComponents,
     Weighting,
 )
-from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+from einschalt.interfaces.cli.exits import print_error, print_out, with_exit_status
 from einschalt.interfaces.cli.paths import given_path, output_option
 from einschalt.interfaces.cli.progress import batch_progress
 
@@ -151,7 +151,7 @@ def _end(table, seconds, output, *, is_quiet):
     has_failed = (table["outcome"] == "failed").any()
     if has_failed or not is_quiet:
         # blocks that failed are errors: whoever asks for nothing else is told of them
-        say = complain if is_quiet else tell
+        say = print_error if is_quiet else print_out
         say(summarize_batch(table, seconds))
         say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
     if has_failed:
@@ -167,7 +167,7 @@ def _mode(**flags):
     if len(asked) > 1:
         names = ("--" + name.replace("_", "-") for name in asked)
         said = " and ".join(names).replace("--everything", "--all")
-        complain(f"einschalt: {said} exclude each other. Give one of them.")
+        print_error(f"einschalt: {said} exclude each other. Give one of them.")
         raise typer.Exit(2)
     return MODES[asked[0]] if asked else "changed"
 
@@ -175,9 +175,9 @@ def _mode(**flags):
 def _tell_plan(plan):
     for name in plan.names:
         if name in plan.reasons:
-            tell(f"run   {printable(name)}: {printable(plan.reasons[name])}")
+            print_out(f"run   {printable(name)}: {printable(plan.reasons[name])}")
         else:
             said = plan.rows[name]["reason"] or "done by the interrupted run"
-            tell(f"keep  {printable(name)}: {printable(said)}")
+            print_out(f"keep  {printable(name)}: {printable(said)}")
     n_run, n_all = len(plan.to_run), len(plan.names)
-    tell(f"{n_run} of {n_all} blocks would be computed; nothing was written")
+    print_out(f"{n_run} of {n_all} blocks would be computed; nothing was written")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from einschalt.interfaces.cli.exits import WRONG, tell, with_exit_status
+from einschalt.interfaces.cli.exits import WRONG, print_out, with_exit_status
 
 
 @with_exit_status
@@ -33,8 +33,8 @@ def check(
         Console().print(problem_list.problem_tables(found))
     else:
         for line in problem_list.problem_lines(found):
-            tell(line)
-    tell(f"{block}: {problem_list.conclusion(found)}")
+            print_out(line)
+    print_out(f"{block}: {problem_list.conclusion(found)}")
     if found.problems or found.model_problems:
         raise typer.Exit(WRONG)
 

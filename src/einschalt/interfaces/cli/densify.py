@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.exits import print_out, with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 from einschalt.interfaces.cli.progress import stage_progress
 
@@ -136,5 +136,5 @@ def densify(
         progress("writing", 1.0)
         result.write(output, ellipse_scale=ellipse_scale)
     if not quiet:
-        tell(result.summary())
-        tell(f"Results in {output}, report in {output / 'report.html'}")
+        print_out(result.summary())
+        print_out(f"Results in {output}, report in {output / 'report.html'}")

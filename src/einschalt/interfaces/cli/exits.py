@@ -6,8 +6,8 @@ import sys
 
 import typer
 
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.shown_names import printable
 
 WRONG = 2
 INTERRUPTED = 130
@@ -33,20 +33,20 @@ def with_exit_status(command):
         try:
             command(*args, **kwargs)
         except EinschaltError as error:
-            complain(f"einschalt: {error}")
+            print_error(f"einschalt: {error}")
             raise typer.Exit(WRONG) from None
         except OSError as error:
             where = f"{error.filename}: " if error.filename else ""
-            complain(f"einschalt: {where}{error.strerror or error}")
+            print_error(f"einschalt: {where}{error.strerror or error}")
             raise typer.Exit(WRONG) from None
         except KeyboardInterrupt:
-            complain("einschalt: interrupted; files that are there are whole")
+            print_error("einschalt: interrupted; files that are there are whole")
             raise typer.Exit(INTERRUPTED) from None
 
     return run
 
 
-def tell(text=""):
+def print_out(text=""):
     """Print to standard output; a reader that has gone away is no fault.
 
     Parameters
@@ -63,7 +63,7 @@ def tell(text=""):
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def complain(text):
+def print_error(text):
     """Print to standard error.
 
     Parameters

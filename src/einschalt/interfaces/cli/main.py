@@ -12,7 +12,7 @@ from einschalt.interfaces.cli.batch import batch
 from einschalt.interfaces.cli.check import check
 from einschalt.interfaces.cli.densify import densify
 from einschalt.interfaces.cli.examples import examples
-from einschalt.interfaces.cli.exits import WRONG, complain, open_closed_streams
+from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_error
 from einschalt.interfaces.cli.orient import orient
 from einschalt.interfaces.cli.plan import plan
 from einschalt.interfaces.cli.simulate import simulate
@@ -125,5 +125,5 @@ def run():
     try:
         app()
     except OSError as error:  # help on a full disk
-        complain(f"einschalt: {error.strerror or error}")
+        print_error(f"einschalt: {error.strerror or error}")
         sys.exit(WRONG)

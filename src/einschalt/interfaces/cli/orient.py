@@ -6,7 +6,12 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import WRONG, complain, tell, with_exit_status
+from einschalt.interfaces.cli.exits import (
+    WRONG,
+    print_error,
+    print_out,
+    with_exit_status,
+)
 from einschalt.interfaces.cli.paths import output_option
 
 ONE_MODEL = "1"
@@ -132,10 +137,10 @@ def orient(
         result, parallaxes = _from_parallaxes(measurements, base, options)
         orientation_folder.write_parallax_orientation(result, parallaxes, output)
         is_done = result.is_usable
-    tell(result.summary())
-    tell(f"\nResults in {output}")
+    print_out(result.summary())
+    print_out(f"\nResults in {output}")
     if not is_done:
-        complain("einschalt: no model could be oriented; failures.csv says why")
+        print_error("einschalt: no model could be oriented; failures.csv says why")
         raise typer.Exit(WRONG)
 
 
@@ -200,7 +205,7 @@ def _from_images(file, seen_by, base, options):
     """Orient images that were seen by a principal distance, or a camera's file."""
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-    from einschalt.foundations.number_texts import is_number  # noqa: PLC0415
+    from einschalt.foundations.number_parsing import is_number  # noqa: PLC0415
     from einschalt.foundations.tables import IMAGE_PAIRS  # noqa: PLC0415
     from einschalt.interfaces.files.camera_toml import read_camera  # noqa: PLC0415
     from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
@@ -226,10 +231,10 @@ def _base(text):
     """Take a base as it was written: a number, or the name of a table."""
     # imported when the command runs, so that help does not wait for it
     from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-    from einschalt.foundations.number_texts import (  # noqa: PLC0415
+    from einschalt.foundations.number_parsing import (  # noqa: PLC0415
         MEND,
+        describe_fault,
         is_number,
-        say_number,
     )
     from einschalt.foundations.tables import MODEL_BASES  # noqa: PLC0415
     from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
@@ -237,7 +242,7 @@ def _base(text):
     if is_number(text):
         return float(text)
     if text[:1] in "+-.0123456789" and not Path(text).is_file():
-        found, expected, remedy = say_number(text, "millimetres")
+        found, expected, remedy = describe_fault(text, "millimetres")
         remedy = "" if remedy == MEND else remedy
         raise SettingsError(
             f"--base: {found}", expected=f"{expected}, or a table", remedy=remedy
@@ -255,12 +260,12 @@ def _read(file, schema):
     frame = read_table(file, schema)
     _refuse_other_kind(frame, schema, file.name)
     if _is_one_model(frame) and schema.name != "terrain":
-        complain(f"note: {file.name} has no column model_id: it is one model")
+        print_error(f"note: {file.name} has no column model_id: it is one model")
         frame = frame.assign(model_id=ONE_MODEL)
     checked = check_table(frame, schema, source=file.name)
     raise_problems(checked.problems)
     for note in checked.notes:
-        complain(f"note: {note}")
+        print_error(f"note: {note}")
     # without the columns that the check has filled in
     return checked.frame[[name for name in checked.frame if name in frame]]
 

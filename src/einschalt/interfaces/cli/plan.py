@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.exits import print_out, with_exit_status
 
 # the values that planning knows: it is not imported here, so that help comes at once
 Kind = Literal["affine", "helmert", "rigid"]
@@ -167,13 +167,13 @@ def plan(
     answer = plan_answers.answer(asked)
     if terrain is not None:
         answer = plan_answers.with_terrain(answer, terrain, asked)
-    tell(answer.text)
+    print_out(answer.text)
     if figure is not None:
         _write_figure(answer, figure)
-        tell(f"\nFigure in {figure}")
+        print_out(f"\nFigure in {figure}")
     if output is not None:
         _write(answer, output)
-        tell(f"\nPlan in {output}")
+        print_out(f"\nPlan in {output}")
 
 
 def _typed(context):

@@ -4,8 +4,8 @@ import sys
 from contextlib import contextmanager
 from datetime import datetime, timedelta
 
-from einschalt.foundations.shown_names import printable
-from einschalt.interfaces.cli.exits import complain
+from einschalt.foundations.display_names import printable
+from einschalt.interfaces.cli.exits import print_error
 
 
 @contextmanager
@@ -43,7 +43,7 @@ def _silent(_title, _fraction):
 
 
 def _line(title, fraction):
-    complain(f"{fraction:4.0%}  {title}")
+    print_error(f"{fraction:4.0%}  {title}")
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def batch_progress(*, is_quiet):
 
 
 def _text(text, _fraction):
-    complain(text)
+    print_error(text)
 
 
 def batch_line(news, now=None):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.exits import print_out, with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 
 # the values that the simulation knows: it is not imported here, so that help comes at
@@ -139,8 +139,8 @@ def simulate(
         return
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output, overwrite=overwrite)
-    tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
-    tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
+    print_out(f"{block.name}: {len(block.truth)} points, seed {seed}")
+    print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
 
 
 def _repeat(simulated, count, seed, engine, output):
@@ -158,8 +158,8 @@ def _repeat(simulated, count, seed, engine, output):
 
     table = repeat_simulation(Experiment(*simulated), count, engine, first_seed=seed)
     write_table(table, make_folder(output) / "repetitions.csv")
-    tell(summarize_repetitions(table))
-    tell(f"Every repetition in {output / 'repetitions.csv'}")
+    print_out(summarize_repetitions(table))
+    print_out(f"Every repetition in {output / 'repetitions.csv'}")
 
 
 def _given(options):

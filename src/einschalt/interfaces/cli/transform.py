@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
+from einschalt.interfaces.cli.exits import print_error, print_out, with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 
 ONE_MODEL = "1"
@@ -78,12 +78,14 @@ def transform(
     for name in TABLES:
         write_csv(tables[name], output / f"{name}.csv", decimals=DECIMALS)
         write_parquet(tables[name], output / f"{name}.parquet")
-    tell(fit.summary())
+    print_out(fit.summary())
     if len(fit.models) == 1 and fit.is_usable:
-        tell(f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}")
-    tell(f"\nResults in {output}")
+        print_out(
+            f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}"
+        )
+    print_out(f"\nResults in {output}")
     if not fit.is_usable:
-        complain("einschalt: no model could be transformed; failures.csv says why")
+        print_error("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(2)
 
 
@@ -143,11 +145,11 @@ def _checked(file, schema):
 
     raw = read_table(file, schema)
     if "model_id" in schema.names and "model_id" not in raw:
-        complain(f"note: {file.name} has no column model_id: it is one model")
+        print_error(f"note: {file.name} has no column model_id: it is one model")
         schema = schema.without("model_id")
     checked = check_table(raw, schema, source=file.name)
     for note in checked.notes:
-        complain(f"note: {note}")
+        print_error(f"note: {note}")
     # coverages that were not given shall not stand in the results
     given = [name for name in checked.frame if name in raw]
     return replace(checked, frame=checked.frame[given])

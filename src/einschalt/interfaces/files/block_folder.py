@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
     EinschaltError,
@@ -19,7 +20,6 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.projections import read_crs, reproject
-from einschalt.foundations.shown_names import as_unicode
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,

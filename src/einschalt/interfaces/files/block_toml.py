@@ -16,12 +16,12 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from einschalt.foundations.arguments import described
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import (
     BlockError,
     EinschaltError,
     SettingsError,
 )
-from einschalt.foundations.shown_names import shortened
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import Settings, setting_problem

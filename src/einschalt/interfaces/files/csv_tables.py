@@ -22,8 +22,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import csv as arrow_csv
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, TableError, raise_problems
-from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ChangedFileError, FileError, name_some
-from einschalt.foundations.shown_names import shortened
 
 SIGNATURES = {
     b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),

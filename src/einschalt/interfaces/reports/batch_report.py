@@ -6,7 +6,7 @@ import jinja2
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import (
     MISSING,
     count,

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import lengths, number
 from einschalt.interfaces.reports.ellipses_on_map import (
     draw_ellipses,

@@ -19,8 +19,8 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from einschalt.foundations import tables
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.shown_names import shortened
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE, svg_of

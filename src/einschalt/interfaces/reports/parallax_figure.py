@@ -14,7 +14,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import count, number
 from einschalt.interfaces.reports.map_sheet import (
     EDGE,

@@ -24,8 +24,8 @@ from einschalt.stages.error_propagation.error_model import (
     ErrorModel,
     control_errors,
 )
-from einschalt.theory.adjustment.drawn_errors import (
-    moved,
+from einschalt.theory.adjustment.monte_carlo import (
+    apply_chains,
     plan_of,
     tail_of_mean,
     tail_of_squares,
@@ -96,7 +96,7 @@ class Claim:
     paper: ClaimTest | None = None
 
     @cached_property
-    def refused(self):
+    def rejected(self):
         """Tests that the block does not pass, by Holm over all of them."""
         p_values = np.array([test.p_value for test in self.tests])
         if not np.isfinite(p_values).any():
@@ -109,9 +109,9 @@ class Claim:
         )
 
     @property
-    def stands(self):
+    def is_supported(self):
         """Whether no test contradicts the claim."""
-        return not self.refused
+        return not self.rejected
 
     @property
     def enlargement(self):
@@ -120,7 +120,7 @@ class Claim:
         # the points: they give no bound
         ratios = [
             test.observed / test.predicted
-            for test in self.refused
+            for test in self.rejected
             if test.is_length and test.name != LEFT_OUT
         ]
         return float(max([1.0, *ratios]))
@@ -263,7 +263,7 @@ class _Examination:
             size = replace(size, p_value=p_value)
         near = nearest_neighbours(means.positions)
         i, drawn_i = morans_i(means.vectors, near), morans_i(of_draws, near)
-        likeness = ClaimTest(
+        autocorrelation = ClaimTest(
             NEIGHBOURS,
             len(means.vectors),
             float(i),
@@ -272,14 +272,14 @@ class _Examination:
             is_length=False,
         )
         field = ResidualField(means.positions, means.vectors, of_draws)
-        return (size, likeness), field
+        return (size, autocorrelation), field
 
     def _left_out_control(self):
         """Control points of the high flight predicted from all the others."""
         left_out = self.result.left_out_control
         if left_out is None:
             return None
-        drawn = moved(self.drawn.sources, left_out.chains)
+        drawn = apply_chains(self.drawn.sources, left_out.chains)
         of_draws = plan_of(drawn, self.model.n_axes)
         good = _good(self.result.control_left_out["is_suspect"].to_numpy())
         return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])

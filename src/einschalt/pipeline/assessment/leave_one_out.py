@@ -16,7 +16,11 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations.names import encode
-from einschalt.stages.error_propagation.error_model import CONTROL, LOW, with_own
+from einschalt.stages.error_propagation.error_model import (
+    CONTROL,
+    LOW,
+    add_flight_sources,
+)
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.propagation import selection
@@ -198,7 +202,7 @@ class _Prediction:
         )
         chains = {CONTROL: (of_control.tocsr(),)}
         for left, measured, own in of_flights:
-            chains = with_own(chains, left @ measured, own)
+            chains = add_flight_sources(chains, left @ measured, own)
         return chains
 
     def differences(self):

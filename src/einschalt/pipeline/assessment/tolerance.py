@@ -61,7 +61,7 @@ class CheckedFigure:
 
     column: str
     factor: float
-    stands: bool
+    is_supported: bool
     is_tested: bool
 
 
@@ -100,13 +100,16 @@ def checked_figure(result) -> CheckedFigure:
         claim = result.claim
         tested = bool(claim.tests)
         return CheckedFigure(
-            claim_column(result), claim.enlargement, claim.stands, is_tested=tested
+            claim_column(result),
+            claim.enlargement,
+            claim.is_supported,
+            is_tested=tested,
         )
     adjusted = result.simultaneous
     return CheckedFigure(
         column=TOTAL if TOTAL in result.points else "",
         factor=float(np.nanmax([1.0, adjusted.s_0])),
-        stands=not check_points_exceed(result),
+        is_supported=not check_points_exceed(result),
         is_tested=adjusted.redundancy > 0 or result.figures.n_check > 0,
     )
 
@@ -135,5 +138,5 @@ def with_tolerance(result):
     is_small = used.factor * figure <= tolerance.point
     return points.assign(
         standard_error_checked=used.factor * figure,
-        is_within_tolerance=is_small & used.stands & ~points["is_suspect"],
+        is_within_tolerance=is_small & used.is_supported & ~points["is_suspect"],
     )

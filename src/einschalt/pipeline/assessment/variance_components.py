@@ -19,13 +19,13 @@ from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
     PLAN,
+    add_flight_sources,
     given_errors,
     places_fitted_onto,
-    with_own,
 )
 from einschalt.stages.error_propagation.measurement_errors import (
     ORIENTATION,
-    own_errors,
+    measurement_errors,
 )
 from einschalt.stages.error_propagation.operators import (
     GroundSources,
@@ -152,7 +152,7 @@ class _Sources:
     def of(cls, result, low):
         fits = {HIGH: result.high.transformation, LOW: low}
         errors = result.orientation_errors
-        own = own_errors(result.block, fits, errors)
+        own = measurement_errors(result.block, fits, errors)
         behind, sizes, held = {}, {}, {}
         for name, chains in own.chains.items():
             behind[name] = {name: chains[name]}
@@ -192,7 +192,7 @@ def _sums(result, low, sources):
     from_control = {CONTROL: ()}
     from_high = {
         name: (approximate, *chain)
-        for name, chain in with_own(
+        for name, chain in add_flight_sources(
             {CONTROL: (of_high.operator.ground,)},
             of_high.operator.measured,
             sources.behind[HIGH],
@@ -253,7 +253,7 @@ class _MeasuredFlight:
             through_ground = through_ground - given
         through = {name: (through_ground, *rest) for name, rest in chains.items()}
         measured = picked @ self.operator.measured
-        return SumOfSquares(values, with_own(through, measured, self._own))
+        return SumOfSquares(values, add_flight_sources(through, measured, self._own))
 
     def _flat(self, values):
         # one complex number, or two in a row, as the operators have it

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.display_names import as_unicode, printable, shortened
 from einschalt.foundations.errors import BlockError, EinschaltError
-from einschalt.foundations.shown_names import as_unicode, printable, shortened
 from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 

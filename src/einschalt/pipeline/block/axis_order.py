@@ -42,7 +42,7 @@ def axis_problems(frame, crs, source):
             expected="easting, northing in this order",
             remedy="Exchange the two columns, or correct crs",
             file=source,
-            **tables.whereabouts(frame, place),
+            **tables.row_location(frame, place),
         )
 
     rest = "easting and northing are exchanged"

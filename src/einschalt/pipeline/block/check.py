@@ -16,8 +16,8 @@ from einschalt.foundations.errors import (
     ConsistencyError,
     EinschaltError,
 )
-from einschalt.foundations.name_columns import is_among, row_codes
-from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.key_columns import is_among, row_codes
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.facts import FLIGHTS, check_facts
@@ -221,7 +221,7 @@ class _Check:
                 expected="a point within the image of the camera",
                 remedy="Check the point, and the coefficients of the camera",
                 file=self._file(table),
-                **tables.whereabouts(frame, place),
+                **tables.row_location(frame, place),
             )
 
         places = np.flatnonzero(is_lost)
@@ -250,7 +250,7 @@ class _Check:
                 expected=f"an image_id of {self._file(f'{name}.image_points')}",
                 remedy="Correct the name, or delete the model",
                 file=self._file(f"{name}.models"),
-                **tables.whereabouts(flight.models, place),
+                **tables.row_location(flight.models, place),
             )
 
         places = np.flatnonzero(~is_among(flight.models[side], measured))
@@ -309,7 +309,7 @@ class _Check:
                 remedy="Correct its name, take the row out, or set "
                 f"may_be_unmeasured = true in [{ground}]",
                 file=self._file(ground),
-                **tables.whereabouts(frame, place),
+                **tables.row_location(frame, place),
             )
 
         rest = f"no model of the {flight_name.replace('_', ' ')} holds the points"
@@ -367,7 +367,7 @@ class _Check:
         file = self._file(f"{flight_name}.{part}")
 
         def problem(place):
-            facts = tables.whereabouts(table, place)
+            facts = tables.row_location(table, place)
             return ConsistencyError(
                 f"{common[place] or 'none'} of its points "
                 f"{'has' if common[place] < 2 else 'have'} coordinates from "

@@ -12,7 +12,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError
-from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.foundations.value_ranges import Range

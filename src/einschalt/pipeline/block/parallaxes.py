@@ -5,7 +5,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError
-from einschalt.foundations.name_columns import row_codes
+from einschalt.foundations.key_columns import row_codes
 
 BASE_OF_EXTENT = (0.02, 50.0)
 LARGEST_PARALLAX_OF_BASE = 0.2
@@ -38,7 +38,7 @@ def models_without_parallaxes(flight, points_file, parallaxes_file):
             expected=f"a model of {parallaxes_file}",
             remedy="Correct its name, measure them, or delete the model",
             file=points_file,
-            **tables.whereabouts(frame, place),
+            **tables.row_location(frame, place),
         )
         for place in np.flatnonzero(is_first & ~np.isin(model, oriented))
     ]

@@ -51,7 +51,7 @@ def extent_problems(frame, key, unit, file):
     extent = widest * MM_PER_UNIT[unit]
     if SMALLEST_MODEL_MM <= extent <= LARGEST_MODEL_MM or not extent > 0:
         return []
-    facts = tables.whereabouts(frame, place)
+    facts = tables.row_location(frame, place)
     return [
         ConsistencyError(
             f"the widest {key.removesuffix('_id')} extends over {extent:.6g} mm",
@@ -172,7 +172,7 @@ def standard_error_problems(control, file):
             expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
             remedy="Did you give millimetres?",
             file=file,
-            **tables.whereabouts(control, place),
+            **tables.row_location(control, place),
         )
 
     places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.names import encode
-from einschalt.pipeline.densification.low_flight_fit import LowPass
+from einschalt.pipeline.densification.low_flight_fit import LowFlightFit
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,
     LOW,
@@ -46,7 +46,7 @@ class Iteration:
 
     Attributes
     ----------
-    passes : tuple of LowPass
+    passes : tuple of LowFlightFit
         The first onto approximate coordinates.
     moves : DataFrame
         iteration (2 is the second pass), largest_move, point_id (where), move_rms
@@ -57,7 +57,7 @@ class Iteration:
         Usable models of the last pass, and those that hold such a point.
     """
 
-    passes: tuple[LowPass, ...]
+    passes: tuple[LowFlightFit, ...]
     moves: pd.DataFrame
     n_held: int
     n_models: int
@@ -107,10 +107,10 @@ def iterate(block, first, pass_onto, most_passes):
     Parameters
     ----------
     block : Block
-    first : LowPass
+    first : LowFlightFit
         Onto approximate coordinates.
     pass_onto : callable
-        Makes a LowPass of a table of ground points.
+        Makes a LowFlightFit of a table of ground points.
     most_passes : int
 
     Returns

@@ -26,7 +26,7 @@ from einschalt.stages.stage5_double_coverage import (
 
 
 @dataclass(frozen=True, eq=False)
-class LowPass:
+class LowFlightFit:
     """What the low flight gives on given ground coordinates.
 
     Attributes
@@ -44,9 +44,9 @@ class LowPass:
     means: CoverageMean
 
 
-def pass_low_flight(
+def fit_low_flight(
     block, model_points, ground, precision, settings, *, is_gross
-) -> LowPass:
+) -> LowFlightFit:
     """Transform the low flight onto its points, with budget and means.
 
     Parameters
@@ -64,7 +64,7 @@ def pass_low_flight(
 
     Returns
     -------
-    LowPass
+    LowFlightFit
 
     Raises
     ------
@@ -78,7 +78,7 @@ def pass_low_flight(
     low = screen_models(low, *how, is_gross=is_gross)
     require_usable(low, "low flight", STAGE)
     values = _single_values(block.low_flight, low, model_points)
-    return LowPass(low, values, _means(values, low, settings, is_gross))
+    return LowFlightFit(low, values, _means(values, low, settings, is_gross))
 
 
 def _single_values(flight, low, model_points):

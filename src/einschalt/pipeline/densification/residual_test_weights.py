@@ -13,7 +13,7 @@ from einschalt.foundations.names import encode
 from einschalt.foundations.units import ground_from_image_um
 
 
-def observation_precision(block, flights, high):
+def residual_test_weights(block, flights, high):
     """Weight of each low-flight point in the tests of residuals.
 
     Parameters

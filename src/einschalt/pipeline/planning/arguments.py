@@ -8,7 +8,7 @@ import numpy as np
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
-from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.value_ranges import Range
 from einschalt.theory.planning.kovarik_precision import EDGES, PlannedModel

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import at_least, fixed, number, scale, wrapped
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from einschalt.stages.error_propagation.measurement_errors import (
     ORIENTATION,
-    own_errors,
+    measurement_errors,
 )
 from einschalt.stages.error_propagation.operators import (
     FlightOperator,
@@ -23,8 +23,8 @@ from einschalt.stages.error_propagation.operators import (
     mean_operator,
 )
 from einschalt.stages.transformation_kinds import KINDS
-from einschalt.theory.adjustment.drawn_errors import draw_errors, moved
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
 from einschalt.theory.adjustment.propagation import selection, sum_of_chains
 
 APPROXIMATE = "approximate_points"
@@ -105,7 +105,7 @@ class ErrorModel:
     def chains(self):
         """From the sources to the final points, dict of str to tuple."""
         through = {n: (self.low.ground, *c) for n, c in self.ground.items()}
-        values = with_own(through, self.low.measured, self.own)
+        values = add_flight_sources(through, self.low.measured, self.own)
         return {name: (self.final, *chain) for name, chain in values.items()}
 
     def chains_to_fits(self, flight, observed):
@@ -128,7 +128,9 @@ class ErrorModel:
         fitted = self._chosen(observed.row_numbers, operator.measured)
         ground = self.ground if is_low else {CONTROL: ()}
         through = {name: (onto, *chain) for name, chain in ground.items()}
-        return with_own(through, -fitted, self.own if is_low else self.high.own)
+        return add_flight_sources(
+            through, -fitted, self.own if is_low else self.high.own
+        )
 
     def _chosen(self, places, operator):
         return selection(places, operator.shape[1] // self.n_axes, self.n_axes)
@@ -149,15 +151,15 @@ class ErrorModel:
         )
         high = None
         if self.high is not None:
-            high = moved(errors, self.high.chains)
-        ground = moved(errors, self.ground)
+            high = apply_chains(errors, self.high.chains)
+        ground = apply_chains(errors, self.ground)
         own = {name: (self.low.measured, *c) for name, c in self.own.items()}
-        through = moved({APPROXIMATE: ground}, {APPROXIMATE: (self.low.ground,)})
-        low = through + moved(errors, own)
+        through = apply_chains({APPROXIMATE: ground}, {APPROXIMATE: (self.low.ground,)})
+        low = through + apply_chains(errors, own)
         return DrawnBlock(errors, high, ground, low)
 
 
-def with_own(chains, measured, own):
+def add_flight_sources(chains, measured, own):
     """Add to chains what a flight's own errors bring.
 
     Parameters
@@ -224,7 +226,7 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         were oriented, ``orientation``.
     """
     fits = {HIGH: high.transformation, LOW: low}
-    own = own_errors(block, fits, oriented or {})
+    own = measurement_errors(block, fits, oriented or {})
     of_high = _high_flight(block, points[HIGH], high, own)
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
@@ -437,7 +439,7 @@ def model_of_given_approximations(block, low_points, low, means, oriented=None):
         the former was stated, it is what m_0 leaves beside m_g. Where they are control
         points, these are the source.
     """
-    own = own_errors(block, {LOW: low}, oriented or {})
+    own = measurement_errors(block, {LOW: low}, oriented or {})
     known = block.approximate_points
     sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
     names = known["point_id"]

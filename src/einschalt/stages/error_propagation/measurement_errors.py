@@ -25,7 +25,7 @@ ORIENTATION = "orientation"
 
 
 @dataclass(frozen=True, eq=False)
-class OwnErrors:
+class MeasurementErrors:
     """Errors that the flights of a block bring.
 
     Attributes
@@ -46,7 +46,7 @@ class OwnErrors:
     is_complete: bool
 
 
-def own_errors(block, fits, oriented) -> OwnErrors:
+def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     """Find what stands behind the errors of measuring of each flight.
 
     Parameters
@@ -59,7 +59,7 @@ def own_errors(block, fits, oriented) -> OwnErrors:
 
     Returns
     -------
-    OwnErrors
+    MeasurementErrors
     """
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
@@ -74,7 +74,7 @@ def own_errors(block, fits, oriented) -> OwnErrors:
         chains[name] = {name: image_chain(errors, fits[name], scale_number)}
     # what orientations make in easting and northing is not alike
     is_conformal = kinds <= set(CONFORMAL) and not turned and not images
-    return OwnErrors(
+    return MeasurementErrors(
         chains,
         1 if is_conformal else n_axes,
         n_orientation_errors(others, n_axes) if turned else 0,

@@ -15,7 +15,7 @@ from einschalt.foundations.arguments import (
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
-from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.relative_orientation.image_orientation import ImageOrientation

@@ -12,7 +12,7 @@ from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
 from einschalt.foundations.names import CodedPairs, encode_pairs
-from einschalt.foundations.number_texts import LARGEST_NUMBER
+from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.stages.relative_orientation.dangerous_surface import ModelGeometry
 from einschalt.stages.relative_orientation.parallax_orientation import (
     ABOVE,

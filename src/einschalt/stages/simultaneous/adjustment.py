@@ -29,7 +29,7 @@ from einschalt.theory.block_adjustment.block_solution import (
     adjust,
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
-from einschalt.theory.block_adjustment.design_errors import displacement_by_design
+from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
 from einschalt.theory.block_adjustment.gross_errors import (
     ControlVerdict,
     examine_control,

@@ -12,9 +12,9 @@ import pandas as pd
 from einschalt.stages.simultaneous.variance_components import weigh_groups
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
-    SoundBlock,
+    OutlierFreeBlock,
     downweight,
-    sound_block,
+    outlier_free_block,
     with_all_control,
 )
 from einschalt.theory.block_adjustment.observations import Part
@@ -71,9 +71,9 @@ def _weighed(tables, part, solution, terms, options):
     """Sizes of errors, and the block without gross ones where these are looked for."""
     estimates_all = options.variance_components == "estimated"
     if options.outliers == "keep":
-        block = SoundBlock.whole(solution)
+        block = OutlierFreeBlock.whole(solution)
         return weigh_groups(tables, part, block, terms, all_of_them=estimates_all)
-    block = sound_block(solution, terms, options.significance)
+    block = outlier_free_block(solution, terms, options.significance)
     factors = 1.0
     for _ in range(MOST_ROUNDS):
         weighed = weigh_groups(
@@ -83,7 +83,7 @@ def _weighed(tables, part, solution, terms, options):
             break
         part, factors, before = weighed.part, weighed.factors, block
         solution = solution.readjusted(part.observations, terms)
-        block = sound_block(solution, terms, options.significance)
+        block = outlier_free_block(solution, terms, options.significance)
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)

@@ -17,7 +17,9 @@ from einschalt.theory.adjustment.reliability import (
     redundancy_numbers,
 )
 from einschalt.theory.block_adjustment.block_tests import judge_observations
-from einschalt.theory.block_adjustment.model_deformation import neighbour_likeness
+from einschalt.theory.block_adjustment.model_deformation import (
+    neighbour_autocorrelation,
+)
 from einschalt.theory.transformation.helmert_3d import PARAMETER_NAMES
 
 LEAST_REDUNDANCY = 1e-6
@@ -350,7 +352,7 @@ def deformation_table(tables, solution, tests, terms, options):
     """
     rows = []
     for test in tests:
-        likeness = neighbour_likeness(solution, test.terms.flight)
+        autocorrelation = neighbour_autocorrelation(solution, test.terms.flight)
         rows.append(
             {
                 "flight": tables.flights[test.terms.flight],
@@ -362,8 +364,8 @@ def deformation_table(tables, solution, tests, terms, options):
                 "size": test.size,
                 "size_middle": test.size_middle,
                 "size_edge": test.size_edge,
-                "neighbour_correlation": likeness.correlation,
-                "is_alike": likeness.is_large,
+                "neighbour_correlation": autocorrelation.correlation,
+                "is_alike": autocorrelation.is_large,
             }
         )
     return pd.DataFrame(rows, columns=DEFORMATION_COLUMNS)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from einschalt.theory.block_adjustment.gross_errors import SoundBlock
+from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 from einschalt.theory.block_adjustment.group_components import group_components
 from einschalt.theory.block_adjustment.observations import Part
 
@@ -76,7 +76,7 @@ class Weighed:
     ----------
     part : Part
         Its observations have these errors.
-    block : SoundBlock
+    block : OutlierFreeBlock
     factors : ndarray, shape (n_groups + 1,)
         Of the errors, since the block was given; the last one is that of the control.
     table : DataFrame
@@ -87,7 +87,7 @@ class Weighed:
     """
 
     part: Part
-    block: SoundBlock
+    block: OutlierFreeBlock
     factors: np.ndarray
     table: pd.DataFrame
 
@@ -99,7 +99,7 @@ def weigh_groups(tables, part, block, terms, *, all_of_them, factors=1.0) -> Wei
     ----------
     tables : BlockTables
     part : Part
-    block : SoundBlock
+    block : OutlierFreeBlock
         Of the part.
     terms : sequence of CommonTerms
     all_of_them : bool

@@ -9,16 +9,16 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     AdjustedBlock,
     in_old_order,
 )
-from einschalt.theory.block_adjustment.common_parameters import (
-    Deformation,
-    deformation_of,
-)
-from einschalt.theory.block_adjustment.coordinate_channels import (
+from einschalt.theory.block_adjustment.axis_coupling import (
     Channels,
     ModelFrames,
     reduce_models,
 )
-from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.common_parameters import (
+    Deformation,
+    deformation_of,
+)
+from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.observations import BlockObservations
 from einschalt.theory.block_adjustment.solver import (
     Ordering,
@@ -140,7 +140,7 @@ class BlockSolution(AdjustedBlock):
     def adjusted_cofactors(self):
         """Cofactors of transformed less adjusted points, (n_rows, 2, 2) [m²]."""
         solver = self.solver
-        differences = solver.cofactors.of_differences(solver.system.fans.point)
+        differences = solver.cofactors.of_differences(solver.system.incidence.point)
         plane = solver.channels.plane(differences)
         plane = plane + self.bordered.spread(self.bordered.residuals)
         return in_old_order(plane, self.ordering.reordered.rows)
@@ -254,14 +254,16 @@ class _Task:
         self._given = observations
         if ordering is None:
             n_models, n_points = observations.n_models, observations.n_points
-            fans = fans_of(observations.model, observations.point, n_models, n_points)
+            incidence = incidence_of(
+                observations.model, observations.point, n_models, n_points
+            )
             near = reduce_models(observations.xy, observations.model, n_models)
             chained = near.xy * near.frames.extent[observations.model][:, None]
-            ordering = order_block(fans, chained)
+            ordering = order_block(incidence, chained)
         self.ordering = ordering
         self._rows = ordering.reordered.rows
         self._points = ordering.reordered.points
-        self._fans = ordering.reordered.fans
+        self._fans = ordering.reordered.incidence
         control = observations.control[self._points]
         is_control = observations.is_control[self._points]
         # the origin lies among the control: sums far from it lose digits

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.sparse_cholesky.multifrontal import factorize
-from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.point_elimination import (
     PointSystem,
     assemble,
@@ -93,19 +93,19 @@ def control_information(flights, control):
     values = _joined(flights)
     n_points = 1 + int(max(values.point.max(), control.point.max()))
     ordering = _ordering_of(values, n_points)
-    fans = ordering.reordered.fans
+    incidence = ordering.reordered.incidence
     rows, points = ordering.reordered.rows, ordering.reordered.points
     place = np.full(n_points, -1)
-    place[points] = np.arange(fans.n_points)
+    place[points] = np.arange(incidence.n_points)
     place = place[control.point]
     is_held = place >= 0
-    given = np.zeros((fans.n_points, 1, 1))
+    given = np.zeros((incidence.n_points, 1, 1))
     given[place[is_held], 0, 0] = control.weight[is_held]
-    system = _system(fans, values.design[rows], values.weight[rows], given)
+    system = _system(incidence, values.design[rows], values.weight[rows], given)
     # about the mean of its values a point asks nothing of the models
     value = values.value[rows]
-    total = np.bincount(fans.point, system.weights[:, 0])
-    centre = _sums(fans.point, system.weights[:, 0] * value) / total
+    total = np.bincount(incidence.point, system.weights[:, 0])
+    centre = _sums(incidence.point, system.weights[:, 0] * value) / total
     factor = _factor(system, ordering)
     # no model holds the others: they are where they are given
     part = np.ones(len(place))
@@ -114,7 +114,7 @@ def control_information(flights, control):
     information = np.diag(control.weight * (1.0 - part)) - _answers(factor, pull)
     closed = np.zeros(len(place), dtype=complex)
     closed[is_held] = control.value[is_held] - centre[place[is_held]]
-    moved = _solution(factor, system, value - centre[fans.point])
+    moved = _solution(factor, system, value - centre[incidence.point])
     scores = information @ closed + pull.conj().T @ moved
     return np.where(is_held, scores, 0.0), np.real(information)
 
@@ -141,9 +141,11 @@ def _joined(flights):
 
 def _ordering_of(values, n_points):
     """Order of elimination of models that lie where their values are."""
-    fans = fans_of(values.model, values.point, 1 + int(values.model[-1]), n_points)
+    incidence = incidence_of(
+        values.model, values.point, 1 + int(values.model[-1]), n_points
+    )
     middle = _sums(values.model, values.value) / np.bincount(values.model)
-    return order_placed(fans, np.column_stack([middle.real, middle.imag]))
+    return order_placed(incidence, np.column_stack([middle.real, middle.imag]))
 
 
 def _sums(group, values):
@@ -151,18 +153,18 @@ def _sums(group, values):
     return np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)
 
 
-def _system(fans, design, weight, given):
+def _system(incidence, design, weight, given):
     """Observations of the models, and the weights of given points."""
-    weight, is_fixed = weight[:, None], np.zeros(fans.n_points, dtype=bool)
-    inverse = invert_point_blocks(fans, weight, given, is_fixed)
-    return PointSystem(fans, design[:, None, :], weight, given, is_fixed, inverse)
+    weight, is_fixed = weight[:, None], np.zeros(incidence.n_points, dtype=bool)
+    inverse = invert_point_blocks(incidence, weight, given, is_fixed)
+    return PointSystem(incidence, design[:, None, :], weight, given, is_fixed, inverse)
 
 
 def _factor(system, ordering):
     """Factor of the normal equations of the models."""
     blocks = assemble(system, ordering.pattern)
     squares = system.weights * np.abs(system.design[:, 0, :]) ** 2
-    own = np.add.reduceat(squares, system.fans.model_start[:-1], axis=0)
+    own = np.add.reduceat(squares, system.incidence.model_start[:-1], axis=0)
     unknown = np.arange(system.n_unknowns)
     # a column that a model lacks stands alone
     ridge = np.where(own > 0.0, RIDGE * own, 1.0)
@@ -172,16 +174,16 @@ def _factor(system, ordering):
 
 def _pull(system, place, part):
     """What each control point asks of the models: sparse, (n_unknowns, n_control)."""
-    fans, design = system.fans, system.design[:, 0, :]
-    control = np.full(fans.n_points, -1)
+    incidence, design = system.incidence, system.design[:, 0, :]
+    control = np.full(incidence.n_points, -1)
     control[place[place >= 0]] = np.flatnonzero(place >= 0)
-    control = control[fans.point]
+    control = control[incidence.point]
     at = np.flatnonzero(control >= 0)
     n_each = design.shape[1]
     share = system.weights[at, 0] * part[control[at]]
-    rows = fans.model[at, None] * n_each + np.arange(n_each)
+    rows = incidence.model[at, None] * n_each + np.arange(n_each)
     entries = (design[at].conj() * share[:, None]).ravel()
-    shape = (fans.n_models * n_each, len(place))
+    shape = (incidence.n_models * n_each, len(place))
     return sparse.csc_array(
         (entries, (rows.ravel(), control[at].repeat(n_each))), shape=shape
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.model_graph import incidence_of
 
 FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
 LEAST_POINTS = {True: 3, False: 2}  # affine, helmert
@@ -66,10 +66,16 @@ def examine(observations) -> Determinacy:
     needed = np.where(
         observations.is_affine, LEAST_POINTS[True], LEAST_POINTS[False]
     ).astype(np.int64)
-    fans = fans_of(
+    incidence = incidence_of(
         observations.model, observations.point, n_models, observations.n_points
     )
-    arrays = (fans.model, fans.point, fans.model_start, fans.point_start, fans.rows)
+    arrays = (
+        incidence.model,
+        incidence.point,
+        incidence.model_start,
+        incidence.point_start,
+        incidence.rows,
+    )
     is_control = observations.is_control
     n_ties = np.zeros(n_models, dtype=np.int64)
     while True:

@@ -50,7 +50,7 @@ class CleanedBlock:
 
 
 @dataclass(frozen=True, eq=False)
-class SoundBlock:
+class OutlierFreeBlock:
     """A block without its gross errors.
 
     Attributes
@@ -77,7 +77,7 @@ class SoundBlock:
 
         Returns
         -------
-        SoundBlock
+        OutlierFreeBlock
         """
         n_rows, n_points = len(solution.residuals), solution.observations.n_points
         return cls(solution, np.zeros(n_rows, dtype=bool), np.zeros(n_points, bool))
@@ -87,7 +87,7 @@ class SoundBlock:
 
         Parameters
         ----------
-        other : SoundBlock
+        other : OutlierFreeBlock
 
         Returns
         -------
@@ -108,13 +108,13 @@ class SoundBlock:
 
         Returns
         -------
-        SoundBlock
+        OutlierFreeBlock
         """
         solution = _without(self.solution, terms, given, self.is_out, self.is_wrong)
-        return SoundBlock(solution, self.is_out, self.is_wrong)
+        return OutlierFreeBlock(solution, self.is_out, self.is_wrong)
 
 
-def sound_block(solution, terms, significance) -> SoundBlock:
+def outlier_free_block(solution, terms, significance) -> OutlierFreeBlock:
     """Take the worst observations and given points out until the test refuses none.
 
     Given points that contradict the block more than any measurement of theirs are set
@@ -131,7 +131,7 @@ def sound_block(solution, terms, significance) -> SoundBlock:
 
     Returns
     -------
-    SoundBlock
+    OutlierFreeBlock
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
@@ -151,10 +151,10 @@ def sound_block(solution, terms, significance) -> SoundBlock:
             break
         solution = _without(solution, terms, given, is_out, is_aside)
     if not is_aside.any():
-        return SoundBlock(solution, is_out, is_aside)
+        return OutlierFreeBlock(solution, is_out, is_aside)
     solution = _without(solution, terms, given, is_out, np.zeros_like(is_aside))
     verdict = examine_control(solution, terms, significance)
-    return SoundBlock(verdict.without, is_out, verdict.is_suspect)
+    return OutlierFreeBlock(verdict.without, is_out, verdict.is_suspect)
 
 
 def with_all_control(block, given, terms) -> CleanedBlock:
@@ -162,7 +162,7 @@ def with_all_control(block, given, terms) -> CleanedBlock:
 
     Parameters
     ----------
-    block : SoundBlock
+    block : OutlierFreeBlock
     given : BlockObservations
         All of them.
     terms : sequence of CommonTerms
@@ -258,7 +258,7 @@ def downweight(block, given, terms, norm_name) -> CleanedBlock:
 
     Parameters
     ----------
-    block : SoundBlock
+    block : OutlierFreeBlock
     given : BlockObservations
         All of them.
     terms : sequence of CommonTerms

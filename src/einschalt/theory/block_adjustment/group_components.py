@@ -37,7 +37,7 @@ def group_components(block, group, n_groups) -> GroupComponents:
 
     Parameters
     ----------
-    block : SoundBlock
+    block : OutlierFreeBlock
         What was taken out of it does not count.
     group : ndarray of int, shape (n_rows, d)
         Group of each measured coordinate.

@@ -135,7 +135,7 @@ class Likeness:
         return bool(self.correlation > least)
 
 
-def neighbour_likeness(solution, flight) -> Likeness:
+def neighbour_autocorrelation(solution, flight) -> Likeness:
     """Correlate the residuals of every point with those of its nearest neighbour.
 
     Parameters

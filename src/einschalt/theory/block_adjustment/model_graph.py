@@ -17,7 +17,7 @@ LEAST_FACTOR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Fans:
+class Incidence:
     """Observations sorted by model, and the same sorted by point.
 
     Attributes
@@ -61,8 +61,8 @@ class Fans:
             together lies together.
         """
         model, point, rows, points = _reorder(order, self.point, self.model_start)
-        fans = fans_of(model, point, self.n_models, len(points))
-        return Reordered(fans, rows, points)
+        incidence = incidence_of(model, point, self.n_models, len(points))
+        return Reordered(incidence, rows, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +71,12 @@ class Reordered:
 
     Attributes
     ----------
-    fans : Fans
+    incidence : Incidence
     rows, points : ndarray of int64
         Old number of each observation and of each point.
     """
 
-    fans: Fans
+    incidence: Incidence
     rows: np.ndarray
     points: np.ndarray
 
@@ -105,7 +105,7 @@ def _reorder(order, point, model_start):
     return model, new_point, rows, points[:count]
 
 
-def fans_of(model, point, n_models, n_points) -> Fans:
+def incidence_of(model, point, n_models, n_points) -> Incidence:
     """Sort observations by their point.
 
     Parameters
@@ -116,14 +116,14 @@ def fans_of(model, point, n_models, n_points) -> Fans:
 
     Returns
     -------
-    Fans
+    Incidence
     """
     model = np.ascontiguousarray(model, dtype=np.int64)
     point = np.ascontiguousarray(point, dtype=np.int64)
     by_point = segments(point, n_points)
     count = np.bincount(model, minlength=n_models)
     start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    return Fans(model, point, start, by_point.start, by_point.order)
+    return Incidence(model, point, start, by_point.start, by_point.order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,18 +141,24 @@ class Neighbours:
     models: np.ndarray
 
 
-def neighbours_of(fans) -> Neighbours:
+def neighbours_of(incidence) -> Neighbours:
     """Find the models that share a point with each model.
 
     Parameters
     ----------
-    fans : Fans
+    incidence : Incidence
 
     Returns
     -------
     Neighbours
     """
-    arrays = (fans.model, fans.point, fans.model_start, fans.point_start, fans.rows)
+    arrays = (
+        incidence.model,
+        incidence.point,
+        incidence.model_start,
+        incidence.point_start,
+        incidence.rows,
+    )
     start = np.concatenate([[0], np.cumsum(_count_neighbours(*arrays))])
     return Neighbours(start, _fill_neighbours(start, *arrays))
 
@@ -193,7 +199,7 @@ def _fill_neighbours(start, model, point, model_start, point_start, rows):
     return found
 
 
-def chained_positions(fans, xy):
+def chained_positions(incidence, xy):
     """Put the models together one after the other, to see where they lie.
 
     Each model is put onto the one that it shares most points with, of those that lie
@@ -202,7 +208,7 @@ def chained_positions(fans, xy):
 
     Parameters
     ----------
-    fans : Fans
+    incidence : Incidence
     xy : ndarray, shape (n_rows, 2)
         Model coordinates, each model about its own centre.
 
@@ -212,8 +218,8 @@ def chained_positions(fans, xy):
         In the frame of the first model.
     """
     z = np.ascontiguousarray(xy[:, 0] + 1j * xy[:, 1])
-    fan = (fans.point_start, fans.rows)
-    placed = _chain(z, fans.model, fans.point, fans.model_start, fan)
+    fan = (incidence.point_start, incidence.rows)
+    placed = _chain(z, incidence.model, incidence.point, incidence.model_start, fan)
     position = np.nan_to_num(placed, posinf=0.0, neginf=0.0)
     return np.column_stack([position.real, position.imag])
 

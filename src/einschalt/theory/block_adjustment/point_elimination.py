@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 from einschalt.foundations.exact_sums import transform_exactly
-from einschalt.theory.block_adjustment.model_graph import Fans
+from einschalt.theory.block_adjustment.model_graph import Incidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class PointSystem:
 
     Attributes
     ----------
-    fans : Fans
+    incidence : Incidence
     design : ndarray, shape (n_rows, d, n_unknowns)
         G of each observation, float or complex.
     weights : ndarray, shape (n_rows, d)
@@ -44,7 +44,7 @@ class PointSystem:
         P⁻¹, 0 where a point is fixed [m²].
     """
 
-    fans: Fans
+    incidence: Incidence
     design: np.ndarray
     weights: np.ndarray
     control_weight: np.ndarray
@@ -67,7 +67,7 @@ class PointSystem:
         -------
         Transformed
         """
-        return transform_exactly(self.design, self.fans.model, parameters)
+        return transform_exactly(self.design, self.incidence.model, parameters)
 
     def points_from(self, values, control):
         """Points that fit given values of their observations best.
@@ -88,7 +88,7 @@ class PointSystem:
             points,
             values,
             self.weights,
-            (self.fans.point_start, self.fans.rows),
+            (self.incidence.point_start, self.incidence.rows),
             (self.control_weight, self.is_fixed, self.inverse),
             np.ascontiguousarray(control, dtype=values.dtype),
         )
@@ -105,18 +105,20 @@ class PointSystem:
         -------
         ndarray, shape (n_models, n_unknowns, n_right)
         """
-        shape = (self.fans.n_models, self.n_unknowns, residuals.shape[2])
+        shape = (self.incidence.n_models, self.n_unknowns, residuals.shape[2])
         gradient = np.zeros(shape, dtype=self.design.dtype)
-        _gradient(gradient, residuals, self.design, self.weights, self.fans.model_start)
+        _gradient(
+            gradient, residuals, self.design, self.weights, self.incidence.model_start
+        )
         return gradient
 
 
-def invert_point_blocks(fans, weights, control_weight, is_fixed):
+def invert_point_blocks(incidence, weights, control_weight, is_fixed):
     """P⁻¹ of all points.
 
     Parameters
     ----------
-    fans : Fans
+    incidence : Incidence
     weights : ndarray, shape (n_rows, d)
     control_weight : ndarray, shape (n_points, d, d)
     is_fixed : ndarray of bool, shape (n_points,)
@@ -127,7 +129,9 @@ def invert_point_blocks(fans, weights, control_weight, is_fixed):
         0 where a point is fixed, or has no observation at all.
     """
     d = control_weight.shape[1]
-    sums = [np.bincount(fans.point, column, fans.n_points) for column in weights.T]
+    sums = [
+        np.bincount(incidence.point, column, incidence.n_points) for column in weights.T
+    ]
     blocks = control_weight.copy()
     for c in range(d):
         blocks[:, c, c] += sums[c]
@@ -200,23 +204,29 @@ def assemble(system, pattern):
     _assemble_blocks(
         blocks,
         (pattern.start, pattern.row),
-        _fan_arrays(system.fans),
+        _fan_arrays(system.incidence),
         (system.design, system.weights, system.inverse),
         ((0,) * d, (0,) * u),
     )
     return blocks
 
 
-def _fan_arrays(fans):
-    return fans.model, fans.point, fans.model_start, fans.point_start, fans.rows
+def _fan_arrays(incidence):
+    return (
+        incidence.model,
+        incidence.point,
+        incidence.model_start,
+        incidence.point_start,
+        incidence.rows,
+    )
 
 
 @numba.njit(cache=True, nogil=True)
-def _assemble_blocks(blocks, pattern, fans, numbers, ranks):
+def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
     # lengths of tuples are known to the compiler, which unrolls the loops over them
     d, u = len(ranks[0]), len(ranks[1])
     column, block_row = pattern
-    model, point, model_start, point_start, rows = fans
+    model, point, model_start, point_start, rows = incidence
     design, weights, inverse = numbers
     n = model_start.size - 1
     slot = np.empty(n, dtype=np.int64)
@@ -304,32 +314,32 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
     PointCofactors
     """
     n_rows, d, u = system.design.shape
-    points = np.zeros((system.fans.n_points, d, d), dtype=inverse.dtype)
+    points = np.zeros((system.incidence.n_points, d, d), dtype=inverse.dtype)
     transformed = np.zeros((n_rows, d, d), dtype=inverse.dtype)
     cross = np.zeros_like(transformed)
     _spread_inverse(
         (points, transformed, cross),
         inverse,
         (pattern.start, pattern.row),
-        _fan_arrays(system.fans),
+        _fan_arrays(system.incidence),
         (system.design, system.weights),
         ((0,) * d, (0,) * u),
     )
     p = system.inverse
     if d == 1:
         return PointCofactors(
-            p + p * points * p, transformed, cross * p[system.fans.point]
+            p + p * points * p, transformed, cross * p[system.incidence.point]
         )
     points = p + p @ points @ p
-    return PointCofactors(points, transformed, cross @ p[system.fans.point])
+    return PointCofactors(points, transformed, cross @ p[system.incidence.point])
 
 
 @numba.njit(cache=True, nogil=True)
-def _spread_inverse(result, inverse, pattern, fans, numbers, ranks):
+def _spread_inverse(result, inverse, pattern, incidence, numbers, ranks):
     d, u = len(ranks[0]), len(ranks[1])
     points, transformed, cross = result
     column, block_row = pattern
-    model, point, model_start, point_start, rows = fans
+    model, point, model_start, point_start, rows = incidence
     design, weights = numbers
     n = model_start.size - 1
     slot = np.empty(n, dtype=np.int64)

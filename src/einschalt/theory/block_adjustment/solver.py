@@ -13,7 +13,7 @@ from einschalt.foundations.sparse_cholesky.elimination_pattern import (
 )
 from einschalt.foundations.sparse_cholesky.multifrontal import Factor, factorize
 from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
-from einschalt.theory.block_adjustment.coordinate_channels import Channels
+from einschalt.theory.block_adjustment.axis_coupling import Channels
 from einschalt.theory.block_adjustment.model_graph import (
     Reordered,
     chained_positions,
@@ -50,12 +50,12 @@ class Ordering:
     fronts: Fronts
 
 
-def order_block(fans, xy) -> Ordering:
+def order_block(incidence, xy) -> Ordering:
     """Find the order of elimination and what it fills.
 
     Parameters
     ----------
-    fans : Fans
+    incidence : Incidence
     xy : ndarray, shape (n_rows, 2)
         Model coordinates about the centre of each model.
 
@@ -63,27 +63,27 @@ def order_block(fans, xy) -> Ordering:
     -------
     Ordering
     """
-    return order_placed(fans, chained_positions(fans, xy))
+    return order_placed(incidence, chained_positions(incidence, xy))
 
 
-def order_placed(fans, positions) -> Ordering:
+def order_placed(incidence, positions) -> Ordering:
     """Find the order of elimination of models whose places are known.
 
     Parameters
     ----------
-    fans : Fans
+    incidence : Incidence
     positions : ndarray, shape (n_models, 2)
 
     Returns
     -------
     Ordering
     """
-    neighbours = neighbours_of(fans)
+    neighbours = neighbours_of(incidence)
     elimination = dissect(neighbours, positions)
     pattern = block_pattern(neighbours, elimination)
     fronts = find_fronts(pattern, elimination)
     return Ordering(
-        fans.reordered(elimination.order), elimination.order, pattern, fronts
+        incidence.reordered(elimination.order), elimination.order, pattern, fronts
     )
 
 
@@ -141,8 +141,8 @@ class Solver:
         -------
         Projection
         """
-        system, fans = self.system, self.system.fans
-        shape = (fans.n_models, system.n_unknowns, control.shape[2])
+        system, incidence = self.system, self.system.incidence
+        shape = (incidence.n_models, system.n_unknowns, control.shape[2])
         parameters = np.zeros(shape, dtype=system.design.dtype)
         last = np.inf
         residuals = self._first_residuals(shift, control)
@@ -171,12 +171,12 @@ class Solver:
         shape = (*system.design.shape[:2], control.shape[2])
         residuals = np.zeros(shape, dtype=system.design.dtype)
         residuals -= shift
-        residuals -= system.points_from(residuals, control)[system.fans.point]
+        residuals -= system.points_from(residuals, control)[system.incidence.point]
         return residuals
 
     def _project(self, parameters, shift, control):
         """Points and residuals for given parameters; see ``exact_sums``."""
-        system, point = self.system, self.system.fans.point
+        system, point = self.system, self.system.incidence.point
         high, low = system.transformed(parameters)
         points = system.points_from(high - shift, control)
         residuals = high  # in place: there are millions of them
@@ -224,7 +224,7 @@ def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solve
     -------
     Solver
     """
-    model = ordering.reordered.fans.model
+    model = ordering.reordered.incidence.model
     design = np.ascontiguousarray(channels.design(xy, model, shared))
     weight, is_fixed = control
     d = design.shape[1]
@@ -256,9 +256,9 @@ def factor_block(ordering, design, weights, control, channels) -> Solver:
     -------
     Solver
     """
-    fans = ordering.reordered.fans
-    inverse = invert_point_blocks(fans, weights, *control)
-    system = PointSystem(fans, design, weights, *control, inverse)
+    incidence = ordering.reordered.incidence
+    inverse = invert_point_blocks(incidence, weights, *control)
+    system = PointSystem(incidence, design, weights, *control, inverse)
     blocks = assemble(system, ordering.pattern)
     prior = np.zeros(design.shape[2])
     if channels is not None:

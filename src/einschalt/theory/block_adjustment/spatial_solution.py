@@ -20,7 +20,7 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     AdjustedBlock,
     in_old_order,
 )
-from einschalt.theory.block_adjustment.model_graph import fans_of
+from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.solver import (
     Ordering,
     Solver,
@@ -105,7 +105,7 @@ class SpatialSolution(AdjustedBlock):
     def adjusted_cofactors(self):
         """Cofactors of transformed less adjusted points, (n_rows, 3, 3) [m²]."""
         solver = self.solver
-        differences = solver.cofactors.of_differences(solver.system.fans.point)
+        differences = solver.cofactors.of_differences(solver.system.incidence.point)
         return in_old_order(differences, self.ordering.reordered.rows)
 
     @property
@@ -165,11 +165,11 @@ def adjust_spatially(observations, start=None) -> SpatialSolution:
     NoConvergenceError
     """
     plan = observations.in_plan(is_affine=True)
-    fans = fans_of(plan.model, plan.point, plan.n_models, plan.n_points)
+    incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)
     if start is None:
         start = place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
-    return _Task(observations, order_block(fans, chained)).solve(start)
+    return _Task(observations, order_block(incidence, chained)).solve(start)
 
 
 class _Task:
@@ -180,7 +180,7 @@ class _Task:
         self._ordering = ordering
         self._rows = ordering.reordered.rows
         self._points = ordering.reordered.points
-        self._model = ordering.reordered.fans.model
+        self._model = ordering.reordered.incidence.model
         self._xyz = observations.xyz[self._rows]
         self._weights = observations.standard_error[self._rows] ** -2.0
         self._prior = (

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.block_solution import adjust
-from einschalt.theory.block_adjustment.coordinate_channels import (
+from einschalt.theory.block_adjustment.axis_coupling import (
     Channels,
     reduce_models,
 )
+from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.solver import build_solver
 
 # sine of the steepest tilt that a start may have
@@ -102,24 +102,24 @@ def _centroids(observations):
 def _heights(observations, ordering, scale, z_of_centroid):
     """Height of each centroid from a mean height, and slopes per model unit."""
     rows, points = ordering.reordered.rows, ordering.reordered.points
-    fans, order = ordering.reordered.fans, ordering.order
+    incidence, order = ordering.reordered.incidence, ordering.order
     given = observations.control[points, 2]
     is_control = np.isfinite(given)
     origin = float(given[is_control].mean())
     weight = np.zeros((len(points), 2, 2))
     weight[:, 0, 0] = observations.control_weight[points, 2, 2]
-    z = observations.xyz[rows, 2] - z_of_centroid[order][fans.model]
+    z = observations.xyz[rows, 2] - z_of_centroid[order][incidence.model]
     xy = np.ascontiguousarray(observations.xyz[rows, :2])
-    reduced = reduce_models(xy, fans.model, fans.n_models)
+    reduced = reduce_models(xy, incidence.model, incidence.n_models)
     solver = build_solver(
         ordering,
         reduced.xy,
         observations.standard_error[rows, 2] ** -2.0,
         (weight, observations.is_fixed[points]),
-        Channels(np.ones(fans.n_models, dtype=bool), is_coupled=False),
+        Channels(np.ones(incidence.n_models, dtype=bool), is_coupled=False),
     )
     found = solver.project(
-        -(scale[order][fans.model] * z)[:, None, None],
+        -(scale[order][incidence.model] * z)[:, None, None],
         np.where(is_control, given - origin, 0.0)[:, None, None],
     ).parameters[:, :, 0]
     height, slope = np.empty(len(order)), np.empty((len(order), 2))

@@ -100,10 +100,10 @@ def multiquadric_weights(known_xy, point_xy):
     weights = sparse.csr_array(_weights_of_apart(share @ known_xy, point_xy) @ share)
     distance, nearest = KDTree(known_xy).query(point_xy)
     at_known = np.flatnonzero(distance == 0.0)
-    return with_own(weights, at_known, nearest[at_known])
+    return with_unit_rows(weights, at_known, nearest[at_known])
 
 
-def with_own(weights, rows, columns):
+def with_unit_rows(weights, rows, columns):
     """Weights with rows in which one known point has the whole.
 
     Parameters

@@ -1,6 +1,6 @@
 """Control points that disagree with the block, each by itself or all together."""
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import lengths, number
 from einschalt.pipeline.summary.sections.claim import probability
 from einschalt.pipeline.summary.sections.section import Section

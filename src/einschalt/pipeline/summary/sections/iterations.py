@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length, lengths
 from einschalt.pipeline.densification.iteration import LEAST_MOVE
 from einschalt.pipeline.summary.sections.section import Section

@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.typesetting import length, lengths, number_word
-from einschalt.pipeline.summary.sections import two_ways
+from einschalt.pipeline.summary.sections import simultaneous_vs_two_step
 from einschalt.pipeline.summary.sections.section import Section
 from einschalt.pipeline.summary.sections.verdict import mean_of
 from einschalt.pipeline.summary.suggestions.catalogue import (
@@ -58,7 +58,7 @@ BELIEVE_NEITHER = (
 def section(result) -> Section:
     """Precision of the new points: single value and mean, each as it is known."""
     if result.simultaneous is not None:
-        return two_ways.section(result)
+        return simultaneous_vs_two_step.section(result)
     figures = result.figures
     single = ("single", np.nan, figures.single_paper, figures.single_internal)
     mean = (
@@ -93,7 +93,7 @@ def what_to_believe(result) -> str:
 def remarks(result) -> tuple[str, ...]:
     """Say what the figures of precision mean."""
     if result.simultaneous is not None:
-        return (TOTAL, *two_ways.remarks(result))
+        return (TOTAL, *simultaneous_vs_two_step.remarks(result))
     chosen = [TOTAL, PAPER]
     if np.isfinite(result.figures.mean_total):
         chosen.insert(1, _propagated(result))
@@ -130,7 +130,7 @@ def _heights(result):
 def too_small(result) -> str:
     """Say why the paper's figure is too small, as far as that is known here."""
     if result.simultaneous is not None:
-        return two_ways.caution(result)
+        return simultaneous_vs_two_step.caution(result)
     n_coverages = coverages_of_low_flight(result)
     word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
     shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []

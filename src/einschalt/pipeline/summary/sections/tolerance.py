@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, factor, length, lengths, names
 from einschalt.pipeline.assessment.tolerance import TOTAL, checked_figure, tolerance_of
 from einschalt.pipeline.summary.sections.section import Section
@@ -57,7 +57,7 @@ def _figure(result):
         title = ADJUSTED
     times = f", taken {factor(used.factor)}" if used.factor > 1.0 else ""
     said = [f"Figure used: {title}{times}."]
-    if not used.stands:
+    if not used.is_supported:
         said.append(f"{FALLEN}{' still' * bool(times)}.")
     return said if used.is_tested else [*said, UNTESTED]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length, number_word
 from einschalt.pipeline.summary.suggestions.catalogue import (
     coverages_of_low_flight,
@@ -38,7 +38,7 @@ def _how_good(result):
     paper = f"{length(figures.mean_paper)} after Kovarik's budget"
     if has_credible_propagation(result):
         return f", {length(figures.mean_total)} (total, {mean_of(result)}; {paper})"
-    if np.isnan(figures.mean_total) and result.claim.stands:
+    if np.isnan(figures.mean_total) and result.claim.is_supported:
         return f", {paper} (total, {mean_of(result)})"
     claimed = figures.mean_total
     if np.isnan(claimed):

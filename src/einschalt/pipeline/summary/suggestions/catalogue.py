@@ -6,7 +6,7 @@ is judged here that was not measured: a problem states the figures that show it.
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable, shortened
+from einschalt.foundations.display_names import printable, shortened
 from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.summary.suggestion import Suggestion
@@ -17,7 +17,7 @@ from einschalt.pipeline.summary.suggestions.claim import (
 )
 from einschalt.pipeline.summary.suggestions.iterations import drift
 from einschalt.pipeline.summary.suggestions.known_points import (
-    WORTH_A_WORD,
+    MIN_REPORTED_RATIO,
     check_differences,
     control_differences,
     shifted_block,
@@ -171,9 +171,9 @@ def has_credible_propagation(result):
     """
     figures = result.figures
     measured = np.nanmax([figures.mean_paper, figures.mean_internal, 0.0])
-    is_explained = bool(measured <= WORTH_A_WORD * figures.mean_total)
+    is_explained = bool(measured <= MIN_REPORTED_RATIO * figures.mean_total)
     has_fit = high_flight_misfit(result) is None
-    return is_explained and has_fit and result.claim.stands
+    return is_explained and has_fit and result.claim.is_supported
 
 
 def contradicted_figures(result):
@@ -182,7 +182,7 @@ def contradicted_figures(result):
     internal = f"internal {length(figures.mean_internal)}"
     paper = f"paper {length(figures.mean_paper)}"
     largest = np.nanmax([figures.mean_paper, figures.mean_internal, 0.0])
-    if largest > WORTH_A_WORD * figures.mean_total:
+    if largest > MIN_REPORTED_RATIO * figures.mean_total:
         total = f"propagated {length(figures.mean_total)}"
         return Suggestion(
             "The measurements contradict the propagated figure, which takes the sizes "
@@ -193,7 +193,7 @@ def contradicted_figures(result):
     is_known = result.errors is not None and any(
         flight.is_oriented_numerically for flight in result.block.flights.values()
     )
-    if is_known or not figures.mean_internal > WORTH_A_WORD * figures.mean_paper:
+    if is_known or not figures.mean_internal > MIN_REPORTED_RATIO * figures.mean_paper:
         return None
     return Suggestion(
         f"The coverages differ more than the budget explains: {internal}, {paper}",

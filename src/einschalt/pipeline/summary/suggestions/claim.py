@@ -18,7 +18,7 @@ MODEL_OF_ERRORS = (
 def claim_that_does_not_stand(result):
     """Measurements that contradict what the claimed figure predicts."""
     claim = result.claim
-    if claim.stands:
+    if claim.is_supported:
         return None
     return Suggestion(
         f"The claimed figure does not stand: {'; '.join(map(_said, claim.refused))}",

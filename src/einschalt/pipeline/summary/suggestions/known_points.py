@@ -6,7 +6,7 @@ from scipy.special import chdtri, stdtrit
 from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.pipeline.summary.suggestion import SIGNIFICANCE, Suggestion
 
-WORTH_A_WORD = 1.25
+MIN_REPORTED_RATIO = 1.25
 
 
 def check_differences(result):
@@ -98,12 +98,12 @@ def _ratio_limits(n_points):
     degrees = 2 * n_points
     # quantiles of χ² from scipy.special: scipy.stats takes a second to import
     low = np.sqrt(chdtri(degrees, 1.0 - SIGNIFICANCE) / degrees)
-    return min(low, 1.0 / WORTH_A_WORD), upper_ratio(degrees)
+    return min(low, 1.0 / MIN_REPORTED_RATIO), upper_ratio(degrees)
 
 
 def upper_ratio(degrees):
     """Ratio of a root mean square to its expectation that chance hardly exceeds."""
-    return max(np.sqrt(chdtri(degrees, SIGNIFICANCE) / degrees), WORTH_A_WORD)
+    return max(np.sqrt(chdtri(degrees, SIGNIFICANCE) / degrees), MIN_REPORTED_RATIO)
 
 
 def shifted_block(result):

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import chdtrc
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import count, fixed, length, names, number
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.image_precision import image_component

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, factor, length, names
 from einschalt.pipeline.summary.suggestion import Suggestion
 
 LARGE = 3.0
 MOSTLY = 0.5
-WORTH_A_WORD = 0.5
+MIN_REPORTED_RATIO = 0.5
 MODEL = ["coverage", "model_id"]
 
 
@@ -52,7 +52,7 @@ def block_that_shrinks(result):
     claimed = np.hypot(
         *points[[f"standard_error_{name}" for name in plan]].to_numpy().T
     )
-    if not len(moved) or not _rms(moved) > WORTH_A_WORD * _rms(claimed):
+    if not len(moved) or not _rms(moved) > MIN_REPORTED_RATIO * _rms(claimed):
         return None
     times = factor(_rms(moved) / _rms(claimed))
     worst = printable(points["point_id"].iloc[int(np.argmax(moved))])

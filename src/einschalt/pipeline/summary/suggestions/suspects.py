@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import (
     count,
     length,
@@ -17,7 +17,7 @@ from einschalt.pipeline.summary.suggestion import SIGNIFICANCE, Suggestion
 # a standard error of variance components is itself uncertain, and a difference of a
 # few per cent changes nothing
 LARGE_DIFFERENCE = 4.0
-WORTH_A_WORD = 1.10
+MIN_REPORTED_RATIO = 1.10
 GROSS = 3.0
 OBSERVATION = ["flight", "coverage", "model_id", "point_id"]
 
@@ -209,7 +209,7 @@ def is_wrong(component):
     """Whether an m_g as it was given is far from the one that was estimated."""
     difference = abs(component.estimated - component.given)
     is_significant = difference > LARGE_DIFFERENCE * component.standard_error
-    return is_significant and difference > (WORTH_A_WORD - 1.0) * component.given
+    return is_significant and difference > (MIN_REPORTED_RATIO - 1.0) * component.given
 
 
 def shown_component(component):

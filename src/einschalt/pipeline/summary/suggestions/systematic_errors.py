@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from einschalt.foundations.shown_names import printable
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import length
 from einschalt.pipeline.summary.sections.patterns import ppm
 from einschalt.pipeline.summary.suggestion import Suggestion
 from einschalt.pipeline.summary.suggestions.suspects import has_control_against_block
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
-WORTH_A_WORD = 0.1
+MIN_REPORTED_RATIO = 0.1
 MOST_SHOWN = 3
 
 
@@ -20,7 +20,7 @@ def film_affinity(result):
         for part in result.patterns.affinities
         if part.is_significant
         and not part.is_absorbed
-        and part.bias > WORTH_A_WORD * result.figures.mean_total
+        and part.bias > MIN_REPORTED_RATIO * result.figures.mean_total
     ]
     if not found:
         return None

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.foundations.number_texts import is_number, say_number
+from einschalt.foundations.number_parsing import describe_fault, is_number
 
 MEND = "Give a value or delete the row"
 
@@ -46,13 +46,13 @@ MEND = "Give a value or delete the row"
     ],
 )
 def test_fault_and_remedy(value, found, remedy):
-    said, expected, mend = say_number(value, "metres")
+    said, expected, mend = describe_fault(value, "metres")
     assert said.startswith(found)
     assert (expected, mend) == ("metres", remedy)
 
 
 def test_positive_numbers():
-    assert say_number("-1", "metres", is_positive=True) == (
+    assert describe_fault("-1", "metres", is_positive=True) == (
         "'-1' is not positive",
         "positive metres",
         MEND,

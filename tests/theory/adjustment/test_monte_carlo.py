@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import sparse, stats
 
-from einschalt.theory.adjustment.drawn_errors import (
+from einschalt.theory.adjustment.monte_carlo import (
+    apply_chains,
     draw_errors,
-    moved,
     plan_of,
     tail_of_mean,
     tail_of_squares,
@@ -54,7 +54,7 @@ def test_draws_go_through_the_product_of_the_operators(is_complex):
     }
     sizes = {"control": np.ones(4 // n_axes), "flight": np.ones(8 // n_axes)}
     errors = draw_errors(sizes, n_axes, n_draws=7, seed=4)
-    found = moved(errors, chains)
+    found = apply_chains(errors, chains)
     dense = {
         name: reduce(np.matmul, [part.toarray() for part in parts])
         for name, parts in chains.items()

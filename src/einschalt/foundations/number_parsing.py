@@ -2,7 +2,7 @@
 
 import re
 
-from einschalt.foundations.shown_names import shortened
+from einschalt.foundations.display_names import shortened
 
 LARGEST_NUMBER = 1e30  # nothing measured is larger, and its square is a number
 MOST_BITS = 1000
@@ -11,7 +11,7 @@ MEND = "Give a value or delete the row"
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
 
-def say_number(value, unit, *, is_positive=False):
+def describe_fault(value, unit, *, is_positive=False):
     """Say why a value of a table is no usable number.
 
     Parameters

@@ -2,7 +2,7 @@
 
 import pytest
 
-from einschalt.foundations.shown_names import printable, shortened
+from einschalt.foundations.display_names import printable, shortened
 
 
 def test_long_names_keep_both_ends():

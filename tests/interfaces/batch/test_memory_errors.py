@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.batch.lack_of_memory import lack_of_memory
+from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import said_as_file_error
 
 

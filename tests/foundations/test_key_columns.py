@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.foundations import name_columns
-from einschalt.foundations.name_columns import is_among, row_codes
+from einschalt.foundations import key_columns
+from einschalt.foundations.key_columns import is_among, row_codes
 
 COLUMN = ["0012", "7/8", "12", "7/8", "Ö"]
 
@@ -28,10 +28,10 @@ def codes_by_pandas(*columns):
     return frame.groupby(list(frame.columns), sort=False).ngroup().to_numpy()
 
 
-@pytest.mark.parametrize("largest", [name_columns.LARGEST_CODE, 10])
+@pytest.mark.parametrize("largest", [key_columns.LARGEST_CODE, 10])
 def test_rows_are_told_apart_as_by_pandas(monkeypatch, largest):
     """Also where the codes of all combinations would not fit into an integer."""
-    monkeypatch.setattr(name_columns, "LARGEST_CODE", largest)
+    monkeypatch.setattr(key_columns, "LARGEST_CODE", largest)
     random = np.random.default_rng(2)
     columns = [random.choice(["a", "b", "7/8", ""], size=200) for _ in range(3)]
     codes = row_codes(columns)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
-from einschalt.theory.block_adjustment.design_errors import displacement_by_design
+from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
 from einschalt.theory.block_adjustment.observations import BlockObservations
 
 N_MODELS, ALONG, ACROSS = 40, 5, 5

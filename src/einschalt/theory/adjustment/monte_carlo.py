@@ -42,7 +42,7 @@ def draw_errors(standard_errors, n_axes, *, n_draws, seed):
     return drawn
 
 
-def moved(errors, chains):
+def apply_chains(errors, chains):
     """What errors make of quantities that are linear in them.
 
     Parameters
