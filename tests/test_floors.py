@@ -15,6 +15,7 @@ ROOMS = [
     "densification",
     "assessment",
     "summary",
+    "result",
     "densify",
     "batch",
     "simulation",

@@ -16,6 +16,7 @@ from einschalt.interfaces.files.block_folder import read_block as read_checked_b
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.pipeline import densify as computed
+from einschalt.pipeline import result as results
 from einschalt.pipeline.batch.dask_engine import DaskEngine
 from einschalt.pipeline.batch.local_engine import LocalEngine
 from einschalt.pipeline.block import block as checked
@@ -56,10 +57,10 @@ class SimulatedBlock(simulated.SimulatedBlock, Block):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DensificationResult(computed.DensificationResult):
+class DensificationResult(results.DensificationResult):
     """Densified coordinates of a block, which can be written as a folder.
 
-    Its tables are those of :class:`einschalt.pipeline.densify.DensificationResult`:
+    Its tables are those of :class:`einschalt.pipeline.result.DensificationResult`:
     ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
     """
 
@@ -144,8 +145,9 @@ def densify(block, settings=None, *, progress=None):
             remedy="Write Settings(coverage_mean=…)",
         )
     _require_callable(progress, "the title of a stage and a fraction")
-    result = computed.densify(block, settings, progress=progress)
-    return DensificationResult(**checked.plain_fields(result))
+    return computed.densify(
+        block, settings, progress=progress, kind=DensificationResult
+    )
 
 
 def densify_many(

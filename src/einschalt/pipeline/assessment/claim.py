@@ -157,6 +157,7 @@ class ResidualField:
         return correlogram(self.drawn, self.positions)
 
 
+UNTESTED = Claim((), None, is_assumed=False)
 COVERAGES = "coverage differences"
 COVERAGES_HIGH = "coverage differences, high flight"
 RESIDUALS = "residuals of the low flight"
@@ -177,9 +178,8 @@ def examine_claim(result) -> Claim:
     Claim
     """
     model = result.error_model
-    is_adjusted = result.simultaneous is not None
-    if model is None or is_adjusted or not result.low.fit.redundancy.any():
-        return Claim((), None, is_assumed=False)
+    if model is None or not result.low.fit.redundancy.any():
+        return UNTESTED
     rows = max(model.low.measured.shape[0], 1)
     n_draws = int(np.clip(NUMBERS_AT_ONCE // rows, FEWEST_DRAWS, MOST_DRAWS))
     return _Examination(result, model, n_draws).claim()

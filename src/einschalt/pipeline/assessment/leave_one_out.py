@@ -77,13 +77,12 @@ def leave_out_control(result):
     Returns
     -------
     LeftOutControl or None
-        None in one adjustment, after iteration, without a high flight, or where sizes
-        of errors are not known. Points without which a model is not determined are not
+        None after iteration, without a high flight, or where sizes of errors are not
+        known. Points without which a model is not determined are not
         among them.
     """
     model = result.error_model
-    is_other = result.simultaneous is not None or result.iteration is not None
-    if is_other or model is None or model.high is None:
+    if result.iteration is not None or model is None or model.high is None:
         return None
     parts = _Prediction(result, model)
     if not len(parts.rows):

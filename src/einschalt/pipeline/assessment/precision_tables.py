@@ -1,9 +1,8 @@
 """Tables of precision that a result gives on request.
 
-Sources of error, reliability, neighbours, control points left out, ellipses.
+Sources of error, neighbours, control points left out, ellipses.
 """
 
-from abc import abstractmethod
 from functools import cached_property
 
 import numpy as np
@@ -12,16 +11,8 @@ import pandas as pd
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.pipeline.assessment.leave_one_out import (
-    leave_out_control,
-    left_out_table,
-)
-from einschalt.stages.error_propagation.error_model import model_of_block
-from einschalt.stages.results import Result
-from einschalt.stages.stage4_error_propagation import (
-    obstacle_to_propagation,
-    propagate_model,
-)
+from einschalt.pipeline.assessment.leave_one_out import left_out_table
+from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
 PLANE = ["easting", "northing"]
@@ -35,21 +26,16 @@ NEIGHBOUR_COLUMNS = [
     "standard_error_across",
     "standard_error_if_independent",
 ]
-RELIABILITY_COLUMNS = (
-    *("flight", "coverage", "model_id", "point_id"),
-    *("redundancy_number", "minimal_detectable_bias", "external_reliability"),
-)
 UNKNOWN_SIZE = "nothing checks its orientations, or its heights"
 ELLIPSE_COLUMNS = ["semi_major", "semi_minor", "azimuth_gon", "confidence"]
 
 
-class PrecisionTables(Result):
-    """What follows from the propagated errors of a result.
+class PrecisionTables:
+    """What follows from the propagated errors of a solution.
 
-    It has ``block``, ``settings``, ``points`` and ``errors``; where the errors could
-    not be propagated (``errors`` is None), the tables have no rows. Control points are
-    left out with its ``error_model``. ``high``, ``low`` and ``simultaneous`` are its
-    fits, each of which may be None.
+    It has ``block``, ``settings``, ``points``, ``errors`` and ``left_out_control``;
+    where the errors could not be propagated (``errors`` is None), the tables have no
+    rows.
     """
 
     @cached_property
@@ -69,26 +55,6 @@ class PrecisionTables(Result):
         table = pd.DataFrame({"point_id": self.errors.point_ids, **total, **errors})
         largest = np.argmax(np.column_stack(list(variances.values())), axis=1)
         return table.assign(largest_source=np.array(list(variances))[largest])
-
-    @cached_property
-    def reliability(self):
-        """How large a gross error of each measurement must be to be found, a DataFrame.
-
-        flight, coverage, model_id, point_id, redundancy_number,
-        minimal_detectable_bias, external_reliability (what of an error just below it
-        would stay in the fitted value) [m], per coordinate. In two steps in each model
-        by itself; with ``method = "simultaneous"`` in the whole block.
-        """
-        if self.simultaneous is not None:
-            return self.simultaneous.residuals[list(RELIABILITY_COLUMNS)]
-        fits = {"high_flight": self.high and self.high.transformation}
-        fits["low_flight"] = self.low
-        parts = [
-            fit.reliability.assign(flight=name)
-            for name, fit in fits.items()
-            if fit is not None
-        ]
-        return pd.concat(parts, ignore_index=True)[list(RELIABILITY_COLUMNS)]
 
     @cached_property
     def block_error_sources(self):
@@ -212,28 +178,6 @@ class PrecisionTables(Result):
         return self.errors.covariance_at(places)[:, :2, :2]
 
     @cached_property
-    def errors_of_one_pass(self):
-        """Propagated errors after the first of several passes, or None."""
-        if self.iteration is None or self.errors is None:
-            return None
-        first = self.iteration.passes[0]
-        points = self.model_points
-        model = model_of_block(
-            self.block,
-            points,
-            self.high,
-            first.low,
-            first.means,
-            self.orientation_errors,
-        )
-        return propagate_model(model, first.means)
-
-    @cached_property
-    def left_out_control(self):
-        """Every control point predicted without itself, LeftOutControl or None."""
-        return leave_out_control(self)
-
-    @cached_property
     def control_left_out(self):
         """Control points predicted from all the others, a DataFrame.
 
@@ -288,10 +232,6 @@ class PrecisionTables(Result):
                 f"{obstacle_to_propagation(self.block) or UNKNOWN_SIZE}",
                 expected="control and flights with errors of known size",
             )
-
-    @abstractmethod
-    def summary(self):
-        """Return the result as text."""
 
 
 def _places(point_ids, pairs):

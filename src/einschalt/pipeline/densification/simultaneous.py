@@ -265,7 +265,7 @@ def point_columns(block, flights, adjusted, two_step):
     block : Block
     flights : dict of str to RelativeOrientation
     adjusted : BlockAdjustment
-    two_step : DensificationResult or None
+    two_step : TwoStepSolution or WithoutTwoSteps
 
     Returns
     -------
@@ -299,7 +299,7 @@ def _of_two_steps(point_id, two_step):
         *("easting", "northing"),
         *("standard_error_paper", "standard_error_internal"),
     ]
-    if two_step is None:
+    if not two_step.is_possible:
         return pd.DataFrame(np.nan, index=point_id, columns=names)
     return two_step.points.set_index("point_id")[names].reindex(point_id)
 

@@ -1,0 +1,210 @@
+"""What the measurements of a block say of its solution, each computed once.
+
+An examination computes when it is asked; :func:`einschalt.pipeline.assessment.assess`
+judges what comes out. Each way of densification is examined in its own way.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+
+import pandas as pd
+
+from einschalt.pipeline.assessment.claim import UNTESTED, examine_claim
+from einschalt.pipeline.assessment.leave_one_out import leave_out_control
+from einschalt.pipeline.assessment.precision_tables import PrecisionTables
+from einschalt.pipeline.assessment.systematic_errors import (
+    SystematicPatterns,
+    find_patterns,
+)
+from einschalt.pipeline.assessment.variance_components import (
+    can_tell_components,
+    estimate_components,
+)
+from einschalt.pipeline.block.repeated_pointings import m_g_of_repeated_settings
+from einschalt.pipeline.densification.iteration import assumed_after_iteration
+from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
+from einschalt.pipeline.densification.two_steps import (
+    TwoStepSolution,
+    WithoutTwoSteps,
+)
+from einschalt.stages.error_propagation.error_model import model_of_block
+from einschalt.stages.stage4_error_propagation import propagate_model
+
+RELIABILITY_COLUMNS = [
+    *("flight", "coverage", "model_id", "point_id"),
+    *("redundancy_number", "minimal_detectable_bias", "external_reliability"),
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Examination(PrecisionTables):
+    """What can be asked of a solution, whichever way it was computed.
+
+    Attributes
+    ----------
+    solution : Solution
+    """
+
+    solution: TwoStepSolution | SimultaneousSolution
+
+    block = property(attrgetter("solution.block"))
+    settings = property(attrgetter("solution.settings"))
+    points = property(attrgetter("solution.points"))
+    models = property(attrgetter("solution.models"))
+    residuals = property(attrgetter("solution.residuals"))
+    orientations = property(attrgetter("solution.orientations"))
+    orientation_residuals = property(attrgetter("solution.orientation_residuals"))
+    orientation_errors = property(attrgetter("solution.orientation_errors"))
+    failures = property(attrgetter("solution.failures"))
+    gross_measurements = property(attrgetter("solution.gross_measurements"))
+    figures = property(attrgetter("solution.figures"))
+    approximations = property(attrgetter("solution.approximations"))
+    coverages = property(attrgetter("solution.coverages"))
+
+    @cached_property
+    def repeated_settings(self):
+        """What points that were set several times say of m_g, a DataFrame."""
+        return m_g_of_repeated_settings(self)
+
+
+class TwoStepExamination(Examination):
+    """What can be asked of a solution in two steps."""
+
+    solution: TwoStepSolution
+
+    errors = property(attrgetter("solution.errors"))
+    propagation = property(attrgetter("solution.propagation"))
+    high = property(attrgetter("solution.high"))
+    low = property(attrgetter("solution.low"))
+    means = property(attrgetter("solution.means"))
+    model_points = property(attrgetter("solution.model_points"))
+    iteration = property(attrgetter("solution.iteration"))
+    screening = property(attrgetter("solution.screening"))
+
+    @cached_property
+    def error_model(self):
+        """The model of errors that the figure rests on, ErrorModel or None.
+
+        That of the propagation; without one, a model in which nothing is shared that
+        it cannot know of: given approximate coordinates are independent, orientations
+        without errors. None where sizes of errors are not known.
+        """
+        if self.propagation is not None:
+            return self.propagation
+        return assumed_after_iteration(self.solution)
+
+    @cached_property
+    def errors_of_one_pass(self):
+        """Propagated errors after the first of several passes, or None."""
+        if self.iteration is None or self.errors is None:
+            return None
+        first, found = self.iteration.passes[0], self.solution
+        model = model_of_block(
+            *(found.block, found.model_points, found.high, first.low, first.means),
+            found.orientation_errors,
+        )
+        return propagate_model(model, first.means)
+
+    @cached_property
+    def claim(self):
+        """Tests of the claimed figure against the measurements: Claim."""
+        return examine_claim(self)
+
+    @cached_property
+    def components(self):
+        """Sizes of errors that the measurements show, BlockComponents or None.
+
+        None where the errors cannot be propagated, or the block is too small to tell.
+        """
+        if self.errors is None or not can_tell_components(self):
+            return None
+        first = self.low if self.iteration is None else self.iteration.passes[0].low
+        return estimate_components(self, first)
+
+    @cached_property
+    def patterns(self):
+        """Affinity of film and strain of control: SystematicPatterns."""
+        return find_patterns(self)
+
+    @cached_property
+    def left_out_control(self):
+        """Every control point predicted without itself, LeftOutControl or None."""
+        return leave_out_control(self)
+
+    @cached_property
+    def reliability(self):
+        """How large a gross error must be to be found, in each model by itself."""
+        fits = {"high_flight": self.high and self.high.transformation}
+        fits["low_flight"] = self.low
+        parts = [
+            fit.reliability.assign(flight=name)
+            for name, fit in fits.items()
+            if fit is not None
+        ]
+        return pd.concat(parts, ignore_index=True)[RELIABILITY_COLUMNS]
+
+
+class SimultaneousExamination(Examination):
+    """What can be asked of one adjustment of all models.
+
+    Covariances between its points are not kept: tables that need them have no rows.
+    """
+
+    solution: SimultaneousSolution
+
+    adjustment = property(attrgetter("solution.adjustment"))
+    errors = None
+    left_out_control = None
+    claim = UNTESTED
+
+    @cached_property
+    def two_step(self):
+        """Examination of the same block in two steps."""
+        return examine(self.solution.two_step)
+
+    @property
+    def components(self):
+        """Sizes of errors that the two steps show, BlockComponents or None."""
+        return self.two_step.components
+
+    @property
+    def patterns(self):
+        """Affinity of film and strain of control as the two steps show them."""
+        return self.two_step.patterns
+
+    @property
+    def reliability(self):
+        """How large a gross error must be to be found, in the whole block."""
+        return self.adjustment.residuals[RELIABILITY_COLUMNS]
+
+
+@dataclass(frozen=True, eq=False)
+class NothingExamined:
+    """What can be asked where the two steps are not possible: nothing shows."""
+
+    solution: WithoutTwoSteps
+
+    components = None
+    patterns = SystematicPatterns((), None)
+
+
+EXAMINATIONS = {
+    TwoStepSolution: TwoStepExamination,
+    SimultaneousSolution: SimultaneousExamination,
+    WithoutTwoSteps: NothingExamined,
+}
+
+
+def examine(solution):
+    """Examination of a solution, of the kind that fits the way it was computed.
+
+    Parameters
+    ----------
+    solution : TwoStepSolution, SimultaneousSolution or WithoutTwoSteps
+
+    Returns
+    -------
+    TwoStepExamination, SimultaneousExamination or NothingExamined
+    """
+    return EXAMINATIONS[type(solution)](solution)

@@ -1,0 +1,108 @@
+"""All models of all flights in one adjustment, with the two steps beside it."""
+
+from dataclasses import dataclass, field
+from operator import attrgetter
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.pipeline.densification.figures import adjusted_figures
+from einschalt.pipeline.densification.gross_errors import no_gross_measurements
+from einschalt.pipeline.densification.result_tables import (
+    failures_of,
+    of_oriented_flights,
+    with_roles,
+)
+from einschalt.pipeline.densification.simultaneous import (
+    adjust_flights,
+    distribute_adjusted,
+    point_columns,
+)
+from einschalt.pipeline.densification.solution import Solution
+from einschalt.pipeline.densification.two_steps import (
+    TwoStepSolution,
+    WithoutTwoSteps,
+    solve_in_two_steps,
+)
+from einschalt.stages.simultaneous.adjustment import BlockAdjustment
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimultaneousSolution(Solution):
+    """Points of a block from one adjustment of all its models.
+
+    Attributes
+    ----------
+    adjustment : BlockAdjustment
+        Where points, models and residuals are from.
+    two_step : TwoStepSolution or WithoutTwoSteps
+        The same block in two steps.
+    """
+
+    adjustment: BlockAdjustment
+    two_step: TwoStepSolution | WithoutTwoSteps = field(repr=False)
+
+    single_values = property(attrgetter("two_step.single_values"))
+    approximations = property(attrgetter("two_step.approximations"))
+    coverages = property(attrgetter("two_step.coverages"))
+    iterations = property(attrgetter("two_step.iterations"))
+
+
+def solve_in_one_adjustment(
+    block, settings, flights, report_progress
+) -> SimultaneousSolution:
+    """Densify a block in one adjustment of all models and the control.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    flights : dict of str to RelativeOrientation
+        Every flight of the block after stage 2.
+    report_progress : callable
+        Called with the title of each stage and the fraction that is done.
+
+    Returns
+    -------
+    SimultaneousSolution
+
+    Raises
+    ------
+    GeometryError
+        Nothing of the block can be determined.
+    """
+    two_step = _beside(block, settings, flights, report_progress)
+    report_progress("simultaneous adjustment", 0.97)
+    adjusted = adjust_flights(block, settings, flights)
+    points = point_columns(block, flights, adjusted, two_step)
+    points = with_roles(points, block.control_points)
+    points = distribute_adjusted(block, settings, points)
+    failures = failures_of(
+        [
+            *((name, oriented.failures) for name, oriented in flights.items()),
+            ("", adjusted.failures),
+        ]
+    )
+    return SimultaneousSolution(
+        block=block,
+        settings=settings,
+        points=points,
+        models=adjusted.models,
+        residuals=adjusted.residuals,
+        orientations=of_oriented_flights(flights, "orientations"),
+        orientation_residuals=of_oriented_flights(flights, "residuals"),
+        orientation_errors={name: o.errors for name, o in flights.items()},
+        failures=failures,
+        gross_measurements=no_gross_measurements(),  # all are in the residuals
+        figures=adjusted_figures(adjusted, points, failures),
+        adjustment=adjusted,
+        two_step=two_step,
+    )
+
+
+def _beside(block, settings, flights, report_progress):
+    """The two steps, whose points stand beside the adjusted ones."""
+    # what is distributed in the end are the residuals of the adjustment
+    plain = settings.model_copy(update={"residual_distribution": "none"})
+    try:
+        return solve_in_two_steps(block, plain, flights, report_progress)
+    except GeometryError as error:  # the summary says so, and gives the other way
+        return WithoutTwoSteps(block, str(error))

@@ -1,0 +1,144 @@
+"""Tables of a result, joined from those of its stages and flights."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.stages.results import FAILURE_COLUMNS
+
+LOW = "low_flight"
+HIGH = "high_flight"
+PLAN_AXES = 2
+
+
+def with_roles(points, control_points):
+    """Say which points are new, control or check, and by how much these are missed.
+
+    Parameters
+    ----------
+    points : DataFrame
+    control_points : DataFrame or None
+        Of the block.
+
+    Returns
+    -------
+    DataFrame
+        With ``role`` before ``is_suspect``, and difference_easting,
+        difference_northing [, difference_height] (densified less given) [m].
+    """
+    names = [n for n in ("easting", "northing", "height") if n in points]
+    differences = [f"difference_{name}" for name in names]
+    if control_points is None:
+        points.insert(points.columns.get_loc("is_suspect"), "role", "new")
+        return points.assign(**dict.fromkeys(differences, np.nan))
+    given = control_points.set_index("point_id").reindex(points["point_id"])
+    role = given["role"].fillna("new").to_numpy()
+    points.insert(points.columns.get_loc("is_suspect"), "role", role)
+    for name, difference in zip(names, differences, strict=True):
+        known = given[name].to_numpy() if name in given else np.nan
+        points[difference] = points[name] - known
+    return points
+
+
+def with_standard_errors(points, errors):
+    """Write the propagated errors before those of the paper.
+
+    Parameters
+    ----------
+    points : DataFrame
+    errors : PropagatedErrors or None
+
+    Returns
+    -------
+    DataFrame
+        The same points where nothing was propagated.
+    """
+    if errors is None:
+        return points
+    covariance = errors.covariance
+    place = points.columns.get_loc("standard_error_paper")
+    east, north = covariance[:, 0, 0], covariance[:, 1, 1]
+    columns = {
+        "standard_error_easting": np.sqrt(east),
+        "standard_error_northing": np.sqrt(north),
+        "covariance_en": covariance[:, 0, 1],
+        "standard_error_total": np.sqrt(east + north),
+    }
+    if covariance.shape[1] > PLAN_AXES:
+        columns["standard_error_height"] = np.sqrt(covariance[:, 2, 2])
+    before, after = points.iloc[:, :place], points.iloc[:, place:]
+    return pd.concat([before, pd.DataFrame(columns), after], axis=1)
+
+
+def of_oriented_flights(flights, table):
+    """A table of stage 2 of all flights that were oriented.
+
+    Parameters
+    ----------
+    flights : dict of str to RelativeOrientation
+    table : str
+        orientations or residuals.
+
+    Returns
+    -------
+    DataFrame
+        With ``flight`` in front; no rows where nothing was oriented.
+    """
+    of_flights = {name: getattr(oriented, table) for name, oriented in flights.items()}
+    parts = [part.assign(flight=name) for name, part in of_flights.items() if len(part)]
+    if not parts:
+        empty = next(iter(of_flights.values()))
+        return pd.DataFrame(columns=["flight", *empty.columns])
+    return _flight_first(pd.concat(parts, ignore_index=True))
+
+
+def of_transformed_flights(high, low, table_of):
+    """A table of stage 3 of both flights.
+
+    Parameters
+    ----------
+    high : ApproximateCoordinates or None
+    low : ModelTransformation
+    table_of : callable
+        Gives the table of one ModelTransformation.
+
+    Returns
+    -------
+    DataFrame
+    """
+    parts = [table_of(low).assign(flight=LOW)]
+    if high is not None:
+        parts.insert(0, table_of(high.transformation).assign(flight=HIGH))
+    return _flight_first(pd.concat(parts, ignore_index=True))
+
+
+def models_with_parameters(fit):
+    """Models of a transformation beside their parameters, a DataFrame."""
+    return pd.concat([fit.models, fit.parameters.reset_index(drop=True)], axis=1)
+
+
+def failures_of(parts):
+    """Failures of several stages in one table.
+
+    Parameters
+    ----------
+    parts : iterable of (str, DataFrame)
+        Flight, and the failures of one of its stages.
+
+    Returns
+    -------
+    DataFrame
+        flight, coverage, model_id, stage, reason, remedy.
+    """
+    filled = [
+        table.assign(flight=flight) if flight else table
+        for flight, table in parts
+        if len(table)
+    ]
+    columns = ["flight", *FAILURE_COLUMNS]
+    if not filled:
+        return pd.DataFrame(columns=columns)
+    return pd.concat(filled, ignore_index=True)[columns]
+
+
+def _flight_first(table):
+    return table[["flight", *(name for name in table if name != "flight")]]

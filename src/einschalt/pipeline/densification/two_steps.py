@@ -1,0 +1,259 @@
+"""The two steps of 1971: approximate coordinates, then the low flight onto them."""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from einschalt.pipeline.densification.coverage_screening import (
+    screen_block,
+    with_suspects,
+)
+from einschalt.pipeline.densification.figures import two_step_figures
+from einschalt.pipeline.densification.gross_errors import find_gross_measurements
+from einschalt.pipeline.densification.iteration import (
+    MOVES,
+    Iteration,
+    iterate,
+    iterated_model,
+)
+from einschalt.pipeline.densification.low_flight_fit import fit_low_flight
+from einschalt.pipeline.densification.residual_distribution import distributed
+from einschalt.pipeline.densification.residual_test_weights import (
+    residual_test_weights,
+)
+from einschalt.pipeline.densification.result_tables import (
+    HIGH,
+    LOW,
+    failures_of,
+    models_with_parameters,
+    of_oriented_flights,
+    of_transformed_flights,
+    with_roles,
+    with_standard_errors,
+)
+from einschalt.pipeline.densification.solution import Solution
+from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
+from einschalt.stages.error_propagation.error_model import ErrorModel
+from einschalt.stages.error_propagation.operators import PropagatedErrors
+from einschalt.stages.model_screening import screen_models
+from einschalt.stages.stage1_approximate_coordinates import (
+    ApproximateCoordinates,
+    average_high_flight,
+    transform_high_flight,
+)
+from einschalt.stages.stage3_model_transformation import ModelTransformation
+from einschalt.stages.stage4_error_propagation import (
+    model_of_known_errors,
+    propagate_model,
+)
+from einschalt.stages.stage5_double_coverage import CoverageMean
+
+PLANE_POINT = ["point_id", "easting", "northing"]
+VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TwoStepSolution(Solution):
+    """Points of a block in the two steps of 1971.
+
+    Attributes
+    ----------
+    single_values : DataFrame
+        Every low-flight model's value of every point: coverage, model_id, point_id,
+        easting, northing [, height], m_t, position_u, position_v,
+        standard_error_paper.
+    screening : CoverageScreening
+        What each coverage gives for a point, and how far the coverages differ.
+    approximations : DataFrame
+        point_id, easting, northing [, height], n_models, n_coverages, spread_total.
+    high : ApproximateCoordinates or None
+        Stage 1, with the transformations of the high flight; None where approximate
+        coordinates were given.
+    low : ModelTransformation
+        Stage 3, the transformations of the low flight.
+    means : CoverageMean
+        Stage 5, the means behind the points.
+    model_points : dict of str to DataFrame
+        Of each flight, as they were transformed.
+    errors : PropagatedErrors or None
+        Covariances of the points, and their sources; None where the size of a source
+        of error is not known.
+    propagation : ErrorModel or None
+        Operators behind ``errors``.
+    iteration : Iteration or None
+        Every pass of the low flight; None where it was made only once.
+    """
+
+    single_values: pd.DataFrame
+    screening: CoverageScreening
+    approximations: pd.DataFrame
+    high: ApproximateCoordinates | None
+    low: ModelTransformation
+    means: CoverageMean
+    model_points: dict
+    errors: PropagatedErrors | None
+    propagation: ErrorModel | None
+    iteration: Iteration | None
+
+    is_possible = True
+
+    @property
+    def coverages(self):
+        """Values of the single coverages of a point, DataFrame, see ``screening``."""
+        return self.screening.table
+
+    @property
+    def iterations(self):
+        """How far the points moved in each further pass, a DataFrame; see Iteration."""
+        return no_moves() if self.iteration is None else self.iteration.moves
+
+
+@dataclass(frozen=True, eq=False)
+class WithoutTwoSteps:
+    """A block whose control is too little for the two steps: its tables have no rows.
+
+    Attributes
+    ----------
+    block : Block
+    reason : str
+        Why the two steps are not possible.
+    """
+
+    block: object
+    reason: str
+
+    is_possible = False
+
+    @property
+    def approximations(self):
+        """Approximate points that were given, a DataFrame."""
+        known = self.block.approximate_points
+        return pd.DataFrame(columns=PLANE_POINT) if known is None else known
+
+    @property
+    def single_values(self):
+        """No values, a DataFrame."""
+        return pd.DataFrame(columns=VALUE_COLUMNS)
+
+    @property
+    def coverages(self):
+        """No coverages, a DataFrame."""
+        return pd.DataFrame(columns=COLUMNS).astype({"is_suspect": bool})
+
+    @property
+    def iterations(self):
+        """No passes, a DataFrame."""
+        return no_moves()
+
+
+def no_moves():
+    """Moves of the points where nothing was repeated, a DataFrame without rows."""
+    return pd.DataFrame(columns=MOVES)
+
+
+def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolution:
+    """Densify a block in two steps.
+
+    Parameters
+    ----------
+    block : Block
+    settings : Settings
+    flights : dict of str to RelativeOrientation
+        Every flight of the block after stage 2.
+    report_progress : callable
+        Called with the title of each stage and the fraction that is done.
+
+    Returns
+    -------
+    TwoStepSolution
+
+    Raises
+    ------
+    GeometryError
+        Not one model of a flight could be used.
+    """
+    report_progress("approximate coordinates", 0.3)
+    gross = find_gross_measurements(block, flights, settings)
+    measured = {name: oriented.model_points for name, oriented in flights.items()}
+    high = _high_flight(block, measured, settings, gross.rows)
+    approximations = block.approximate_points if high is None else high.points
+    report_progress("model transformation", 0.5)
+    weights = residual_test_weights(block, flights, high)
+
+    def fit_onto(ground):
+        return fit_low_flight(
+            block, measured[LOW], ground, weights, settings, is_gross=gross.rows[LOW]
+        )
+
+    first = fit_onto(approximations)
+    iteration = iterate(block, first, fit_onto, settings.iterations)
+    last = first if iteration is None else iteration.passes[-1]
+    report_progress("error propagation", 0.9)
+    model = model_of_known_errors(block, flights, high, first)
+    if model is not None:
+        model = iterated_model(block, model, iteration, measured[LOW])
+    errors = None if model is None else propagate_model(model, last.means)
+    screening = screen_block(last.means, errors, settings)
+    points, errors = _final_points(block, settings, last.means, screening, errors)
+    return TwoStepSolution(
+        block=block,
+        settings=settings,
+        points=points,
+        gross_measurements=gross.table,
+        screening=screening,
+        approximations=approximations,
+        high=high,
+        model_points=measured,
+        errors=errors,
+        propagation=model,
+        iteration=iteration,
+        **_of_last_fit(last),
+        **_tables(flights, high, last, points),
+    )
+
+
+def _of_last_fit(last):
+    """What the last fit of the low flight gives."""
+    values = last.values[last.values["easting"].notna()].reset_index(drop=True)
+    return {"low": last.low, "means": last.means, "single_values": values}
+
+
+def _tables(flights, high, last, points):
+    """Tables of all flights together."""
+    low = last.low
+    failures = _failures(flights, high, low)
+    return {
+        "models": of_transformed_flights(high, low, models_with_parameters),
+        "residuals": of_transformed_flights(high, low, lambda fit: fit.residuals),
+        "orientations": of_oriented_flights(flights, "orientations"),
+        "orientation_residuals": of_oriented_flights(flights, "residuals"),
+        "orientation_errors": {name: o.errors for name, o in flights.items()},
+        "failures": failures,
+        "figures": two_step_figures(high, low, last.means, points, failures),
+    }
+
+
+def _high_flight(block, measured, settings, gross):
+    if block.high_flight is None:
+        return None
+    points, is_out = measured[HIGH], gross[HIGH]
+    kind = block.high_flight.transformation
+    fitted = transform_high_flight(points, block.control_points, kind)
+    # five control points cannot spare one: suspects of a model alone are only named
+    named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
+    return average_high_flight(named, points, is_gross=is_out, **settings.averaging)
+
+
+def _final_points(block, settings, means, screening, errors):
+    """Points with roles and standard errors, and errors, after the distribution."""
+    points = with_suspects(means.points, screening)
+    points = with_roles(points, block.control_points)
+    points, errors = distributed(block, settings, points, errors)
+    return with_standard_errors(points, errors), errors
+
+
+def _failures(flights, high, low):
+    parts = [(name, oriented.failures) for name, oriented in flights.items()]
+    if high is not None:
+        parts.append((HIGH, high.failures))
+    return failures_of([*parts, (LOW, low.failures)])

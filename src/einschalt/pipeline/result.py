@@ -1,0 +1,140 @@
+"""The result that users hold: a solution, what was judged of it, and its summary."""
+
+import warnings
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from operator import attrgetter
+from time import perf_counter
+
+from einschalt.pipeline.assessment.examination import examine
+from einschalt.pipeline.assessment.tolerance import with_tolerance
+from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
+from einschalt.pipeline.densification.two_steps import TwoStepSolution
+from einschalt.pipeline.summary.summary import summarize
+from einschalt.stages.results import Result
+
+OF_TWO_STEPS = (
+    *("high", "low", "means", "model_points"),
+    *("propagation", "iteration", "screening"),
+)
+
+
+@dataclass
+class Stopwatch:
+    """Adds up the time of everything that was computed for one result.
+
+    Attributes
+    ----------
+    seconds : float
+    """
+
+    seconds: float = 0.0
+
+    @contextmanager
+    def running(self):
+        """Add the time that is spent inside."""
+        started = perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds += perf_counter() - started
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DensificationResult(Result):
+    """Densified coordinates of a block, with everything that led to them.
+
+    Its tables are those of the solution: ``models``, ``residuals``, ``orientations``,
+    ``orientation_residuals``, ``failures``, ``gross_measurements``, ``figures`` are
+    described in :class:`einschalt.pipeline.densification.solution.Solution`;
+    ``single_values``, ``approximations``, ``coverages``, ``iterations`` in
+    :class:`einschalt.pipeline.densification.two_steps.TwoStepSolution`.
+
+    Attributes
+    ----------
+    solution : TwoStepSolution or SimultaneousSolution
+        What was computed.
+    stopwatch : Stopwatch
+        How long it took; runs again while it is judged.
+    """
+
+    solution: TwoStepSolution | SimultaneousSolution
+    stopwatch: Stopwatch = field(default_factory=Stopwatch)
+
+    block = property(attrgetter("solution.block"))
+    settings = property(attrgetter("solution.settings"))
+    models = property(attrgetter("solution.models"))
+    residuals = property(attrgetter("solution.residuals"))
+    orientations = property(attrgetter("solution.orientations"))
+    orientation_residuals = property(attrgetter("solution.orientation_residuals"))
+    orientation_errors = property(attrgetter("solution.orientation_errors"))
+    failures = property(attrgetter("solution.failures"))
+    gross_measurements = property(attrgetter("solution.gross_measurements"))
+    figures = property(attrgetter("solution.figures"))
+    single_values = property(attrgetter("solution.single_values"))
+    approximations = property(attrgetter("solution.approximations"))
+    coverages = property(attrgetter("solution.coverages"))
+    iterations = property(attrgetter("solution.iterations"))
+
+    errors = property(attrgetter("examination.errors"))
+    claim = property(attrgetter("examination.claim"))
+    components = property(attrgetter("examination.components"))
+    patterns = property(attrgetter("examination.patterns"))
+    repeated_settings = property(attrgetter("examination.repeated_settings"))
+    reliability = property(attrgetter("examination.reliability"))
+    error_sources = property(attrgetter("examination.error_sources"))
+    block_error_sources = property(attrgetter("examination.block_error_sources"))
+    neighbours = property(attrgetter("examination.neighbours"))
+    neighbour_precision = property(attrgetter("examination.neighbour_precision"))
+    covariance_between = property(attrgetter("examination.covariance_between"))
+    left_out_control = property(attrgetter("examination.left_out_control"))
+    control_left_out = property(attrgetter("examination.control_left_out"))
+    ellipses = property(attrgetter("examination.ellipses"))
+    confidence_ellipses = property(attrgetter("examination.confidence_ellipses"))
+
+    @cached_property
+    def examination(self):
+        """What the measurements say of the solution, each part computed when asked."""
+        return examine(self.solution)
+
+    @cached_property
+    def points(self):
+        """Points of the solution, judged where a tolerance is set: DataFrame.
+
+        See :class:`einschalt.pipeline.densification.solution.Solution`; with
+        ``standard_error_checked`` [m] and ``is_within_tolerance`` where a tolerance is
+        set.
+        """
+        return with_tolerance(self.examination)
+
+    @property
+    def simultaneous(self):
+        """BlockAdjustment with ``method = "simultaneous"``, else None."""
+        return getattr(self.solution, "adjustment", None)
+
+    @property
+    def two_step(self):
+        """With ``method = "simultaneous"``: the two steps, where they are possible."""
+        beside = getattr(self.solution, "two_step", None)
+        return beside if beside is not None and beside.is_possible else None
+
+    @property
+    def seconds(self):
+        """Time of everything that was computed, assessment included [s]."""
+        return self.stopwatch.seconds
+
+    def __getattr__(self, name):
+        """Find parts of the two steps where they stood before they had a home."""
+        if name not in OF_TWO_STEPS:
+            message = f"{type(self).__name__!r} object has no attribute {name!r}"
+            raise AttributeError(message)
+        steps = getattr(self.solution, "two_step", self.solution)
+        where = "solution" if steps is self.solution else "solution.two_step"
+        message = f"result.{name} is now result.{where}.{name}"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return getattr(steps, name, None)
+
+    def summary(self):
+        """Return verdict, problems and suggestions, then numbers."""
+        return summarize(self)
