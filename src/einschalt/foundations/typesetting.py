@@ -242,8 +242,16 @@ def at_least(metres):
     return f"{10 * math.ceil(metres / 10.0):d}"
 
 
-def names(ids: Iterable[str], most: int = 5) -> str:
+def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str:
     """Write a list of names, shortened to the first few.
+
+    Parameters
+    ----------
+    ids : iterable of str
+    most : int
+        How many are written.
+    n_all : int, optional
+        How many there are, where ``ids`` are but the first of them.
 
     Examples
     --------
@@ -254,7 +262,7 @@ def names(ids: Iterable[str], most: int = 5) -> str:
     """
     ids = list(ids)
     shown = ", ".join(shortened(name) for name in ids[:most])
-    rest = len(ids) - most
+    rest = (len(ids) if n_all is None else n_all) - most
     return f"{shown} and {rest} more" if rest > 0 else shown
 
 

@@ -7,6 +7,7 @@ from functools import cached_property
 from operator import attrgetter
 from time import perf_counter
 
+from einschalt.pipeline.assessment.assess import assess
 from einschalt.pipeline.assessment.examination import examine
 from einschalt.pipeline.assessment.tolerance import with_tolerance
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
@@ -107,6 +108,12 @@ class DensificationResult(Result):
         set.
         """
         return with_tolerance(self.examination)
+
+    @cached_property
+    def assessment(self):
+        """What is to be thought of the result, judged once: Assessment."""
+        with self.stopwatch.running():
+            return assess(self)
 
     @property
     def simultaneous(self):

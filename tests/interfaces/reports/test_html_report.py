@@ -10,7 +10,7 @@ import pytest
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.pipeline.summary.sections.verdict import verdict_on
+from einschalt.pipeline.summary.verdict import verdict_on
 
 HOSTILE = '<script>alert("x")</script>&\'{{ 7 * 7 }}$\\frac'
 VOID = {"meta", "link", "br", "img", "hr", "input"}

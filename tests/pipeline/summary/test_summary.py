@@ -7,7 +7,7 @@ import pytest
 
 from einschalt.pipeline.summary.sections import flights
 from einschalt.pipeline.summary.sections.precision import too_small
-from einschalt.pipeline.summary.sections.verdict import verdict
+from einschalt.pipeline.summary.verdict import verdict
 from einschalt.pipeline.summary.summary import summarize
 
 # (a) without faults (b) failed models and a blunder (c) approximate points given

@@ -27,7 +27,6 @@ from einschalt.interfaces.reports.map_sheet import (
     round_down,
     svg_of,
 )
-from einschalt.pipeline.summary.suggestions.known_points import claim_column
 
 NEW = "#6b7c85"
 COLOURS = {"control": "#0b4f8a", "check": "#b4430b"}
@@ -89,7 +88,7 @@ def precision_figure(result) -> str:
         An ``<svg>`` element; empty where no new point has a standard error.
     """
     points = _located(result.points)
-    claim = claim_column(result)
+    claim = result.assessment.credible.column
     points = points[(points["role"] == "new") & points[claim].notna()]
     if points.empty:
         return ""

@@ -16,17 +16,10 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
-from einschalt.pipeline.summary import summary
-from einschalt.pipeline.summary.sections import (
-    claim,
-    error_sources,
-    flights,
-    known_points,
-    precision,
-)
-from einschalt.pipeline.summary.sections.verdict import verdict_on
-from einschalt.pipeline.summary.suggestions.catalogue import find_suggestions
-from einschalt.pipeline.summary.suggestions.known_points import claim_column
+from einschalt.pipeline.summary.sections import flights, precision
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
+from einschalt.pipeline.summary.summary import sections
+from einschalt.pipeline.summary.verdict import verdict_on
 
 MOST_MODELS = 500
 WORST_MODELS = 100
@@ -34,7 +27,7 @@ WORST_ORIENTATIONS = 50
 MOST_FAILURES = 200
 MOST_KNOWN_POINTS = 20
 MOST_SPREAD_POINTS = 20
-IN_TEMPLATE = (precision, known_points, flights)
+IN_TEMPLATE = ("precision", "known_points", "flights")
 """Sections that have a place of their own in the page."""
 
 
@@ -65,39 +58,42 @@ def render(result) -> str:
         precision_figure,
     )
 
+    told = result.assessment
+    claimed = told.credible.column
+    set_sections = sections(told)
     return _TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
         sources={
             table: within_block(source)
             for table, source in result.block.sources.items()
         },
-        verdict=verdict_on(result),
+        verdict=verdict_on(told),
         headline=_headline(result),
-        suggestions=find_suggestions(result),
-        precision=precision.section(result),
-        caution=precision.too_small(result),
-        remarks=(precision.what_to_believe(result), *precision.remarks(result)),
-        claim=claim_column(result),
-        differences=known_points.section(result),
-        flights=flights.section(result),
+        suggestions=suggestions_of(told.findings),
+        precision=set_sections["precision"],
+        caution=precision.caution(told.precision),
+        remarks=precision.all_remarks(told.precision, told.credible),
+        claim=claimed,
+        differences=set_sections["known_points"],
+        flights=set_sections["flights"],
         approximations=(
-            *flights.approximations(result),
-            *flights.measured_errors(result),
+            flights.approximation_remark(told.approximations),
+            *flights.measured_error_remarks(told.flights),
         ),
-        orientation_remarks=flights.orientations(result),
+        orientation_remarks=flights.orientation_remarks(told.flights),
         map=Markup(block_map(result)),
         precision_map=Markup(precision_figure(result)),
-        known_points=_known_points(result),
-        spread_points=_spread_points(result),
+        known_points=_known_points(result.points, claimed),
+        spread_points=_spread_points(result.points, claimed),
         models=_models(result),
         orientations=_orientations(result),
-        further=_further_sections(result),
+        further=_further_sections(result, set_sections),
         failures=_failures(result),
         settings=result.settings.model_dump(),
     )
 
 
-def _further_sections(result):
+def _further_sections(result, set_sections):
     """Sections that the page shows one below the other, each with its figure if any."""
     # imported when a report is rendered: matplotlib takes half a second
     from einschalt.interfaces.reports.correlogram_figure import (  # noqa: PLC0415
@@ -107,14 +103,11 @@ def _further_sections(result):
         sources_figure,
     )
 
-    figure_of = {error_sources: sources_figure, claim: correlogram_figure}
+    figure_of = {"error_sources": sources_figure, "claim": correlogram_figure}
     return [
-        (
-            module.section(result),
-            Markup(figure_of[module](result)) if module in figure_of else "",
-        )
-        for module in summary.SECTIONS
-        if module not in IN_TEMPLATE
+        (section, Markup(figure_of[name](result)) if name in figure_of else "")
+        for name, section in set_sections.items()
+        if name not in IN_TEMPLATE
     ]
 
 
@@ -137,9 +130,9 @@ def _headline(result):
     return shown
 
 
-def _known_points(result):
+def _known_points(points, claimed):
     """Differences at control and check points, the largest first."""
-    points = result.points[result.points["role"] != "new"]
+    points = points[points["role"] != "new"]
     miss = np.hypot(points["difference_easting"], points["difference_northing"])
     order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
     shown = points.loc[order]
@@ -148,7 +141,7 @@ def _known_points(result):
         shown["difference_easting"],
         shown["difference_northing"],
         miss.loc[order],
-        shown[claim_column(result)],
+        shown[claimed],
     ]
     # one unit for all four, so that a row can be read across
     unit, texts = length_column(np.concatenate(metres))
@@ -158,12 +151,12 @@ def _known_points(result):
     return Cut(columns, list(rows), _cut(len(points), len(shown), "points", "largest"))
 
 
-def _spread_points(result):
+def _spread_points(points, claim_column):
     """Points whose values lie farthest apart."""
-    points = result.points[result.points["spread_total"].notna()]
+    points = points[points["spread_total"].notna()]
     shown = points.nlargest(MOST_SPREAD_POINTS, "spread_total", keep="first")
     spread = length_column(shown["spread_total"])
-    claimed = length_column(shown[claim_column(result)])
+    claimed = length_column(shown[claim_column])
     columns = (
         "point",
         "role",

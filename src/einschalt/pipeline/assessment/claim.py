@@ -8,7 +8,7 @@ residuals are, whether those of neighbours are alike, what known points are miss
 See docs/theory/claim.md.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -82,18 +82,23 @@ class Claim:
         Empty where no model of errors can be made.
     residuals : ResidualField or None
         Residuals of the low flight, and their draws.
-    is_assumed : bool
-        Whether approximate coordinates are only assumed to be independent, or
-        orientations to be without errors.
+    assumption : {"", "independent_approximations", "perfect_orientations"}
+        What is only assumed: that errors of given approximate coordinates are
+        independent, or that orientations are without errors.
     paper : ClaimTest or None
         Coverage differences against the budget, which takes all values of a point for
         independent. It is no claim where there is a propagated figure.
     """
 
     tests: tuple[ClaimTest, ...]
-    residuals: "ResidualField | None"
-    is_assumed: bool
+    residuals: "ResidualField | None" = field(metadata={"is_plain": False})
+    assumption: str = ""
     paper: ClaimTest | None = None
+
+    @property
+    def is_assumed(self):
+        """Whether the prediction rests on an assumption."""
+        return bool(self.assumption)
 
     @cached_property
     def rejected(self):
@@ -157,7 +162,7 @@ class ResidualField:
         return correlogram(self.drawn, self.positions)
 
 
-UNTESTED = Claim((), None, is_assumed=False)
+UNTESTED = Claim((), None)
 COVERAGES = "coverage differences"
 COVERAGES_HIGH = "coverage differences, high flight"
 RESIDUALS = "residuals of the low flight"
@@ -205,9 +210,15 @@ class _Examination:
         return Claim(
             tuple(test for test in tests if test is not None),
             field,
-            is_assumed=self.model.is_assumed,
+            self._assumption(),
             paper=self._against_paper(),
         )
+
+    def _assumption(self):
+        if not self.model.is_assumed:
+            return ""
+        is_given = self.result.high is None
+        return "independent_approximations" if is_given else "perfect_orientations"
 
     def _against_paper(self):
         differences = coverage_differences(self.result.means).needed().table

@@ -11,12 +11,14 @@ from operator import attrgetter
 import pandas as pd
 
 from einschalt.pipeline.assessment.claim import UNTESTED, examine_claim
+from einschalt.pipeline.assessment.credibility import credible_figure
 from einschalt.pipeline.assessment.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.systematic_errors import (
     SystematicPatterns,
     find_patterns,
 )
+from einschalt.pipeline.assessment.tolerance import checked_figure
 from einschalt.pipeline.assessment.variance_components import (
     can_tell_components,
     estimate_components,
@@ -61,6 +63,16 @@ class Examination(PrecisionTables):
     figures = property(attrgetter("solution.figures"))
     approximations = property(attrgetter("solution.approximations"))
     coverages = property(attrgetter("solution.coverages"))
+
+    @cached_property
+    def credible(self):
+        """The figure to believe, and why: CredibleFigure."""
+        return credible_figure(self)
+
+    @cached_property
+    def checked(self):
+        """The figure that a tolerance is held against: CheckedFigure."""
+        return checked_figure(self)
 
     @cached_property
     def repeated_settings(self):

@@ -174,6 +174,20 @@ class Flight:
         m_g_um = self.m_g_um_of(measured)
         return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
 
+    @property
+    def n_models(self):
+        """Models as they were measured."""
+        return len(self._measured_models[["coverage", "model_id"]].drop_duplicates())
+
+    @property
+    def n_coverages(self):
+        """Coverages as they were measured."""
+        return int(self._measured_models["coverage"].nunique())
+
+    @property
+    def _measured_models(self):
+        return self.models if self.has_images else self.model_points
+
     def model_table(self):
         """Which point lies in which model: coverage, model_id, point_id."""
         if not self.has_images:

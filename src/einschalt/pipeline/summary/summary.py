@@ -1,41 +1,55 @@
 """What print(result) shows: the verdict, problems and suggestions, then the numbers."""
 
 from einschalt.foundations.typesetting import seconds, wrapped
+from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.sections import (
     claim,
     control_strain,
-    distribution,
     error_sources,
     flights,
-    iterations,
     known_points,
     model_deformation,
+    moves,
     neighbours,
     patterns,
     precision,
     repeated_settings,
     tolerance,
 )
-from einschalt.pipeline.summary.sections.verdict import verdict
-from einschalt.pipeline.summary.suggestions.catalogue import find_suggestions
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
+from einschalt.pipeline.summary.verdict import verdict
 
 UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
-SECTIONS = (
-    precision,
-    claim,
-    error_sources,
-    iterations,
-    neighbours,
-    known_points,
-    tolerance,
-    model_deformation,
-    control_strain,
-    distribution,
-    flights,
-    repeated_settings,
-    patterns,
-)
-"""Modules whose ``section(result)`` makes a part of summary.txt, in their order."""
+
+
+def sections(assessment) -> dict[str, Section]:
+    """Set all sections, in their order.
+
+    Parameters
+    ----------
+    assessment : Assessment
+
+    Returns
+    -------
+    dict of str to Section
+        By what they tell of; those without rows have nothing to tell.
+    """
+    told = assessment
+    return {
+        "precision": precision.section(told.precision, told.credible),
+        "claim": claim.section(told.claim),
+        "error_sources": error_sources.section(told.error_sources),
+        "iterations": moves.iterations(told.iterations),
+        "neighbours": neighbours.section(told.neighbours),
+        "known_points": known_points.section(told.known_points),
+        "tolerance": tolerance.section(told.tolerance, told.credible),
+        "deformation": model_deformation.section(told.deformation),
+        "control_strain": control_strain.section(told.control_strain),
+        "distribution": moves.distribution(told.distribution),
+        "flights": flights.section(told.flights, told.approximations),
+        "repeated_settings": repeated_settings.section(told.repeated_settings),
+        "patterns": patterns.section(told.patterns),
+    }
 
 
 def summarize(result) -> str:
@@ -50,15 +64,16 @@ def summarize(result) -> str:
     str
         That of :func:`lasting_summary`, and how long the block took.
     """
-    return f"{lasting_summary(result)}Computed in {seconds(result.seconds)}.\n"
+    text = lasting_summary(result.assessment)
+    return f"{text}Computed in {seconds(result.seconds)}.\n"
 
 
-def lasting_summary(result) -> str:
+def lasting_summary(assessment) -> str:
     """Write the text of summary.txt: the same for every run of a block.
 
     Parameters
     ----------
-    result : DensificationResult
+    assessment : Assessment
 
     Returns
     -------
@@ -66,10 +81,10 @@ def lasting_summary(result) -> str:
         First line the verdict, then "Problems and suggestions", then tables.
     """
     parts = [
-        verdict(result),
-        _suggestions(find_suggestions(result)),
-        *(module.section(result).text() for module in SECTIONS),
-        settings_line(result),
+        verdict(assessment),
+        _suggestions(suggestions_of(assessment.findings)),
+        *(section.text() for section in sections(assessment).values()),
+        settings_line(assessment.block.chosen_settings),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -87,13 +102,8 @@ def _suggestions(suggestions):
     return "\n".join(lines)
 
 
-def settings_line(result) -> str:
+def settings_line(chosen_settings) -> str:
     """Say what settings differ from the defaults."""
-    settings = result.settings
-    chosen = [
-        f"{key}{UNBROKEN}{value}"
-        for key, value in settings.model_dump().items()
-        if value != type(settings).model_fields[key].default
-    ]
+    chosen = [f"{key}{UNBROKEN}{value}" for key, value in chosen_settings]
     said = f"{', '.join(chosen)}, others as by default" if chosen else "all defaults"
     return wrapped(f"Settings: {said}.").replace(UNBROKEN, " = ")

@@ -1,12 +1,16 @@
 """Control points that disagree with the block, each by itself or all together."""
 
+from functools import singledispatch
+
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import lengths, number
-from einschalt.pipeline.summary.sections.claim import probability
-from einschalt.pipeline.summary.sections.section import Section
+from einschalt.pipeline.assessment.facts.control_strain import (
+    DisplacedControlFacts,
+    SuspectControlFacts,
+)
+from einschalt.pipeline.summary.section import NO_SECTION, Section
+from einschalt.pipeline.summary.wording import probability
 
-MOST_SHOWN = 20
-MOST_DISPLACED = 8
 TOGETHER = (
     "The largest of {}, as far as a smooth strain of their network can be estimated; "
     "none has to disagree by itself."
@@ -15,41 +19,48 @@ ASIDE = "They are set aside: the new points do not depend on them."
 STRAIN = "easting, northing: the error of the given coordinates that explains it."
 
 
-def section(result) -> Section:
-    """Size and direction of the contradictions; no rows where there are none."""
-    if (
-        result.simultaneous is None
-        or not result.simultaneous.control["is_suspect"].any()
-    ):
-        return _displaced_together(result.patterns.strain)
-    control = result.simultaneous.control
-    suspects = control[control["is_suspect"]].sort_values("p_value")
-    shown = suspects.head(MOST_SHOWN)
+@singledispatch
+def section(facts) -> Section:
+    """Set size and direction of the contradictions.
+
+    Parameters
+    ----------
+    facts : SuspectControlFacts, DisplacedControlFacts or None
+
+    Returns
+    -------
+    Section
+        Without rows where there are none.
+    """
+    del facts
+    return NO_SECTION
+
+
+@section.register
+def _(facts: SuspectControlFacts) -> Section:
+    shown = facts.suspects
     rows = zip(
-        map(printable, shown["point_id"]),
-        lengths(shown["strain_easting"]),
-        lengths(shown["strain_northing"]),
-        map(number, shown["w"]),
-        map(probability, shown["p_value"]),
+        (printable(point.point_id) for point in shown),
+        lengths([point.easting for point in shown]),
+        lengths([point.northing for point in shown]),
+        (number(point.w) for point in shown),
+        (probability(point.p_value) for point in shown),
         strict=True,
     )
     said = [STRAIN]
-    if suspects["is_set_aside"].any():
+    if facts.is_set_aside:
         said.append(ASIDE)
-    if len(suspects) > len(shown):
-        said.append(f"These are the worst {len(shown)} of {len(suspects)}.")
+    if facts.n_suspects > len(shown):
+        said.append(f"These are the worst {len(shown)} of {facts.n_suspects}.")
     header = ("", "easting", "northing", "w", "p")
     title = "Control points that disagree with the block"
     return Section(title, header, tuple(rows), tuple(said))
 
 
-def _displaced_together(strain):
-    """Control points of a strained network, none of which disagrees by itself."""
+@section.register
+def _(facts: DisplacedControlFacts) -> Section:
+    points, east, north = zip(*facts.displacements, strict=True)
+    rows = zip(map(printable, points), lengths(east), lengths(north), strict=True)
     title = "Control points that are displaced together"
-    header = ("", "easting", "northing")
-    if strain is None or not (strain.is_significant and strain.is_smooth):
-        return Section(title, header, ())
-    shown = strain.displacements.head(MOST_DISPLACED)
-    columns = lengths(shown["easting"]), lengths(shown["northing"])
-    rows = zip(map(printable, shown["point_id"]), *columns, strict=True)
-    return Section(title, header, tuple(rows), (TOGETHER.format(strain.n_control),))
+    said = (TOGETHER.format(facts.n_control),)
+    return Section(title, ("", "easting", "northing"), tuple(rows), said)

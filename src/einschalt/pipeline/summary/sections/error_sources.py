@@ -1,7 +1,7 @@
 """Which source the error of the new points comes from."""
 
 from einschalt.foundations.typesetting import length, lengths
-from einschalt.pipeline.summary.sections.section import Section
+from einschalt.pipeline.summary.section import NO_SECTION, Section
 
 NAMES = {
     "control": "control points",
@@ -12,25 +12,28 @@ NAMES = {
 SMALLEST_SHARE = 0.005
 
 
-def section(result) -> Section:
-    """Say what each source contributes, the largest first; no rows where unknown."""
-    table = result.block_error_sources
-    if table.empty or not table["share"].sum() > 0.0:
-        return Section("", (), ())
-    sizes = table["standard_error_total"].to_numpy(dtype=float)
-    whole = float((sizes**2).sum() ** 0.5)
-    texts = lengths([*sizes, whole])
+def section(facts) -> Section:
+    """Set what each source contributes, the largest first.
+
+    Parameters
+    ----------
+    facts : ErrorSourceFacts or None
+
+    Returns
+    -------
+    Section
+        Without rows where nothing is known.
+    """
+    if facts is None:
+        return NO_SECTION
+    texts = lengths([*(source.total for source in facts.sources), facts.total])
     rows = [
-        (source_name(source), text, share_text(share))
-        for source, text, share in zip(
-            table["source"], texts[:-1], table["share"], strict=True
-        )
+        (source_name(source.source), text, share_text(source.share))
+        for source, text in zip(facts.sources, texts[:-1], strict=True)
     ]
-    # all of the largest but half of it: what better measurements would bring
-    better = (whole**2 - 0.75 * sizes[0] ** 2) ** 0.5
     remark = (
-        f"With half the error of the first ({source_name(table['source'].iloc[0])}) "
-        f"the new points would have {length(better)}."
+        f"With half the error of the first ({source_name(facts.sources[0].source)}) "
+        f"the new points would have {length(facts.total_with_half_the_largest)}."
     )
     return Section(
         "Sources of the error of the new points (total, RMS)",

@@ -1,125 +1,128 @@
 """What each flight measured, and how well its models fit."""
 
-import numpy as np
+import math
 
-from einschalt.foundations.typesetting import count, length, lengths, number, scale
-from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
-from einschalt.pipeline.assessment.image_precision import (
-    common_sigma_0,
-    image_component,
+from einschalt.foundations.typesetting import (
+    count,
+    length,
+    lengths,
+    number,
+    round_by_error,
+    scale,
 )
-from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.suggestions.catalogue import n_models
-from einschalt.pipeline.summary.suggestions.suspects import shown_component
+from einschalt.pipeline.summary.section import Section
 
 
-def section(result) -> Section:
-    """Say what each flight measured, and how well its models fit."""
-    figures = result.figures
-    m_0_of = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
-    m_0 = lengths([m_0_of[name] for name in result.block.flights])
-    m_g = lengths(
-        [
-            ground_from_image_um(flight.m_g_um, flight.scale_number)
-            for flight in result.block.flights.values()
-        ]
-    )
+def section(flights, approximations) -> Section:
+    """Set what each flight measured, and how well its models fit.
+
+    Parameters
+    ----------
+    flights : tuple of FlightFacts
+    approximations : ApproximationFacts
+
+    Returns
+    -------
+    Section
+    """
+    m_0 = lengths([flight.m_0 for flight in flights])
+    m_g = lengths([flight.m_g_ground for flight in flights])
     rows = [
         (
-            name.replace("_", " "),
+            _name(flight),
             scale(flight.scale_number),
             flight.transformation,
-            f"{n_models(flight):d}",
-            _usable(result.models, name),
+            f"{flight.n_models:d}",
+            f"{flight.n_usable:d}",
             f"{number(flight.m_g_um)} µm",
             m_g[place],
             m_0[place],
         )
-        for place, (name, flight) in enumerate(result.block.flights.items())
+        for place, flight in enumerate(flights)
     ]
     header = ("", "scale", "fit", "models", "usable", "m_g", "on ground", "m_0")
-    remarks = (*approximations(result), *orientations(result), *measured_errors(result))
+    remarks = (
+        approximation_remark(approximations),
+        *orientation_remarks(flights),
+        *measured_error_remarks(flights),
+    )
     return Section("Flights (m_g and m_0 are total)", header, tuple(rows), remarks)
 
 
-def _usable(models, flight):
-    is_usable = models["is_usable"].astype(bool)
-    return f"{int((is_usable & (models['flight'] == flight)).sum()):d}"
+def _name(flight):
+    return flight.name.replace("_", " ")
 
 
-def approximations(result) -> tuple[str, ...]:
+def approximation_remark(facts) -> str:
     """Say where the approximate coordinates come from and how good they are."""
-    block, figures = result.block, result.figures
-    if block.high_flight is None:
-        n_points = count(len(block.approximate_points), "point")
-        m_0 = block.approximate_m_0_m
-        said = f"{length(m_0)} (total, as given)" if m_0 else "of unknown precision"
-        return (f"Approximate coordinates: {n_points} given, {said}.",)
-    n_points = count(len(result.approximations), "point")
-    internal = figures.approximation_internal
-    if not np.isfinite(internal):
-        return (f"Approximate coordinates: {n_points} from the high flight.",)
-    said = f"{length(internal)} (total, internal)"
-    return (f"Approximate coordinates: {n_points} from the high flight, {said}.",)
+    n_points = count(facts.n_points, "point")
+    is_known = math.isfinite(facts.total)
+    if facts.is_given:
+        said = f"{length(facts.total)} (total, as given)"
+        said = said if is_known else "of unknown precision"
+        return f"Approximate coordinates: {n_points} given, {said}."
+    if not is_known:
+        return f"Approximate coordinates: {n_points} from the high flight."
+    said = f"{length(facts.total)} (total, internal)"
+    return f"Approximate coordinates: {n_points} from the high flight, {said}."
 
 
-def orientations(result) -> tuple[str, ...]:
+def orientation_remarks(flights) -> tuple[str, ...]:
     """Say how well the models of each flight could be oriented."""
     lines = []
-    for flight, rows in result.orientations.groupby("flight", sort=False):
-        sigma_0 = common_sigma_0(rows)[0]
-        has_images = result.block.flights[flight].has_images
-        observed = "an image coordinate" if has_images else "a y-parallax"
+    for flight in flights:
+        if (found := flight.orientation) is None:
+            continue
+        observed = "an image coordinate" if found.is_from_images else "a y-parallax"
         lines.append(
-            f"Relative orientation, {flight.replace('_', ' ')}: "
-            f"{count(len(rows), 'model')}, sigma_0 {length(sigma_0 * METRES_PER_MM)} "
+            f"Relative orientation, {_name(flight)}: "
+            f"{count(found.n_models, 'model')}, sigma_0 {length(found.sigma_0)} "
             f"of {observed}; it sees y-parallax only."
         )
-        measuring_error = _of_images if has_images else _of_parallaxes
-        lines += measuring_error(flight, rows, result.block)
+        lines += _of_images(flight) if found.is_from_images else _of_parallaxes(flight)
     return tuple(lines)
 
 
-def _of_parallaxes(flight, rows, block):
+def _of_parallaxes(flight):
     """What the errors of y-parallaxes make of m_g, beside the one given."""
-    bent = np.sqrt(np.mean(rows["m_g_orientation_um"].astype(float) ** 2))
-    if not np.isfinite(bent):
+    bent = flight.orientation.m_g_orientation_um
+    if not math.isfinite(bent):
         return []
     return [
         (
-            f"m_g of the {flight.replace('_', ' ')}: given "
-            f"{number(block.flights[flight].m_g_um)}, of which errors of the relative "
-            f"orientation make {number(bent)} µm."
+            f"m_g of the {_name(flight)}: given {number(flight.m_g_um)}, of which "
+            f"errors of the relative orientation make {number(bent)} µm."
         )
     ]
 
 
-def _of_images(flight, rows, block):
+def _of_images(flight):
     """What the residuals say of the image points' m_g, beside the one given."""
-    parts = rows[["m_g_intersection_um", "m_g_orientation_um"]].astype(float) ** 2
-    rays, bent = np.sqrt(parts.mean())
-    shown = image_component(rows, block.flights[flight])
-    if not np.isfinite(shown.estimated):
+    found = flight.orientation
+    if (shown := found.image_points) is None:
         return []
+    rays, bent = found.m_g_intersection_um, found.m_g_orientation_um
     return [
         (
-            f"m_g of the {flight.replace('_', ' ')}: given {number(shown.given)}, the "
-            f"image residuals say {shown_component(shown)} µm for an image point, and "
-            f"so {number(np.hypot(rays, bent))} µm for a model point ({number(rays)} "
-            f"from the rays, {number(bent)} from the orientation)."
+            f"m_g of the {_name(flight)}: given {number(shown.given)}, the "
+            f"image residuals say {component_text(shown)} µm for an image point, and "
+            f"so {number(math.hypot(rays, bent))} µm for a model point "
+            f"({number(rays)} from the rays, {number(bent)} from the orientation)."
         )
     ]
 
 
-def measured_errors(result) -> tuple[str, ...]:
+def measured_error_remarks(flights) -> tuple[str, ...]:
     """Say what m_g of each flight the measurements show."""
-    if result.components is None:
-        return ()
     return tuple(
-        f"m_g of the {flight.replace('_', ' ')}: given {number(component.given)}, "
-        f"the data say {shown_component(component)} µm."
-        for flight, component in (
-            ("high_flight", result.components.high_flight),
-            ("low_flight", result.components.low_flight),
-        )
+        f"m_g of the {_name(flight)}: given {number(flight.shown_m_g.given)}, "
+        f"the data say {component_text(flight.shown_m_g)} µm."
+        for flight in flights
+        if flight.shown_m_g is not None
     )
+
+
+def component_text(component) -> str:
+    """Write an estimated size of errors with its standard error."""
+    value, error = round_by_error(component.estimated, component.standard_error)
+    return f"{value} ± {error}"

@@ -1,9 +1,7 @@
 """How well the coordinates of neighbours agree: the precision of their differences."""
 
-import numpy as np
-
 from einschalt.foundations.typesetting import length, lengths
-from einschalt.pipeline.summary.sections.section import Section
+from einschalt.pipeline.summary.section import NO_SECTION, Section
 
 REMARK = (
     "Neighbours share errors. Their coordinate differences have the first figure; the "
@@ -11,17 +9,23 @@ REMARK = (
 )
 
 
-def section(result) -> Section:
-    """Precision of coordinate differences between neighbours; no rows where unknown."""
-    table = result.neighbours
-    if table.empty:
-        return Section("", (), ())
-    figures = [
-        np.sqrt(np.mean(table[name].to_numpy() ** 2))
-        for name in ("standard_error_total", "standard_error_if_independent")
-    ]
-    distance = length(float(table["distance"].median()))
-    row = ("neighbours", f"{len(table):d}", distance, *lengths(figures))
+def section(facts) -> Section:
+    """Set the precision of coordinate differences between neighbours.
+
+    Parameters
+    ----------
+    facts : NeighbourFacts or None
+
+    Returns
+    -------
+    Section
+        Without rows where nothing is known.
+    """
+    if facts is None:
+        return NO_SECTION
+    figures = lengths([facts.total, facts.total_if_independent])
+    distance = length(facts.median_distance)
+    row = ("neighbours", f"{facts.n_pairs:d}", distance, *figures)
     header = ("", "pairs", "median distance", "propagated", "if independent")
     title = "Coordinate differences between neighbours (total, RMS)"
     return Section(title, header, (row,), (REMARK,))

@@ -1,43 +1,53 @@
 """Affinity of film and strain of the control network: what was looked for and found."""
 
-from einschalt.foundations.typesetting import fixed, length
-from einschalt.pipeline.assessment.systematic_errors import beyond_strain_test
-from einschalt.pipeline.summary.sections.section import Section
+from einschalt.foundations.typesetting import length
+from einschalt.pipeline.assessment.facts.patterns import NoStrainTest
+from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.wording import ppm
 
-PPM = 1e6
 REMARK = (
     "Affinity: by how much x is longer than y in all models of a flight, and the "
     "right angle between them smaller (1 ppm is 1 mm in a km). Strain: errors "
     "that neighbouring control points share; total, RMS."
 )
-NO_STRAIN = (
+BEND = (
     "Strain was not looked for: errors of the orientations bend models, which would "
     "pass for it."
 )
-TOO_LARGE = "Strain was not looked for: the block is too large for it ({})."
-ONE_BY_ONE = 'method = "simultaneous" tests each control point beside them.'
+NO_STRAIN = {
+    NoStrainTest.ORIENTATIONS_BEND: BEND,
+    NoStrainTest.ORIENTATIONS_BEND_WEIGHED: (
+        f'{BEND} method = "simultaneous" tests each control point beside them.'
+    ),
+    NoStrainTest.TOO_LARGE: (
+        "Strain was not looked for: the block is too large for it ({})."
+    ),
+}
 
 
-def section(result) -> Section:
-    """Say what patterns there are; no rows where they could not be tested."""
-    rows = [row for found in result.patterns.affinities for row in _affinity(found)]
-    if result.patterns.strain is not None:
-        rows.append(_strain(result.patterns.strain))
-    title = "Systematic patterns: affinity of film, strain of control"
-    return Section(
-        title, ("", "found", "verdict"), tuple(rows), (REMARK, *_untested(result))
+def section(facts) -> Section:
+    """Set what patterns there are.
+
+    Parameters
+    ----------
+    facts : PatternFacts
+
+    Returns
+    -------
+    Section
+        Without rows where they could not be tested.
+    """
+    found = facts.patterns
+    rows = [row for affinity in found.affinities for row in _affinity(affinity)]
+    if found.strain is not None:
+        rows.append(_strain(found.strain))
+    untested = (
+        (NO_STRAIN[facts.untested].format(facts.size),)
+        if facts.untested is not None
+        else ()
     )
-
-
-def _untested(result):
-    """Say why strain was not looked for."""
-    if result.patterns.strain is not None:
-        return ()
-    if any((result.orientation_errors or {}).values()):
-        is_weighed = not any(f.has_images for f in result.block.flights.values())
-        return (f"{NO_STRAIN} {ONE_BY_ONE}" if is_weighed else NO_STRAIN,)
-    size = beyond_strain_test(result)
-    return (TOO_LARGE.format(size),) if size else ()
+    title = "Systematic patterns: affinity of film, strain of control"
+    return Section(title, ("", "found", "verdict"), tuple(rows), (REMARK, *untested))
 
 
 def _affinity(found):
@@ -49,11 +59,7 @@ def _affinity(found):
     else:
         verdict = f"significant, adds {length(found.bias)}"
     return (
-        (
-            f"{flight}, x against y",
-            ppm(found.stretch, found.stretch_error),
-            verdict,
-        ),
+        (f"{flight}, x against y", ppm(found.stretch, found.stretch_error), verdict),
         (f"{flight}, shear", ppm(found.shear, found.shear_error), ""),
     )
 
@@ -65,14 +71,3 @@ def _strain(found):
     if not found.is_smooth:
         return name, "–", "single points"
     return name, f"{length(found.size)} over {length(found.reach)}", "significant"
-
-
-def ppm(value, error) -> str:
-    """Write a small ratio with its standard error in parts per million.
-
-    Examples
-    --------
-    >>> ppm(1.02e-4, 3.8e-6), ppm(-3e-6, 1.2e-5)
-    ('102 ± 4 ppm', '-3 ± 12 ppm')
-    """
-    return f"{fixed(PPM * value, 0)} ± {fixed(PPM * error, 0)} ppm"

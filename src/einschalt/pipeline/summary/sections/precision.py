@@ -1,16 +1,28 @@
 """Precision of the new points: propagated, after the paper, and internal."""
 
-import numpy as np
+import math
+from functools import singledispatch
 
-from einschalt.foundations.typesetting import length, lengths, number_word
-from einschalt.pipeline.summary.sections import simultaneous_vs_two_step
-from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.sections.verdict import mean_of
-from einschalt.pipeline.summary.suggestions.catalogue import (
-    coverages_of_low_flight,
-    has_credible_propagation,
+from einschalt.foundations.typesetting import (
+    count,
+    length,
+    lengths,
+    names,
+    number,
+    number_word,
 )
+from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.assessment.facts.precision import (
+    Carried,
+    Shared,
+    SimultaneousPrecision,
+    TwoStepPrecision,
+)
+from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.wording import mean_of
 
+TITLE = "Precision of the new points (total, RMS)"
+HEADER = ("", "propagated", "paper", "internal")
 TOTAL = (
     "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
     "is total / √2."
@@ -21,25 +33,35 @@ INTERNAL = (
 )
 HEIGHTS = "Heights are computed; no figure here judges them."
 SINGLE = "single: paper for the value of one model, internal for that of one coverage."
-PROPAGATED = (
-    "propagated: errors of control and of both flights, of the sizes given, carried "
-    "through every stage with their correlations."
-)
-ORIENTED = (
-    "propagated: errors of control and of both flights, of the sizes given, and of the "
-    "orientations, as sigma_0 of all models has them, carried through every stage with "
-    "their correlations."
-)
-FROM_IMAGES = (
-    "propagated: errors of control and of the image points of both flights, of the "
-    "sizes given, carried through relative orientation and every stage; models that "
-    "share a photograph share the errors of its points."
-)
+CARRIED = {
+    Carried.MEASUREMENTS: (
+        "propagated: errors of control and of both flights, of the sizes given, "
+        "carried through every stage with their correlations."
+    ),
+    Carried.ORIENTATIONS: (
+        "propagated: errors of control and of both flights, of the sizes given, and of "
+        "the orientations, as sigma_0 of all models has them, carried through every "
+        "stage with their correlations."
+    ),
+    Carried.IMAGES: (
+        "propagated: errors of control and of the image points of both flights, of the "
+        "sizes given, carried through relative orientation and every stage; models "
+        "that share a photograph share the errors of its points."
+    ),
+}
 PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
-HIGH_SHARED = "the approximate coordinates share the high flight's transformation error"
-GIVEN_SHARED = "neighbouring approximate points share errors, which is not known here"
-MODELS_SHARE = "what a model lacks on its control points, all of its points share"
+SHARED = {
+    Shared.HIGH_FLIGHT: (
+        "the approximate coordinates share the high flight's transformation error"
+    ),
+    Shared.MODEL_CONTROL: (
+        "what a model lacks on its control points, all of its points share"
+    ),
+    Shared.NEIGHBOURS_GIVEN: (
+        "neighbouring approximate points share errors, which is not known here"
+    ),
+}
 BOTH_SHARE = "{} coverages share the approximate coordinates"
 BELIEVE_PROPAGATED = (
     "Believe the propagated figure: it alone counts the errors that points and "
@@ -53,91 +75,227 @@ BELIEVE_NEITHER = (
     "Believe the larger figure as a lower bound: neither of them counts the errors "
     "that points and coverages share."
 )
+BELIEVE = {Reason.PROPAGATED: BELIEVE_PROPAGATED, Reason.CONTRADICTED: BELIEVE_NONE}
+SIMULTANEOUS = (
+    "simultaneous: all models of all flights and the control in one adjustment; errors "
+    "of the sizes given, with their correlations{}."
+)
+ORIENTED = ", and of the orientations, as sigma_0 of all models has them"
+TWO_STEPS = (
+    "two steps: approximate coordinates from the high flight, the low flight onto them "
+    "(two_step_easting, two_step_northing)."
+)
+IMPOSSIBLE = "The two-step way is not possible in this block: too little control."
+UNSTATED = "No standard errors are given: {}."
+SHOWN = "(standard errors that the residuals show)"
+BLIND = "It does not see errors that all models share: look at the model deformation"
 
 
-def section(result) -> Section:
-    """Precision of the new points: single value and mean, each as it is known."""
-    if result.simultaneous is not None:
-        return simultaneous_vs_two_step.section(result)
-    figures = result.figures
-    single = ("single", np.nan, figures.single_paper, figures.single_internal)
-    mean = (
-        mean_of(result),
-        figures.mean_total,
-        figures.mean_paper,
-        figures.mean_internal,
-    )
-    titles, *columns = zip(single, mean, strict=True)
-    header = ("", "propagated", "paper", "internal")
-    shown = [
-        (name, lengths(column))
-        for name, column in zip(header[1:], columns, strict=True)
-        if name != "propagated" or np.isfinite(figures.mean_total)
-    ]
-    rows = zip(titles, *(texts for _, texts in shown), strict=True)
-    return Section(
-        "Precision of the new points (total, RMS)",
-        ("", *(name for name, _ in shown)),
-        tuple(rows) if figures.n_new else (),
-        (what_to_believe(result), too_small(result), *remarks(result)),
-    )
+def section(facts, credible) -> Section:
+    """Set the figures of the new points.
+
+    Parameters
+    ----------
+    facts : TwoStepPrecision or SimultaneousPrecision
+    credible : CredibleFigure
+
+    Returns
+    -------
+    Section
+    """
+    header, rows = table(facts)
+    said = (*_belief(facts, credible), caution(facts), *remarks(facts))
+    return Section(TITLE, header, rows if facts.n_new else (), said)
 
 
-def what_to_believe(result) -> str:
+@singledispatch
+def table(facts):
+    """Header and rows of the figures.
+
+    Parameters
+    ----------
+    facts : TwoStepPrecision or SimultaneousPrecision
+
+    Returns
+    -------
+    header : tuple of str
+    rows : tuple of tuple of str
+    """
+    raise TypeError(type(facts).__name__)
+
+
+@singledispatch
+def caution(facts) -> str:
+    """Say what the figures cannot see.
+
+    Parameters
+    ----------
+    facts : TwoStepPrecision or SimultaneousPrecision
+
+    Returns
+    -------
+    str
+    """
+    raise TypeError(type(facts).__name__)
+
+
+@singledispatch
+def remarks(facts) -> tuple[str, ...]:
+    """Say what the figures mean.
+
+    Parameters
+    ----------
+    facts : TwoStepPrecision or SimultaneousPrecision
+
+    Returns
+    -------
+    tuple of str
+    """
+    raise TypeError(type(facts).__name__)
+
+
+def all_remarks(facts, credible) -> tuple[str, ...]:
+    """Say which figure to believe, and what each means, the kind of error included."""
+    said = (*_belief(facts, credible), TOTAL, *remarks(facts))
+    return tuple(dict.fromkeys(said))
+
+
+@singledispatch
+def _belief(facts, credible):
+    """Which of the figures to believe, and why they differ, where there is a choice."""
+    del facts, credible
+    return ()
+
+
+@_belief.register
+def _(facts: TwoStepPrecision, credible):
+    del facts
+    return (what_to_believe(credible),)
+
+
+def what_to_believe(credible) -> str:
     """Say in one sentence which of the figures to believe, and why they differ."""
-    if np.isnan(result.figures.mean_total):
-        return BELIEVE_NEITHER
-    return BELIEVE_PROPAGATED if has_credible_propagation(result) else BELIEVE_NONE
+    return BELIEVE.get(credible.reason, BELIEVE_NEITHER)
 
 
-def remarks(result) -> tuple[str, ...]:
-    """Say what the figures of precision mean."""
-    if result.simultaneous is not None:
-        return (TOTAL, *simultaneous_vs_two_step.remarks(result))
-    chosen = [TOTAL, PAPER]
-    if np.isfinite(result.figures.mean_total):
-        chosen.insert(1, _propagated(result))
-    if coverages_of_low_flight(result) > 1:
-        chosen.append(INTERNAL)
-        if result.settings.coverage_mean == "all":
-            chosen.append(SINGLE)
-    if "height" in result.points:
-        chosen.append(_heights(result))
-    return tuple(chosen)
+@table.register
+def _(facts: TwoStepPrecision):
+    named = (("single", facts.single), (mean_of(facts.n_coverages), facts.mean))
+    columns = {
+        name: lengths([getattr(f, attribute) for _, f in named])
+        for name, attribute in zip(HEADER[1:], ("total", "paper", "internal"), strict=True)
+        if name != "propagated" or math.isfinite(facts.mean.total)
+    }
+    rows = zip((title for title, _ in named), *columns.values(), strict=True)
+    return ("", *columns), tuple(rows)
 
 
-def _propagated(result):
-    """Say which errors are carried to the points."""
-    if any(flight.has_images for flight in result.block.flights.values()):
-        return FROM_IMAGES
-    is_oriented = result.errors is not None and "orientation" in result.errors.parts
-    return ORIENTED if is_oriented else PROPAGATED
+@caution.register
+def _(facts: TwoStepPrecision):
+    """Say why the paper's figure is too small, as far as that is known here."""
+    n_coverages, shared = facts.n_coverages, SHARED[facts.shared]
+    word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
+    both = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
+    if facts.shared is not Shared.NEIGHBOURS_GIVEN:
+        return TOO_SMALL.format(", and ".join([shared, *both]))
+    if both:
+        return TOO_SMALL.format(f"{both[0]}; more so where {shared}")
+    return f"standard_error_paper is too small where {shared}."
 
 
-def _heights(result):
+@remarks.register
+def _(facts: TwoStepPrecision):
+    said = [TOTAL, PAPER]
+    if facts.carried is not None:
+        said.insert(1, CARRIED[facts.carried])
+    if facts.n_coverages > 1:
+        said.append(INTERNAL)
+        if facts.coverage_mean == "all":
+            said.append(SINGLE)
+    if facts.heights is not None:
+        said.append(_heights(facts.heights))
+    return tuple(said)
+
+
+def _heights(facts):
     """Say how good heights are, where that is known."""
-    points = result.points
-    is_new = points["role"] == "new"
-    if "standard_error_height" not in points or not is_new.any():
+    if math.isnan(facts.total):
         return HEIGHTS
-    size = length(np.sqrt(np.mean(points.loc[is_new, "standard_error_height"] ** 2)))
-    said = f"Heights of the new points: {size} (propagated, RMS"
-    if all(flight.has_images for flight in result.block.flights.values()):
+    said = f"Heights of the new points: {length(facts.total)} (propagated, RMS"
+    if facts.is_from_images:
         return f"{said})."
     return f"{said}; measured heights as the differences of the models show them)."
 
 
-def too_small(result) -> str:
-    """Say why the paper's figure is too small, as far as that is known here."""
-    if result.simultaneous is not None:
-        return simultaneous_vs_two_step.caution(result)
-    n_coverages = coverages_of_low_flight(result)
-    word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
-    shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
-    if result.block.high_flight is not None:
-        return TOO_SMALL.format(", and ".join([HIGH_SHARED, *shared]))
-    if np.isfinite(result.figures.mean_total):
-        return TOO_SMALL.format(", and ".join([MODELS_SHARE, *shared]))
-    if shared:
-        return TOO_SMALL.format(f"{shared[0]}; more so where {GIVEN_SHARED}")
-    return f"standard_error_paper is too small where {GIVEN_SHARED}."
+@table.register
+def _(facts: SimultaneousPrecision):
+    unknown = math.nan
+    rows = [("simultaneous adjustment", facts.total, unknown, unknown)]
+    if (other := facts.two_steps) is not None:
+        rows.append(("two steps", other.total, other.paper, other.internal))
+    titles, *columns = zip(*rows, strict=True)
+    texts = zip(titles, *(lengths(column) for column in columns), strict=True)
+    return HEADER, tuple(texts)
+
+
+@caution.register
+def _(facts: SimultaneousPrecision):
+    """Say what s_0 is, and what it cannot see."""
+    if facts.redundancy <= 0:
+        return "No redundancy: nothing checks the adjustment."
+    return (
+        f"s_0 = {number(facts.s_0)} (redundancy {facts.redundancy}); 1 where the "
+        f"errors are as large as given. {BLIND}."
+    )
+
+
+@remarks.register
+def _(facts: SimultaneousPrecision):
+    """Say what the figures mean, and how far apart the two ways are."""
+    said = [
+        SIMULTANEOUS.format(ORIENTED if facts.is_oriented else ""),
+        *_estimated(facts),
+        *_adjusted_heights(facts),
+        *_two_ways(facts),
+    ]
+    if facts.unstated:
+        said.append(UNSTATED.format(facts.unstated))
+    return tuple(said)
+
+
+def _estimated(facts):
+    """Sizes of errors with which the block was adjusted, where they were estimated."""
+    if facts.estimated is None:
+        return ()
+    sizes = [f"{name.replace('_', ' ')} {length(s)}" for name, s in facts.estimated]
+    return (f"Errors of one coordinate {SHOWN}: {', '.join(sizes) or 'none'}.",)
+
+
+def _adjusted_heights(facts):
+    """How good the heights of spatial models are, and from where that is known."""
+    if facts.heights is None:
+        return ()
+    said = []
+    if not math.isnan(facts.heights.total):
+        size = length(facts.heights.total)
+        said.append(f"Heights of the new points: {size} (propagated, RMS).")
+    flights = [f"{n.replace('_', ' ')} {length(s)}" for n, s in facts.height_errors]
+    said.append(f"Measured heights: {', '.join(flights)} {SHOWN}.")
+    if facts.n_centres:
+        said.append(
+            f"Projection centres of {count(facts.n_centres, 'photograph')} tie the "
+            "models as well, with errors that the residuals show."
+        )
+    return tuple(said)
+
+
+def _two_ways(facts):
+    if facts.two_steps is None:
+        return (IMPOSSIBLE,)
+    if (apart := facts.comparison) is None:
+        return (TWO_STEPS,)
+    return (
+        TWO_STEPS,
+        f"The two ways differ by {length(apart.rms)} (total, RMS), "
+        f"most at {names([apart.worst])}: {length(apart.largest)}.",
+    )

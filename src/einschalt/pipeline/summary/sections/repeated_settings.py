@@ -1,41 +1,51 @@
 """Points that were set several times: m_g of their settings beside the given one."""
 
-import numpy as np
-
-from einschalt.foundations.typesetting import number
-from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.suggestions.suspects import shown_settings
-from einschalt.theory.measuring_error import m_g_of_mean
+from einschalt.foundations.typesetting import number, round_by_error
+from einschalt.pipeline.summary.section import Section
 
 SETTING_ALONE = (
     "Settings see the setting alone, not film, lens and model: a smaller figure than "
     "the given m_g is to be expected. A mean of k settings is taken to have m_g / √k."
 )
-
 REST = (
     "In the {}, if the rest of the given m_g is film, lens and model, a mean of {:.3g} "
     "settings has {} µm and not {}; m_g_um = {} makes it so."
 )
 
 
-def section(result) -> Section:
-    """Say what repeated settings show; no rows where nothing was set twice."""
-    rows = [
+def section(flights) -> Section:
+    """Set what repeated settings show.
+
+    Parameters
+    ----------
+    flights : tuple of RepeatedSettingFacts
+
+    Returns
+    -------
+    Section
+        Without rows where nothing was set twice.
+    """
+    rows = tuple(
         (
             flight.flight.replace("_", " "),
             f"{flight.n_points:d}",
-            f"{flight.n_settings:.0f}",
+            f"{flight.n_settings:d}",
             f"{number(flight.m_g_um)} µm",
-            f"{shown_settings(flight)} µm",
+            f"{settings_text(flight)} µm",
             _verdict(flight),
         )
-        for flight in result.repeated_settings.itertuples()
-    ]
+        for flight in flights
+    )
     header = ("", "points", "settings", "m_g given", "from settings", "verdict")
     title = "Repeated settings (m_g of one setting, total)"
-    smaller = result.repeated_settings.query("is_smaller").itertuples()
-    remarks = (SETTING_ALONE, *map(_rest, smaller))
-    return Section(title, header, tuple(rows), remarks)
+    rests = (_rest(flight) for flight in flights if flight.is_smaller)
+    return Section(title, header, rows, (SETTING_ALONE, *rests))
+
+
+def settings_text(flight) -> str:
+    """Write m_g from repeated settings with its standard error."""
+    value, error = round_by_error(flight.m_g_settings_um, flight.standard_error_um)
+    return f"{value} ± {error}"
 
 
 def _verdict(flight):
@@ -46,8 +56,10 @@ def _verdict(flight):
 
 def _rest(flight):
     """What a mean of settings has where these explain but a part of m_g."""
-    k = flight.n_settings / flight.n_points
-    averaged = flight.m_g_settings_um**2 * (1.0 - 1.0 / k)
-    mean = np.sqrt(flight.m_g_um**2 - averaged)
-    sizes = mean, m_g_of_mean(flight.m_g_um, k), mean * np.sqrt(k)
-    return REST.format(flight.flight.replace("_", " "), k, *map(number, sizes))
+    sizes = (
+        flight.mean_if_rest_is_model_um,
+        flight.mean_as_taken_um,
+        flight.m_g_that_makes_it_so_um,
+    )
+    name = flight.flight.replace("_", " ")
+    return REST.format(name, flight.settings_each, *map(number, sizes))

@@ -10,7 +10,7 @@ from einschalt.foundations.typesetting import (
     number,
 )
 from einschalt.pipeline.densification.simultaneous import unknown_error
-from einschalt.pipeline.summary.sections.section import Section
+from einschalt.pipeline.summary.section import Section
 
 SIMULTANEOUS = (
     "simultaneous: all models of all flights and the control in one adjustment; errors "

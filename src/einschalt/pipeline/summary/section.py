@@ -30,3 +30,6 @@ class Section(NamedTuple):
         lines = [self.title, table(self.rows, header=self.header)]
         lines += [wrapped(remark, first="  ", indent="    ") for remark in self.remarks]
         return "\n".join(lines)
+
+
+NO_SECTION = Section("", (), ())

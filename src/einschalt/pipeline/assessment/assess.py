@@ -1,0 +1,179 @@
+"""What is to be thought of a result: judged once, told by others."""
+
+from dataclasses import dataclass
+from functools import singledispatch
+
+from einschalt.pipeline.assessment.catalogue import (
+    SIMULTANEOUS,
+    TWO_STEP,
+    findings_of,
+)
+from einschalt.pipeline.assessment.claim import Claim
+from einschalt.pipeline.assessment.credibility import CredibleFigure
+from einschalt.pipeline.assessment.examination import (
+    SimultaneousExamination,
+    TwoStepExamination,
+)
+from einschalt.pipeline.assessment.facts.block import BlockFacts, block_facts
+from einschalt.pipeline.assessment.facts.control_strain import (
+    DisplacedControlFacts,
+    SuspectControlFacts,
+    displaced_control_facts,
+    suspect_control_facts,
+)
+from einschalt.pipeline.assessment.facts.flights import (
+    ApproximationFacts,
+    FlightFacts,
+    approximation_facts,
+    flight_facts,
+)
+from einschalt.pipeline.assessment.facts.known_points import (
+    KnownPointFacts,
+    known_point_facts,
+)
+from einschalt.pipeline.assessment.facts.model_deformation import (
+    DeformationFacts,
+    deformation_facts,
+)
+from einschalt.pipeline.assessment.facts.moves import (
+    DistributionFacts,
+    IterationFacts,
+    distribution_facts,
+    iteration_facts,
+)
+from einschalt.pipeline.assessment.facts.patterns import PatternFacts, pattern_facts
+from einschalt.pipeline.assessment.facts.precision import (
+    SimultaneousPrecision,
+    TwoStepPrecision,
+    simultaneous_precision,
+    two_step_precision,
+)
+from einschalt.pipeline.assessment.facts.precision_of_points import (
+    ErrorSourceFacts,
+    NeighbourFacts,
+    error_source_facts,
+    neighbour_facts,
+)
+from einschalt.pipeline.assessment.facts.repeated_settings import (
+    RepeatedSettingFacts,
+    repeated_setting_facts,
+)
+from einschalt.pipeline.assessment.facts.tolerance import (
+    ToleranceFacts,
+    tolerance_facts,
+)
+from einschalt.pipeline.assessment.finding import Finding
+from einschalt.pipeline.assessment.plain_values import plain
+from einschalt.pipeline.assessment.tolerance import tolerance_of
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """Everything that is to be known of a result besides its tables.
+
+    Attributes
+    ----------
+    block : BlockFacts
+    findings : tuple of Finding
+        The gravest first.
+    credible : CredibleFigure
+        The figure to believe, and why.
+    precision : TwoStepPrecision or SimultaneousPrecision
+        All figures of the new points.
+    claim : Claim
+        Tests of the stated precision against the measurements.
+    known_points : KnownPointFacts
+    flights : tuple of FlightFacts
+    approximations : ApproximationFacts
+    repeated_settings : tuple of RepeatedSettingFacts
+    patterns : PatternFacts
+    error_sources : ErrorSourceFacts or None
+    neighbours : NeighbourFacts or None
+    iterations : IterationFacts or None
+    distribution : DistributionFacts or None
+    tolerance : ToleranceFacts or None
+    deformation : DeformationFacts or None
+    control_strain : SuspectControlFacts, DisplacedControlFacts or None
+        None where it was not asked for, or nothing shows.
+    """
+
+    block: BlockFacts
+    findings: tuple[Finding, ...]
+    credible: CredibleFigure
+    precision: TwoStepPrecision | SimultaneousPrecision
+    claim: Claim
+    known_points: KnownPointFacts
+    flights: tuple[FlightFacts, ...]
+    approximations: ApproximationFacts
+    repeated_settings: tuple[RepeatedSettingFacts, ...]
+    patterns: PatternFacts
+    error_sources: ErrorSourceFacts | None
+    neighbours: NeighbourFacts | None
+    iterations: IterationFacts | None
+    distribution: DistributionFacts | None
+    tolerance: ToleranceFacts | None
+    deformation: DeformationFacts | None
+    control_strain: SuspectControlFacts | DisplacedControlFacts | None
+
+    def to_dict(self) -> dict:
+        """Everything in plain values, as it is written to assessment.json."""
+        return plain(self)
+
+
+def assess(result) -> Assessment:
+    """Judge a result.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    Assessment
+    """
+    examined = result.examination
+    return Assessment(
+        block=block_facts(examined),
+        credible=examined.credible,
+        claim=examined.claim,
+        known_points=known_point_facts(examined),
+        flights=flight_facts(examined),
+        approximations=approximation_facts(examined),
+        repeated_settings=repeated_setting_facts(examined),
+        patterns=pattern_facts(examined),
+        error_sources=error_source_facts(examined),
+        neighbours=neighbour_facts(examined),
+        distribution=distribution_facts(examined),
+        tolerance=tolerance_facts(
+            result.points, tolerance_of(examined.settings), examined.checked
+        ),
+        **_of_its_way(examined),
+    )
+
+
+@singledispatch
+def _of_its_way(examined):
+    """What is judged of one way of densification only, or of each in its own way."""
+    raise TypeError(type(examined).__name__)
+
+
+@_of_its_way.register
+def _(examined: TwoStepExamination):
+    return {
+        "findings": findings_of(examined, TWO_STEP),
+        "precision": two_step_precision(examined),
+        "iterations": iteration_facts(examined),
+        "deformation": None,
+        "control_strain": displaced_control_facts(examined),
+    }
+
+
+@_of_its_way.register
+def _(examined: SimultaneousExamination):
+    return {
+        "findings": findings_of(examined, SIMULTANEOUS),
+        "precision": simultaneous_precision(examined),
+        "iterations": None,
+        "deformation": deformation_facts(examined),
+        "control_strain": suspect_control_facts(examined),
+    }

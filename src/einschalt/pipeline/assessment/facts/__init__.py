@@ -1,0 +1,1 @@
+"""What each section of a summary shows, in numbers and names."""

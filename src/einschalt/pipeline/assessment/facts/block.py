@@ -1,0 +1,53 @@
+"""The block that was densified, and with which settings."""
+
+from dataclasses import dataclass
+from typing import Any
+
+MODEL = ["flight", "coverage", "model_id"]
+
+
+@dataclass(frozen=True)
+class BlockFacts:
+    """A block by name, size and settings.
+
+    Attributes
+    ----------
+    name : str
+    crs : str or None
+    n_models, n_failed_models : int
+        Of all flights.
+    chosen_settings : tuple of (str, value)
+        Settings that differ from the defaults.
+    """
+
+    name: str
+    crs: str | None
+    n_models: int
+    n_failed_models: int
+    chosen_settings: tuple[tuple[str, Any], ...]
+
+
+def block_facts(examined) -> BlockFacts:
+    """Collect what identifies the block and its computation.
+
+    Parameters
+    ----------
+    examined : Examination
+
+    Returns
+    -------
+    BlockFacts
+    """
+    block, settings = examined.block, examined.settings
+    fields = type(settings).model_fields
+    return BlockFacts(
+        name=block.name,
+        crs=block.crs,
+        n_models=sum(flight.n_models for flight in block.flights.values()),
+        n_failed_models=len(examined.failures[MODEL].drop_duplicates()),
+        chosen_settings=tuple(
+            (name, value)
+            for name, value in settings.model_dump().items()
+            if value != fields[name].default
+        ),
+    )

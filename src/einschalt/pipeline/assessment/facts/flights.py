@@ -1,0 +1,159 @@
+"""What each flight measured, how well its models fit, and what m_g the data show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
+from einschalt.pipeline.assessment.image_precision import (
+    common_sigma_0,
+    image_component,
+)
+from einschalt.pipeline.assessment.variance_components import Component
+
+
+@dataclass(frozen=True)
+class OrientationFacts:
+    """The relative orientations of one flight.
+
+    Attributes
+    ----------
+    n_models : int
+    sigma_0 : float
+        Of one observation, all models together [m in the image]; NaN without
+        redundancy.
+    is_from_images : bool
+    image_points : Component or None
+        m_g of the image points as given, and as their residuals show it; None where
+        the flight has none, or they have no redundancy.
+    m_g_intersection_um, m_g_orientation_um : float
+        What intersection and orientation make of m_g, RMS over the models; NaN where
+        unknown.
+    """
+
+    n_models: int
+    sigma_0: float
+    is_from_images: bool
+    image_points: Component | None
+    m_g_intersection_um: float
+    m_g_orientation_um: float
+
+
+@dataclass(frozen=True)
+class FlightFacts:
+    """One flight.
+
+    Attributes
+    ----------
+    name : str
+    scale_number : float
+    transformation : str
+    n_models, n_usable : int
+    m_g_um, m_g_ground : float
+        As given, TOTAL [µm in the image; m].
+    m_0 : float
+        Of all models together, TOTAL [m].
+    orientation : OrientationFacts or None
+        None where nothing was oriented.
+    shown_m_g : Component or None
+        m_g as given and as the measurements of both flights show it [µm].
+    """
+
+    name: str
+    scale_number: float
+    transformation: str
+    n_models: int
+    n_usable: int
+    m_g_um: float
+    m_g_ground: float
+    m_0: float
+    orientation: OrientationFacts | None
+    shown_m_g: Component | None
+
+
+@dataclass(frozen=True)
+class ApproximationFacts:
+    """Where the approximate coordinates come from, and how good they are.
+
+    Attributes
+    ----------
+    n_points : int
+    is_given : bool
+        Whether they were given, not computed from a high flight.
+    total : float
+        As stated, or from the differences of the coverages, TOTAL [m]; NaN where
+        unknown.
+    """
+
+    n_points: int
+    is_given: bool
+    total: float
+
+
+def flight_facts(examined) -> tuple[FlightFacts, ...]:
+    """Collect the facts of every flight.
+
+    Parameters
+    ----------
+    examined : Examination
+
+    Returns
+    -------
+    tuple of FlightFacts
+    """
+    figures, components = examined.figures, examined.components
+    m_0 = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
+    is_usable = examined.models["is_usable"].astype(bool)
+    usable = examined.models.loc[is_usable, "flight"].value_counts()
+    return tuple(
+        FlightFacts(
+            name=name,
+            scale_number=float(flight.scale_number),
+            transformation=flight.transformation,
+            n_models=flight.n_models,
+            n_usable=int(usable.get(name, 0)),
+            m_g_um=float(flight.m_g_um),
+            m_g_ground=float(ground_from_image_um(flight.m_g_um, flight.scale_number)),
+            m_0=float(m_0[name]),
+            orientation=_orientation(examined.orientations, name, flight),
+            shown_m_g=getattr(components, name, None),
+        )
+        for name, flight in examined.block.flights.items()
+    )
+
+
+def _orientation(orientations, name, flight):
+    rows = orientations[orientations["flight"] == name]
+    if rows.empty:
+        return None
+    m_g = rows[["m_g_intersection_um", "m_g_orientation_um"]].astype(float)
+    rays, bent = np.sqrt((m_g**2).mean())
+    shown = image_component(rows, flight) if flight.has_images else None
+    is_known = shown is not None and np.isfinite(shown.estimated)
+    return OrientationFacts(
+        n_models=len(rows),
+        sigma_0=float(common_sigma_0(rows)[0] * METRES_PER_MM),
+        is_from_images=flight.has_images,
+        image_points=shown if is_known else None,
+        m_g_intersection_um=float(rays),
+        m_g_orientation_um=float(bent),
+    )
+
+
+def approximation_facts(examined) -> ApproximationFacts:
+    """Say where the approximate coordinates come from and how good they are.
+
+    Parameters
+    ----------
+    examined : Examination
+
+    Returns
+    -------
+    ApproximationFacts
+    """
+    block = examined.block
+    if block.high_flight is None:
+        stated = block.approximate_m_0_m or np.nan
+        return ApproximationFacts(len(block.approximate_points), True, float(stated))
+    internal = examined.figures.approximation_internal
+    return ApproximationFacts(len(examined.approximations), False, float(internal))

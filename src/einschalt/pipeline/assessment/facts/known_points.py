@@ -1,0 +1,82 @@
+"""Densified minus given coordinates at the known points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.pipeline.assessment.claim import LEFT_OUT
+
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class LeftOutFacts:
+    """Control points, each predicted from all the others.
+
+    Attributes
+    ----------
+    normalized_square : float
+        Mean of the squares over what the standard errors let expect.
+    worst : tuple of str
+        Names, the one of the smallest probability first.
+    largest : float
+        Difference at the first of them, TOTAL [m].
+    """
+
+    normalized_square: float
+    worst: tuple[str, ...]
+    largest: float
+
+
+@dataclass(frozen=True)
+class KnownPointFacts:
+    """Differences at the known points.
+
+    Attributes
+    ----------
+    differences : tuple of (str, int, float)
+        What was compared, number of points, root mean square, TOTAL [m].
+    left_out : LeftOutFacts or None
+        None where no control point could be left out.
+    """
+
+    differences: tuple[tuple[str, int, float], ...]
+    left_out: LeftOutFacts | None
+
+
+def known_point_facts(examined) -> KnownPointFacts:
+    """Collect the differences at control and check points.
+
+    Parameters
+    ----------
+    examined : Examination
+
+    Returns
+    -------
+    KnownPointFacts
+    """
+    figures, left_out = examined.figures, examined.control_left_out
+    rms = float(np.sqrt(np.mean(_total(left_out) ** 2))) if len(left_out) else 0.0
+    rows = (
+        ("control points", figures.n_control, figures.control_rms),
+        (LEFT_OUT, len(left_out), rms),
+        ("check points", figures.n_check, figures.check_rms),
+    )
+    return KnownPointFacts(tuple(row for row in rows if row[1]), _left_out(examined))
+
+
+def _left_out(examined):
+    table = examined.control_left_out
+    if table.empty:
+        return None
+    worst = table.sort_values("p_value", kind="stable").head(MOST_NAMED)
+    return LeftOutFacts(
+        float(examined.left_out_control.normalized_square),
+        tuple(worst["point_id"]),
+        float(_total(worst)[0]),
+    )
+
+
+def _total(table):
+    differences = table[["difference_easting", "difference_northing"]]
+    return np.sqrt(np.sum(differences.to_numpy(dtype=float) ** 2, axis=1))

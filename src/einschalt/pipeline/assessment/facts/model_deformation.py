@@ -1,0 +1,132 @@
+"""Deformations that all models of a flight share, and which way to believe."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+LEAST_CHECK = 8
+CLEARLY = 1.25
+
+
+class Belief(StrEnum):
+    """Which of the two ways to believe, and why."""
+
+    CHECK_POINTS_SIMULTANEOUS = "check points agree with the simultaneous adjustment"
+    CHECK_POINTS_TWO_STEPS = "check points agree with the two steps"
+    DEFORMATION_LEFT = "a deformation was found and is not modelled"
+    MODELS_DIFFER = "models are deformed each in its own way"
+    DEFORMATION_MODELLED = "a deformation is modelled and nothing is left"
+    UNTESTED = "too little redundancy to test for deformation"
+    NO_DEFORMATION = "no deformation shows"
+
+
+@dataclass(frozen=True)
+class FlightDeformation:
+    """The deformation that the models of one flight share.
+
+    Attributes
+    ----------
+    flight : str
+    p_value : float
+    size_middle, size_edge : float
+        TOTAL, RMS [m].
+    is_modelled : bool
+    neighbour_correlation : float
+        Of residuals of neighbouring points in a model, after what was modelled.
+    """
+
+    flight: str
+    p_value: float
+    size_middle: float
+    size_edge: float
+    is_modelled: bool
+    neighbour_correlation: float
+
+
+@dataclass(frozen=True)
+class DeformationFacts:
+    """What was tested and modelled.
+
+    Attributes
+    ----------
+    flights : tuple of FlightDeformation
+    belief : Belief
+    check_rms_simultaneous, check_rms_two_steps : float
+        Differences at the check points that both ways have, TOTAL [m]; NaN with too
+        few of them.
+    """
+
+    flights: tuple[FlightDeformation, ...]
+    belief: Belief
+    check_rms_simultaneous: float
+    check_rms_two_steps: float
+
+
+def deformation_facts(examined) -> DeformationFacts | None:
+    """Judge the deformations of the models, and which of the two ways to believe.
+
+    Check points decide where there are enough of them; otherwise what the residuals
+    show of deformation.
+
+    Parameters
+    ----------
+    examined : SimultaneousExamination
+
+    Returns
+    -------
+    DeformationFacts or None
+        None where nothing was tested.
+    """
+    found = examined.adjustment.deformations
+    if found.empty:
+        return None
+    columns = ("flight", "p_value", "size_middle", "size_edge", "is_modelled")
+    rows = zip(
+        *(found[name] for name in columns), found["neighbour_correlation"], strict=True
+    )
+    flights = tuple(
+        FlightDeformation(
+            name, float(p), float(middle), float(edge), bool(modelled), float(alike)
+        )
+        for name, p, middle, edge, modelled, alike in rows
+    )
+    rms = _check_rms(examined)
+    return DeformationFacts(flights, _belief(found, *rms), *rms)
+
+
+def _belief(found, simultaneous, two_steps):
+    ratio = simultaneous / two_steps
+    if max(ratio, 1.0 / ratio) > CLEARLY:
+        is_better = simultaneous < two_steps
+        return (
+            Belief.CHECK_POINTS_SIMULTANEOUS
+            if is_better
+            else Belief.CHECK_POINTS_TWO_STEPS
+        )
+    if (found["is_detected"] & ~found["is_modelled"]).any():
+        return Belief.DEFORMATION_LEFT
+    if found["is_alike"].any():
+        return Belief.MODELS_DIFFER
+    if found["is_modelled"].any():
+        return Belief.DEFORMATION_MODELLED
+    if found["p_value"].isna().all():
+        return Belief.UNTESTED
+    return Belief.NO_DEFORMATION
+
+
+def _check_rms(examined):
+    """RMS at the check points, simultaneous and in two steps; NaN with too few."""
+    beside = examined.solution.two_step
+    if not beside.is_possible:
+        return np.nan, np.nan
+    one, two = (_squares(points) for points in (examined.points, beside.points))
+    one, two = one.align(two, join="inner")
+    if len(one) < LEAST_CHECK:
+        return np.nan, np.nan
+    return float(np.sqrt(one.mean())), float(np.sqrt(two.mean()))
+
+
+def _squares(points):
+    check = points[points["role"] == "check"].set_index("point_id")
+    return check["difference_easting"] ** 2 + check["difference_northing"] ** 2

@@ -1,0 +1,80 @@
+"""Points that were set several times: m_g of their settings beside the given one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.theory.measuring_error import m_g_of_mean
+
+
+@dataclass(frozen=True)
+class RepeatedSettingFacts:
+    """What the repeated settings of one flight show; m_g TOTAL [µm].
+
+    Attributes
+    ----------
+    flight : str
+    n_points, n_settings : int
+    m_g_um : float
+        As given, of one setting.
+    m_g_settings_um, standard_error_um : float
+        From the settings.
+    is_larger, is_smaller : bool
+        Whether chance does not explain the difference.
+    settings_each : float
+        Mean number of settings of a point.
+    mean_if_rest_is_model_um, mean_as_taken_um : float
+        Of the mean of a point's settings, if the rest of the given m_g is film, lens
+        and model; and as it was taken, m_g / √k.
+    m_g_that_makes_it_so_um : float
+        What to give for the former.
+    """
+
+    flight: str
+    n_points: int
+    n_settings: int
+    m_g_um: float
+    m_g_settings_um: float
+    standard_error_um: float
+    is_larger: bool
+    is_smaller: bool
+    settings_each: float
+    mean_if_rest_is_model_um: float
+    mean_as_taken_um: float
+    m_g_that_makes_it_so_um: float
+
+
+def repeated_setting_facts(examined) -> tuple[RepeatedSettingFacts, ...]:
+    """Collect what repeated settings show of every flight.
+
+    Parameters
+    ----------
+    examined : Examination
+
+    Returns
+    -------
+    tuple of RepeatedSettingFacts
+        Empty where nothing was set twice.
+    """
+    return tuple(map(_of_flight, examined.repeated_settings.itertuples()))
+
+
+def _of_flight(flight):
+    k = flight.n_settings / flight.n_points
+    averaged = flight.m_g_settings_um**2 * (1.0 - 1.0 / k)
+    # settings that scatter more than the given m_g leave nothing to the model
+    mean = np.sqrt(max(flight.m_g_um**2 - averaged, 0.0))
+    return RepeatedSettingFacts(
+        flight=flight.flight,
+        n_points=int(flight.n_points),
+        n_settings=int(flight.n_settings),
+        m_g_um=float(flight.m_g_um),
+        m_g_settings_um=float(flight.m_g_settings_um),
+        standard_error_um=float(flight.standard_error_um),
+        is_larger=bool(flight.is_larger),
+        is_smaller=bool(flight.is_smaller),
+        settings_each=float(k),
+        mean_if_rest_is_model_um=float(mean),
+        mean_as_taken_um=float(m_g_of_mean(flight.m_g_um, k)),
+        m_g_that_makes_it_so_um=float(mean * np.sqrt(k)),
+    )

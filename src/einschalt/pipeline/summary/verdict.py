@@ -1,0 +1,59 @@
+"""The first line: how many new points, and how good they are."""
+
+import math
+from functools import singledispatch
+
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.typesetting import count, length
+from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.assessment.facts.precision import (
+    SimultaneousPrecision,
+    TwoStepPrecision,
+)
+from einschalt.pipeline.summary.wording import mean_of
+
+
+def verdict(assessment) -> str:
+    """Say in one line how many points the block has and how good they are."""
+    return f"{printable(assessment.block.name)}: {verdict_on(assessment)}"
+
+
+def verdict_on(assessment) -> str:
+    """Say the verdict without the name of the block."""
+    n_new, block = assessment.precision.n_new, assessment.block
+    new = count(n_new, "new point") if n_new else "no new points"
+    said = f"{new}{_how_good(assessment.precision, assessment.credible)}"
+    if not block.n_failed_models:
+        return said
+    n_all = count(block.n_models, "model")
+    return f"{said}; {block.n_failed_models} of {n_all} failed"
+
+
+@singledispatch
+def _how_good(facts, credible):
+    """The figure to believe, and another one beside it; or a bound."""
+    raise TypeError(type(facts).__name__)
+
+
+@_how_good.register
+def _(facts: TwoStepPrecision, credible):
+    if math.isnan(facts.mean.paper):
+        return ""
+    mean, value = mean_of(facts.n_coverages), length(credible.value)
+    if credible.is_lower_bound:
+        return f", {value} or worse (total, {mean})"
+    paper = f"{length(facts.mean.paper)} after Kovarik's budget"
+    if credible.reason is Reason.PROPAGATED:
+        return f", {value} (total, {mean}; {paper})"
+    return f", {paper} (total, {mean})"
+
+
+@_how_good.register
+def _(facts: SimultaneousPrecision, credible):
+    del credible
+    if math.isnan(facts.total):
+        return " from the simultaneous adjustment"
+    other = facts.two_steps
+    is_known = other is not None and math.isfinite(other.total)
+    beside = f"; {length(other.total)} in two steps" if is_known else ""
+    return f", {length(facts.total)} (total, simultaneous adjustment{beside})"
