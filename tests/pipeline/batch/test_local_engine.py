@@ -24,6 +24,7 @@ from einschalt.pipeline.batch.local_engine import (
 )
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+ASKS_PROC = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 KILL_ITSELF = "__import__('os').kill(__import__('os').getpid(), 9)"
 
 
@@ -142,7 +143,8 @@ assert {product}[0, 0] == 300.0
 """
 
 
-@pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
+@ASKS_PROC
+@pytest.mark.timeout(120)
 @pytest.mark.parametrize(
     "product", ["(matrix @ matrix)", "blas.dgemm(1, matrix, matrix)"]
 )
@@ -151,6 +153,107 @@ def test_linear_algebra_without_memory_waits_for_nobody(product):
     assert run_in_order(
         LocalEngine(1), exec, [NO_ROOM_FOR_BLAS.format(product=product)]
     ) == [None]
+
+
+# OpenBLAS asks a table of its processor whether a product needs room. That of a
+# processor with AVX-512 answers anywhere: it only compares sizes.
+AS_WITH_AVX_512 = """
+import ctypes, sys
+import scipy.linalg
+from threadpoolctl import ThreadpoolController
+for library in ThreadpoolController().lib_controllers:
+    try:
+        table = ctypes.c_void_p.in_dll(library.dynlib, "gotoblas").value
+        usual, wanted = (
+            ctypes.cast(library.dynlib["dgemm_small_matrix_permit_" + name],
+                        ctypes.c_void_p).value
+            for name in ("HASWELL", "SKYLAKEX")
+        )
+    except (ValueError, AttributeError):
+        sys.exit(77)
+    slots = (ctypes.c_void_p * 400).from_address(table)
+    if usual not in list(slots):
+        sys.exit(77)
+    slots[list(slots).index(usual)] = wanted
+"""
+ROOM_OF_BLAS = """
+import re
+from pathlib import Path
+import numpy as np
+from scipy.linalg import blas, lapack
+from einschalt.pipeline.engine_worker import take_room_for_linear_algebra
+
+def used():
+    said = Path("/proc/self/status").read_text()
+    return int(re.search(r"VmData:\\s+(\\d+)", said)[1]) / 1024
+
+def growth(*calls):
+    before = used()
+    for call in calls:
+        call()
+    return used() - before
+
+# of its own size, which the library needs not ask the system for afterwards
+matrix, small = np.eye(300, order="F"), np.eye(2)
+for_small = growth(lambda: small @ small, lambda: blas.dgemm(1, small, small))
+taken = growth(take_room_for_linear_algebra)
+later = growth(
+    lambda: matrix @ matrix,
+    lambda: matrix @ matrix.T,
+    lambda: np.linalg.cholesky(matrix),
+    lambda: np.linalg.solve(matrix, matrix),
+    lambda: np.linalg.eigh(matrix),
+    lambda: blas.dgemm(1, matrix, matrix),
+    lambda: blas.dsyrk(1, matrix),
+    lambda: blas.dtrsm(1, matrix, matrix),
+    lambda: lapack.dpotrf(matrix),
+    lambda: lapack.dpotri(matrix),
+)
+print(for_small, taken, later)
+"""
+LEAST_ROOM_MB = 16.0  # 32 for each library with OpenBLAS 0.3
+
+
+def room_of_blas(script):
+    """What small products took, then all the room, then larger ones [MB]."""
+    environment = {
+        **os.environ,
+        "OPENBLAS_NUM_THREADS": "1",
+        "OPENBLAS_CORETYPE": "Haswell",
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=100.0,
+        check=False,
+    )
+    if done.returncode == 77:
+        pytest.skip("another BLAS, or another build of it")
+    assert done.returncode == 0, done.stderr
+    return [float(part) for part in done.stdout.split()]
+
+
+@ASKS_PROC
+@pytest.mark.parametrize("core", ["", AS_WITH_AVX_512], ids=["AVX2", "AVX-512"])
+def test_all_room_of_linear_algebra_is_taken_at_once(core):
+    _, _, later = room_of_blas(core + ROOM_OF_BLAS)
+    assert later < LEAST_ROOM_MB
+
+
+@ASKS_PROC
+def test_small_products_do_not_take_the_room_of_large_ones():
+    """With AVX-512: what the test above would not see otherwise."""
+    for_small, taken, _ = room_of_blas(AS_WITH_AVX_512 + ROOM_OF_BLAS)
+    assert for_small < LEAST_ROOM_MB
+    assert taken > 2 * LEAST_ROOM_MB
+
+
+def test_a_process_with_limited_memory_calls_linear_algebra_from_one_thread():
+    """Each thread would need room of its own."""
+    asked = "__import__('os').environ['EINSCHALT_CORES']"
+    assert run_in_order(LocalEngine(1, memory_gb=2.0), eval, [asked]) == ["1"]
 
 
 def test_one_process_does_not_take_the_cores_of_the_others():

@@ -165,8 +165,11 @@ class LocalEngine:
         return sorted(ended, key=lambda answer: answer.place)
 
     def _setup(self):
-        cores = max(n_cores() // self.n_workers, 1)
-        limited = {} if self.memory_bytes is None else QUICK_TO_SAY_NO
+        is_limited = self.memory_bytes is not None
+        # BLAS allocates for each thread that calls it, and waits for ever where it
+        # finds no memory: with a limit there is one, whose room was taken before
+        cores = 1 if is_limited else max(n_cores() // self.n_workers, 1)
+        limited = QUICK_TO_SAY_NO if is_limited else {}
         inherited = os.environ.get("PYTHONPATH")
         paths = [str(SOURCE), *([inherited] if inherited else [])]
         environment = {

@@ -33,16 +33,13 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     DETERMINANTS,
     FAST,
     GAUSS_HELMERT,
-    NO_SUMS,
     SQUARES,
-    add_condition,
     coplanarity,
-    factorise,
     form_normals,
     frame_of,
     parameter_row,
-    solve,
 )
+from einschalt.theory.relative_orientation.coplanarity_precision import fill_precision
 from einschalt.theory.relative_orientation.coplanarity_solution import (
     FINE,
     MOST_FINE_STEPS,
@@ -251,8 +248,7 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
         numbers = out.redundancy_numbers[begin:end]
         pose = pose_at(out.pose[k])
         estimate_precision(at, right_z[k], pose, mode, numbers, out.cofactor[k])
-        # the comparison fails for NaN, too
-        if not np.trace(out.cofactor[k]) * IMAGE_ERROR**2 <= WEAKEST**2:
+        if not is_determined(out.cofactor[k]):
             out.status[k] = UNDETERMINED
             out.pose[k], out.cofactor[k], out.squares[k] = np.nan, np.nan, np.nan
             out.corrections[:, begin:end], numbers[:] = np.nan, np.nan
@@ -290,12 +286,16 @@ def close_conditions(image, corrections, zr, pose):
     return sums[SQUARES]
 
 
+@numba.njit(**COMPILED)
+def is_determined(cofactor):
+    """Whether the points determine an orientation well enough to be of any use."""
+    # the comparison fails for NaN, too
+    return np.trace(cofactor) * IMAGE_ERROR**2 <= WEAKEST**2
+
+
 @numba.njit(fastmath=FAST, **COMPILED)
 def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     """Cofactors of the orientation and redundancy numbers of its conditions.
-
-    With the rows j, variances q of the conditions and weights w the cofactors are
-    ``N^-1 (sum w^2 q j j.T) N^-1``, ``N = sum w j j.T``: with w = 1/q just ``N^-1``.
 
     Parameters
     ----------
@@ -305,49 +305,27 @@ def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     pose : pose
     mode : Mode
     numbers : ndarray, shape (n,)
-        Filled with ``1 - w j.T N^-1 j``.
+        Filled with redundancy numbers.
     cofactor : ndarray, shape (6, 6)
         Filled with those of the base vector and the turn of the right camera; NaN where
         the points do not determine them.
+
+    See Also
+    --------
+    coplanarity_precision : how they are formed.
     """
-    frame = frame_of(pose, mode.fixes_x)
-    factor = factorise(form_normals(at, np.zeros_like(at), zr, frame, mode), 0.0)
-    base, tangents, rotation = frame
-    spread = NO_SUMS
-    for i in range(at.shape[1]):
+    base, tangents, rotation = frame_of(pose, mode.fixes_x)
+    n = at.shape[1]
+    rows, weights, strengths = np.empty((n, N_PARAMETERS)), np.empty(n), np.empty(n)
+    for i in range(n):
         point = at[0, i], at[1, i], at[2, i], at[3, i]
         _, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
-        j0, j1, j2, j3, j4 = row = parameter_row(by_base, by_turn, tangents)
+        row = parameter_row(by_base, by_turn, tangents)
+        for k in range(N_PARAMETERS):
+            rows[i, k] = row[k]
         d0, d1, d2, d3 = by_image
         variance = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
-        weight = 1.0 / variance if mode.is_weighted else 1.0
-        x = solve(factor, row)
-        leverage = j0 * x[0] + j1 * x[1] + j2 * x[2] + j3 * x[3] + j4 * x[4]
-        numbers[i] = 1.0 - weight * leverage
-        spread = add_condition(spread, row, 0.0, weight * weight * variance)
-    spread_cofactor(factor, spread, frame_of(pose, False)[1], cofactor)
-
-
-@numba.njit(**COMPILED)
-def spread_cofactor(factor, spread, tangents, cofactor):
-    """Cofactors of base vector and turn from those of the five parameters."""
-    middle = np.empty((N_PARAMETERS, N_PARAMETERS))
-    entry = 0
-    for i in range(N_PARAMETERS):
-        for j in range(i + 1):
-            middle[i, j] = middle[j, i] = spread[entry]
-            entry += 1
-    # what the six say of the five: rows of the tangents, then the turn itself
-    gain = np.empty((6, N_PARAMETERS))
-    for i in range(3):
-        x = solve(factor, (tangents[i], tangents[3 + i], 0.0, 0.0, 0.0))
-        y = solve(factor, (0.0, 0.0, 1.0 * (i == 0), 1.0 * (i == 1), 1.0 * (i == 2)))
-        for j in range(N_PARAMETERS):
-            gain[i, j], gain[3 + i, j] = x[j], y[j]
-    for i in range(6):
-        for j in range(6):
-            total = 0.0
-            for k in range(N_PARAMETERS):
-                for m in range(N_PARAMETERS):
-                    total += gain[i, k] * middle[k, m] * gain[j, m]
-            cofactor[i, j] = total
+        weights[i] = 1.0 / variance if mode.is_weighted else 1.0
+        strengths[i] = weights[i] * weights[i] * variance
+    tangents = frame_of(pose, False)[1]
+    fill_precision(rows, weights, strengths, tangents, numbers, cofactor)

@@ -310,20 +310,35 @@ def factorise(sums, damping):
 
 
 @numba.njit(**COMPILED)
-def solve(factor, right_side):
-    """Solution of the normal equations with a factorised matrix."""
+def reduce_side(factor, right_side):
+    """L^-1 times a right side: its square is that of N^-1, and never negative."""
     l00, l10, l11, l20, l21, l22, l30, l31, l32, l33, l40, l41, l42, l43, l44 = factor
     y0 = right_side[0] * l00
     y1 = (right_side[1] - l10 * y0) * l11
     y2 = (right_side[2] - l20 * y0 - l21 * y1) * l22
     y3 = (right_side[3] - l30 * y0 - l31 * y1 - l32 * y2) * l33
     y4 = (right_side[4] - l40 * y0 - l41 * y1 - l42 * y2 - l43 * y3) * l44
+    return y0, y1, y2, y3, y4
+
+
+@numba.njit(**COMPILED)
+def solve(factor, right_side):
+    """Solution of the normal equations with a factorised matrix."""
+    l00, l10, l11, l20, l21, l22, l30, l31, l32, l33, l40, l41, l42, l43, l44 = factor
+    y0, y1, y2, y3, y4 = reduce_side(factor, right_side)
     x4 = y4 * l44
     x3 = (y3 - l43 * x4) * l33
     x2 = (y2 - l42 * x4 - l32 * x3) * l22
     x1 = (y1 - l41 * x4 - l31 * x3 - l21 * x2) * l11
     x0 = (y0 - l40 * x4 - l30 * x3 - l20 * x2 - l10 * x1) * l00
     return x0, x1, x2, x3, x4
+
+
+@numba.njit(**COMPILED)
+def square_of(side):
+    """Sum of the squares of five numbers."""
+    a, b, c, d, e = side
+    return a * a + b * b + c * c + d * d + e * e
 
 
 @numba.njit(**COMPILED)
@@ -338,9 +353,6 @@ def descent_step(sums, damping):
         Gradient times step: the square of the step in units of its standard error,
         times the variance of unit weight.
     """
-    s = solve(
-        factorise(sums, damping),
-        (-sums[15], -sums[16], -sums[17], -sums[18], -sums[19]),
-    )
-    gain = s[0] * sums[15] + s[1] * sums[16] + s[2] * sums[17]
-    return s, -(gain + s[3] * sums[18] + s[4] * sums[19])
+    factor = factorise(sums, damping)
+    downhill = -sums[15], -sums[16], -sums[17], -sums[18], -sums[19]
+    return solve(factor, downhill), square_of(reduce_side(factor, downhill))

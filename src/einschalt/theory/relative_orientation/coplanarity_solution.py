@@ -35,7 +35,8 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     form_normals,
     frame_of,
     moved,
-    solve,
+    reduce_side,
+    square_of,
 )
 from einschalt.theory.relative_orientation.starting_orientations import (
     facing,
@@ -221,11 +222,11 @@ def is_safe(pose, sums, n, n_front):
 def trace_of_inverse(factor):
     """Sum of the cofactors of the five parameters."""
     return (
-        solve(factor, (1.0, 0.0, 0.0, 0.0, 0.0))[0]
-        + solve(factor, (0.0, 1.0, 0.0, 0.0, 0.0))[1]
-        + solve(factor, (0.0, 0.0, 1.0, 0.0, 0.0))[2]
-        + solve(factor, (0.0, 0.0, 0.0, 1.0, 0.0))[3]
-        + solve(factor, (0.0, 0.0, 0.0, 0.0, 1.0))[4]
+        square_of(reduce_side(factor, (1.0, 0.0, 0.0, 0.0, 0.0)))
+        + square_of(reduce_side(factor, (0.0, 1.0, 0.0, 0.0, 0.0)))
+        + square_of(reduce_side(factor, (0.0, 0.0, 1.0, 0.0, 0.0)))
+        + square_of(reduce_side(factor, (0.0, 0.0, 0.0, 1.0, 0.0)))
+        + square_of(reduce_side(factor, (0.0, 0.0, 0.0, 0.0, 1.0)))
     )
 
 

@@ -14,6 +14,7 @@ coordinates with the mean of both y they are approximations.
 Source: partitioned normal equations, any text-book on bundle adjustment.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from einschalt.theory.relative_orientation.orientation_elements import (
 # of central differences: the error is its square, and rounding over it
 STEP = 1e-5
 N_CHANGES = 6
+EPS = np.finfo(float).eps
 
 
 class ModelPrecision(NamedTuple):
@@ -163,10 +165,12 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
 @numba.njit(**COMPILED)
 def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, out):
     by_place, by_change = np.empty((4, 3)), np.empty((4, N_CHANGES))
-    normals, right_sides = np.empty((3, 3)), np.empty((3, N_CHANGES))
+    inverse = np.empty((3, 3))
+    root, gained = np.empty((N_CHANGES, N_CHANGES)), np.empty((3, N_CHANGES))
     for k in range(first, last):
         centres, rotations = cameras[0][k], cameras[1][k]
         centre_changes, rotation_changes = changes[0][k], changes[1][k]
+        _semidefinite_root(cofactors[k], root)
         for i in range(start[k], start[k + 1]):
             for side in range(2):
                 _differentiate(
@@ -176,13 +180,64 @@ def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, o
                     (centre_changes[:, side], rotation_changes[:, side]),
                     (by_place[2 * side : 2 * side + 2], by_change[2 * side :]),
                 )
-            _multiply(by_place.T, by_place, 1.0, normals)
-            _multiply(by_place.T, by_change, -1.0, right_sides)
-            _invert(normals, out.image_part[i])
-            _multiply(out.image_part[i], by_place.T, 1.0, out.by_image[i])
-            _multiply(out.image_part[i], right_sides, 1.0, out.gain[i])
-            _multiply(out.gain[i], cofactors[k], 1.0, right_sides)
-            _multiply(right_sides, out.gain[i].T, 1.0, out.orientation_part[i])
+            _orthogonalise(by_place, inverse)
+            _multiply(inverse, by_place.T, 1.0, out.by_image[i])
+            _multiply(inverse, inverse.T, 1.0, out.image_part[i])
+            _multiply(out.by_image[i], by_change, -1.0, out.gain[i])
+            # squares of roots: no rounding makes a variance negative
+            _multiply(out.gain[i], root, 1.0, gained)
+            _multiply(gained, gained.T, 1.0, out.orientation_part[i])
+
+
+@numba.njit(**COMPILED)
+def _orthogonalise(a, inverse):
+    """Replace A = Q R by Q (Gram and Schmidt, twice), and fill R^-1.
+
+    Without A.T A, which squares the condition where rays are almost parallel.
+    """
+    r = np.zeros((3, 3))
+    for j in range(3):
+        for _ in range(2):
+            for m in range(j):
+                part = 0.0
+                for row in range(4):
+                    part += a[row, m] * a[row, j]
+                r[m, j] += part
+                for row in range(4):
+                    a[row, j] -= part * a[row, m]
+        square = 0.0
+        for row in range(4):
+            square += a[row, j] * a[row, j]
+        r[j, j] = math.sqrt(square)
+        for row in range(4):
+            a[row, j] /= r[j, j]
+    inverse[:] = 0.0
+    for j in range(3):
+        inverse[j, j] = 1.0 / r[j, j]
+    inverse[0, 1] = -inverse[0, 0] * r[0, 1] * inverse[1, 1]
+    inverse[1, 2] = -inverse[1, 1] * r[1, 2] * inverse[2, 2]
+    inverse[0, 2] = -inverse[0, 0] * r[0, 2] - inverse[0, 1] * r[1, 2]
+    inverse[0, 2] *= inverse[2, 2]
+
+
+@numba.njit(**COMPILED)
+def _semidefinite_root(matrix, root):
+    """Fill L with L L.T = C (Cholesky with pivots); NaN where C is.
+
+    C has the rank 5: what is left below rounding is none of it.
+    """
+    rest = matrix.copy()
+    limit = len(matrix) * EPS * np.trace(matrix)
+    root[:] = 0.0 if math.isfinite(limit) else np.nan
+    for k in range(len(matrix)):
+        pivot = np.argmax(np.diag(rest))
+        if not rest[pivot, pivot] > limit:
+            return
+        root[:, k] = rest[:, pivot] / math.sqrt(rest[pivot, pivot])
+        for i in range(len(matrix)):
+            for j in range(len(matrix)):
+                rest[i, j] -= root[i, k] * root[j, k]
+        rest[pivot, :], rest[:, pivot] = 0.0, 0.0
 
 
 @numba.njit(**COMPILED)
@@ -220,14 +275,3 @@ def _multiply(left, right, factor, out):
             for k in range(left.shape[1]):
                 total += left[i, k] * right[k, j]
             out[i, j] = factor * total
-
-
-@numba.njit(**COMPILED)
-def _invert(m, out):
-    """Inverse of a symmetric 3 x 3 matrix."""
-    a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
-    det = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
-    out[0, 0], out[1, 1] = (d * f - e * e) / det, (a * f - c * c) / det
-    out[2, 2], out[0, 1] = (a * d - b * b) / det, (c * e - b * f) / det
-    out[0, 2], out[1, 2] = (b * e - c * d) / det, (b * c - a * e) / det
-    out[1, 0], out[2, 0], out[2, 1] = out[0, 1], out[0, 2], out[1, 2]

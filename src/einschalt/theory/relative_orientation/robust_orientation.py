@@ -24,22 +24,21 @@ from einschalt.theory.relative_orientation.coplanarity import (
     MOST_BEHIND,
     NOT_CONVERGED,
     ORIENTED,
+    UNDETERMINED,
     PairOrientation,
-    spread_cofactor,
+    is_determined,
 )
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     NO_SUMS,
-    SQUARES,
     add_condition,
     coplanarity,
     descent_step,
-    factorise,
     frame_of,
     moved,
     parameter_row,
-    solve,
 )
+from einschalt.theory.relative_orientation.coplanarity_precision import fill_precision
 from einschalt.theory.relative_orientation.coplanarity_solution import (
     N_PARAMETERS,
     pose_at,
@@ -151,6 +150,11 @@ def _orient_range(first, last, start, scaled, right_z, norm, out):
         status[k] = BEHIND if is_behind else ORIENTED
         if not is_converged:
             status[k] = NOT_CONVERGED
+        if not is_determined(cofactor[k]):  # by the points that kept their weight
+            status[k] = UNDETERMINED
+            poses[k], cofactor[k], squares[k] = np.nan, np.nan, np.nan
+            closing[:], numbers[begin:end] = np.nan, np.nan
+            continue
         base, rotation = pose
         for i in range(3):
             poses[k, i] = base[i]
@@ -220,25 +224,19 @@ def _judge(image, zr, pose, of_points, cofactor):
     """Fill corrections, redundancy numbers and cofactors; weighted sum of squares."""
     factor, corrections, numbers = of_points
     base, tangents, rotation = frame_of(pose, False)
-    sums = NO_SUMS
-    for i in range(image.shape[1]):
+    rows = np.empty((factor.size, N_PARAMETERS))
+    weights, squares = np.empty(factor.size), 0.0
+    for i in range(factor.size):
         point = image[0, i], image[1, i], image[2, i], image[3, i]
         f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
         q = by_image[0] ** 2 + by_image[1] ** 2 + by_image[2] ** 2 + by_image[3] ** 2
         row = parameter_row(by_base, by_turn, tangents)
-        sums = add_condition(sums, row, f, factor[i] / q)
+        for k in range(N_PARAMETERS):
+            rows[i, k] = row[k]
+        weights[i] = factor[i] / q
+        squares += weights[i] * f * f
         for axis in range(4):
             corrections[axis, i] = -f / q * by_image[axis]
-    normal = factorise(sums, 0.0)
-    for i in range(image.shape[1]):
-        point = image[0, i], image[1, i], image[2, i], image[3, i]
-        _, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
-        q = by_image[0] ** 2 + by_image[1] ** 2 + by_image[2] ** 2 + by_image[3] ** 2
-        row = parameter_row(by_base, by_turn, tangents)
-        x = solve(normal, row)
-        leverage = 0.0
-        for j in range(N_PARAMETERS):
-            leverage += row[j] * x[j]
-        numbers[i] = 1.0 - factor[i] / q * leverage
-    spread_cofactor(normal, sums, tangents, cofactor)
-    return sums[SQUARES]
+    # variances of observations with these weights: w² q is w
+    fill_precision(rows, weights, weights, tangents, numbers, cofactor)
+    return squares
