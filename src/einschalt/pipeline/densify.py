@@ -52,6 +52,7 @@ from einschalt.pipeline.densification.simultaneous import (
     point_columns,
     require_adjustable,
 )
+from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
@@ -274,26 +275,27 @@ def densify(block, settings=None, *, progress=None):
     settings = settings or block.settings
     require_control(block, settings)
     require_iterable(block, settings)
-    said = progress or _silent
-    said("relative orientation", 0.0)
+    report_progress = stage_reporter(progress)
+    report_progress(Stage.RELATIVE_ORIENTATION)
     flights = {
         name: relative_orientation(flight, outliers=settings.outliers)
         for name, flight in block.flights.items()
     }
     ways = {"pipeline": _in_two_steps, "simultaneous": _in_one_adjustment}
-    result = ways[settings.method](block, settings, flights, said)
-    said("done", 1.0)
+    result = ways[settings.method](block, settings, flights, report_progress)
+    report_progress(Stage.ASSESSMENT)
     result = replace(result, points=with_tolerance(result))
+    report_progress(Stage.DONE)
     return replace(result, seconds=perf_counter() - started)
 
 
-def _in_two_steps(block, settings, flights, said):
-    said("approximate coordinates", 0.3)
+def _in_two_steps(block, settings, flights, report_progress):
+    report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
     high = _high_flight(block, measured, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
-    said("model transformation", 0.5)
+    report_progress(Stage.MODEL_TRANSFORMATION)
     precision = residual_test_weights(block, flights, high)
     low_points, is_gross = measured[FLIGHT_LAST], gross.rows[FLIGHT_LAST]
 
@@ -305,25 +307,26 @@ def _in_two_steps(block, settings, flights, said):
     first = pass_onto(approximations)
     iteration = iterate(block, first, pass_onto, settings.iterations)
     last = first if iteration is None else iteration.passes[-1]
-    said("error propagation", 0.9)
+    report_progress(Stage.ERROR_PROPAGATION)
     model = model_of_known_errors(block, flights, high, first)
     if model is not None:
         model = iterated_model(block, model, iteration, measured[FLIGHT_LAST])
     errors = None if model is None else propagate_model(model, last.means)
+    report_progress(Stage.DOUBLE_COVERAGE)
     screening = screen_block(last.means, errors, settings)
     stages = _Stages(flights, gross, high, last, iteration, model, errors, screening)
     return _result(block, settings, stages)
 
 
-def _in_one_adjustment(block, settings, flights, said):
+def _in_one_adjustment(block, settings, flights, report_progress):
     require_adjustable(block)
     # what is distributed in the end are the residuals of the adjustment
     plain = settings.model_copy(update={"residual_distribution": "none"})
     try:
-        two_step = _in_two_steps(block, plain, flights, said)
+        two_step = _in_two_steps(block, plain, flights, report_progress)
     except GeometryError:  # the summary says so, and gives the other way
         two_step = None
-    said("simultaneous adjustment", 0.97)
+    report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
     adjusted = adjust_flights(block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
     points = _with_roles(points, block.control_points)
@@ -424,10 +427,6 @@ def _without_steps(block, settings, flights):
 def _errors_of(flights):
     """Errors of the orientations of each flight."""
     return {name: oriented.errors for name, oriented in flights.items()}
-
-
-def _silent(_title, _fraction):
-    """Report no progress."""
 
 
 def _high_flight(block, measured, settings, gross):
