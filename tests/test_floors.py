@@ -11,6 +11,7 @@ FLOORS = ["foundations", "theory", "stages", "pipeline", "interfaces"]
 # inside pipeline/, lowest first; a name is a room (a folder) or a file beside them
 ROOMS = [
     "settings",
+    "progress",
     "block",
     "densification",
     "assessment",

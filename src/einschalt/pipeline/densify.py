@@ -5,6 +5,7 @@ from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustm
 from einschalt.pipeline.densification.residual_distribution import require_control
 from einschalt.pipeline.densification.simultaneous import require_adjustable
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
+from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 
@@ -42,15 +43,15 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
         The settings ask for what this block cannot have.
     """
     settings = settings or block.settings
-    report_progress = progress or _silent
+    report_progress = stage_reporter(progress)
     stopwatch = Stopwatch()
     with stopwatch.running():
         _require_possible(block, settings)
-        report_progress("relative orientation", 0.0)
+        report_progress(Stage.RELATIVE_ORIENTATION)
         flights = _orient(block, settings)
         solve = SOLVERS[settings.method]
         solution = solve(block, settings, flights, report_progress)
-        report_progress("done", 1.0)
+        report_progress(Stage.DONE)
     return kind(solution, stopwatch)
 
 
@@ -67,7 +68,3 @@ def _orient(block, settings):
         name: relative_orientation(flight, outliers=settings.outliers)
         for name, flight in block.flights.items()
     }
-
-
-def _silent(_title, _fraction):
-    """Report no progress."""

@@ -3,21 +3,24 @@
 import sys
 
 from einschalt.interfaces.cli.progress import stage_progress
+from einschalt.pipeline.progress import Stage
 
-STAGES = [("relative orientation", 0.0), ("error budget", 0.8), ("done", 1.0)]
+STAGES = [Stage.RELATIVE_ORIENTATION, Stage.ERROR_PROPAGATION, Stage.DONE]
 
 
 def show(*, is_quiet):
     with stage_progress(is_quiet=is_quiet) as progress:
-        for title, fraction in STAGES:
-            progress(title, fraction)
+        for stage in STAGES:
+            progress(stage, stage.fraction)
 
 
 def test_lines_where_there_is_no_terminal(capsys):
     show(is_quiet=False)
     said = capsys.readouterr()
     assert said.out == ""
-    assert said.err == "  0%  relative orientation\n 80%  error budget\n100%  done\n"
+    assert (
+        said.err == "  0%  relative orientation\n 90%  error propagation\n100%  done\n"
+    )
 
 
 def test_nothing_when_quiet(capsys):
@@ -32,7 +35,7 @@ def test_a_bar_on_a_terminal_is_gone_at_the_end(capsys, monkeypatch):
     show(is_quiet=False)
     said = capsys.readouterr()
     assert said.out == ""
-    assert "error budget" in said.err or "done" in said.err
+    assert "error propagation" in said.err or "done" in said.err
     assert "\x1b[2K" in said.err  # the line is erased
 
 

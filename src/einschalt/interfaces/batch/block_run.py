@@ -28,12 +28,11 @@ from einschalt.interfaces.files.result_folder import (
 )
 from einschalt.pipeline.batch.block_table import (
     DONE,
-    STAGES,
-    WRITING,
     row_of_failure,
     row_of_figures,
 )
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.progress import Stage
 
 # a worker of a cluster may have several threads; figures are drawn by one at a time
 ONE_AT_A_TIME = threading.Lock()
@@ -63,10 +62,11 @@ def run_block(task) -> dict:
         with ONE_AT_A_TIME:
             return _run(task, progress)
     except Exception as error:  # one block must not stop the others
-        shortage = lack_of_memory(error, progress.stage)
+        shortage = lack_of_memory(error, progress.stage.key)
         if shortage is not None:
             raise shortage from error
-        row = row_of_failure(task.name, error, progress.stage, perf_counter() - started)
+        seconds = perf_counter() - started
+        row = row_of_failure(task.name, error, progress.stage.key, seconds)
         keep_failure(task, row, error)
         return row
 
@@ -95,10 +95,10 @@ class _Progress:
     """Knows the stage that runs."""
 
     def __init__(self):
-        self.stage = WRITING
+        self.stage = Stage.WRITING
 
-    def __call__(self, title, _fraction=0.0):
-        self.stage = STAGES.get(title, title.replace(" ", "_"))
+    def __call__(self, stage, _fraction=0.0):
+        self.stage = stage
 
 
 def _run(task, progress):
@@ -114,11 +114,11 @@ def _run(task, progress):
 
 
 def _compute(task, progress):
-    progress("reading")
+    progress(Stage.READING)
     block = read_block(task.block)
     settings = with_settings(block.settings, task.given)
     result = densify(block, settings, progress=progress)
-    progress(WRITING)
+    progress(Stage.WRITING)
     compare_with_previous(result.points, task.folder)
     write_result(result, task.folder)
 

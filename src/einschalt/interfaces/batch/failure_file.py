@@ -13,8 +13,8 @@ from einschalt.foundations.errors import (
 )
 from einschalt.interfaces.batch.block_state import FAILURE
 from einschalt.interfaces.files.atomic import make_folder, write_text
-from einschalt.pipeline.batch.block_table import WRITING
 from einschalt.pipeline.batch.local_engine import ProcessEndedError
+from einschalt.pipeline.progress import Stage
 
 PASSING = (ProcessEndedError, ChangedFileError)
 NOTE = (
@@ -40,7 +40,7 @@ def keep_failure(task, row, error):
     content = {
         "schema": 1,
         "program": "einschalt",
-        "note": NOTE_OF_WRITING if row["stage"] == WRITING else NOTE,
+        "note": NOTE_OF_WRITING if row["stage"] == Stage.WRITING.key else NOTE,
         "stage": row["stage"],
         "reason": row["reason"],
         "remedy": row["remedy"],
@@ -64,7 +64,7 @@ def _problems(error):
 
 def _is_final(error, stage):
     """Whether the same input would fail again on any computer."""
-    if not isinstance(error, EinschaltError) or stage == WRITING:
+    if not isinstance(error, EinschaltError) or stage == Stage.WRITING.key:
         return False
     errors = error.problems if isinstance(error, BlockError) else [error]
     return not any(isinstance(one, PASSING) for one in errors)

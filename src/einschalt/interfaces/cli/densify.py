@@ -8,6 +8,7 @@ import typer
 from einschalt.interfaces.cli.exits import print_out, with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 from einschalt.interfaces.cli.progress import stage_progress
+from einschalt.pipeline.progress import Stage
 
 # the values that Settings allows: it is not imported here, so that help comes at once
 Method = Literal["pipeline", "simultaneous"]
@@ -133,7 +134,7 @@ def densify(
     settings = type(read.settings)(**{**read.settings.model_dump(), **given})
     with stage_progress(is_quiet=quiet) as progress:
         result = python_api.densify(read, settings, progress=progress)
-        progress("writing", 1.0)
+        progress(Stage.WRITING, Stage.WRITING.fraction)
         result.write(output, ellipse_scale=ellipse_scale)
     if not quiet:
         print_out(result.summary())

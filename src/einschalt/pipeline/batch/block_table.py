@@ -37,16 +37,6 @@ SAME = 1e-3  # coordinates that differ by less are the same [m]
 CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
 NOT_ASKED = "only blocks that failed were asked for"
-WRITING = "writing"
-STAGES = {
-    "relative orientation": "stage2_relative_orientation",
-    "approximate coordinates": "stage1_approximate_coordinates",
-    "model transformation": "stage3_model_transformation",
-    "error budget": "stage4_error_budget",
-    "double coverage": "stage5_double_coverage",
-    "error propagation": "stage4_error_propagation",
-    "done": WRITING,
-}
 MOST_SAID = 10
 LONGEST_REASON = 300  # characters of what libraries say
 

@@ -22,6 +22,7 @@ from einschalt.pipeline.densification.two_steps import (
     WithoutTwoSteps,
     solve_in_two_steps,
 )
+from einschalt.pipeline.progress import Stage
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 
@@ -58,7 +59,7 @@ def solve_in_one_adjustment(
     flights : dict of str to RelativeOrientation
         Every flight of the block after stage 2.
     report_progress : callable
-        Called with the title of each stage and the fraction that is done.
+        Called with each :class:`~einschalt.pipeline.progress.Stage`.
 
     Returns
     -------
@@ -70,7 +71,7 @@ def solve_in_one_adjustment(
         Nothing of the block can be determined.
     """
     two_step = _beside(block, settings, flights, report_progress)
-    report_progress("simultaneous adjustment", 0.97)
+    report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
     adjusted = adjust_flights(block, settings, flights)
     points = point_columns(block, flights, adjusted, two_step)
     points = with_roles(points, block.control_points)

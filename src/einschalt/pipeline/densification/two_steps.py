@@ -32,6 +32,7 @@ from einschalt.pipeline.densification.result_tables import (
     with_standard_errors,
 )
 from einschalt.pipeline.densification.solution import Solution
+from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.error_propagation.error_model import ErrorModel
 from einschalt.stages.error_propagation.operators import PropagatedErrors
@@ -161,7 +162,7 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     flights : dict of str to RelativeOrientation
         Every flight of the block after stage 2.
     report_progress : callable
-        Called with the title of each stage and the fraction that is done.
+        Called with each :class:`~einschalt.pipeline.progress.Stage`.
 
     Returns
     -------
@@ -172,12 +173,12 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     GeometryError
         Not one model of a flight could be used.
     """
-    report_progress("approximate coordinates", 0.3)
+    report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
     high = _high_flight(block, measured, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
-    report_progress("model transformation", 0.5)
+    report_progress(Stage.MODEL_TRANSFORMATION)
     weights = residual_test_weights(block, flights, high)
 
     def fit_onto(ground):
@@ -188,11 +189,12 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     first = fit_onto(approximations)
     iteration = iterate(block, first, fit_onto, settings.iterations)
     last = first if iteration is None else iteration.passes[-1]
-    report_progress("error propagation", 0.9)
+    report_progress(Stage.ERROR_PROPAGATION)
     model = model_of_known_errors(block, flights, high, first)
     if model is not None:
         model = iterated_model(block, model, iteration, measured[LOW])
     errors = None if model is None else propagate_model(model, last.means)
+    report_progress(Stage.DOUBLE_COVERAGE)
     screening = screen_block(last.means, errors, settings)
     points, errors = _final_points(block, settings, last.means, screening, errors)
     return TwoStepSolution(

@@ -58,7 +58,9 @@ class DisplacedControlFacts:
     n_control: int
 
 
-def suspect_control_facts(examined) -> SuspectControlFacts | DisplacedControlFacts | None:
+def suspect_control_facts(
+    examined,
+) -> SuspectControlFacts | DisplacedControlFacts | None:
     """Find the control points that one adjustment of the block contradicts.
 
     Parameters

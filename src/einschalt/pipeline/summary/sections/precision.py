@@ -183,7 +183,9 @@ def _(facts: TwoStepPrecision):
     named = (("single", facts.single), (mean_of(facts.n_coverages), facts.mean))
     columns = {
         name: lengths([getattr(f, attribute) for _, f in named])
-        for name, attribute in zip(HEADER[1:], ("total", "paper", "internal"), strict=True)
+        for name, attribute in zip(
+            HEADER[1:], ("total", "paper", "internal"), strict=True
+        )
         if name != "propagated" or math.isfinite(facts.mean.total)
     }
     rows = zip((title for title, _ in named), *columns.values(), strict=True)

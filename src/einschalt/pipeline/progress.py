@@ -1,0 +1,67 @@
+"""The stages through which a computation passes, as they are shown and recorded."""
+
+from enum import StrEnum
+
+
+class Stage(StrEnum):
+    """A stage of the computation of a block; as a str it is the title that is shown.
+
+    Attributes
+    ----------
+    fraction : float
+        Part of the computation that is done when the stage begins.
+    key : str
+        Name of the stage in tables of failures.
+
+    Examples
+    --------
+    >>> Stage.MODEL_TRANSFORMATION.key
+    'stage3_model_transformation'
+    >>> f"{Stage.MODEL_TRANSFORMATION.fraction:.0%} {Stage.MODEL_TRANSFORMATION}"
+    '50% model transformation'
+    """
+
+    READING = "reading", 0.0
+    RELATIVE_ORIENTATION = "relative orientation", 0.0, "stage2_relative_orientation"
+    APPROXIMATE_COORDINATES = (
+        "approximate coordinates",
+        0.3,
+        "stage1_approximate_coordinates",
+    )
+    # with the error budget and the means of each pass of the low flight
+    MODEL_TRANSFORMATION = "model transformation", 0.5, "stage3_model_transformation"
+    ERROR_PROPAGATION = "error propagation", 0.9, "stage4_error_propagation"
+    DOUBLE_COVERAGE = "double coverage", 0.95, "stage5_double_coverage"
+    SIMULTANEOUS_ADJUSTMENT = "simultaneous adjustment", 0.97
+    ASSESSMENT = "assessment", 0.98
+    DONE = "done", 1.0
+    WRITING = "writing", 1.0
+
+    def __new__(cls, title, fraction, key=None):
+        """Make a member whose value is its title."""
+        stage = str.__new__(cls, title)
+        stage._value_ = title
+        stage.fraction = fraction
+        stage.key = key or title.replace(" ", "_")
+        return stage
+
+
+def stage_reporter(progress):
+    """Give what reports a stage to a caller who may not be interested.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Called with the title of the stage and the fraction that is done.
+
+    Returns
+    -------
+    callable
+        Takes a :class:`Stage`.
+    """
+
+    def report_progress(stage):
+        if progress is not None:
+            progress(stage, stage.fraction)
+
+    return report_progress
