@@ -1,5 +1,7 @@
 """The pages hold together: links lead somewhere, and no module lacks its page."""
 
+import contextlib
+import io
 import re
 from pathlib import Path
 
@@ -9,6 +11,13 @@ ROOT = Path(__file__).parents[1]
 THEORY = ROOT / "src" / "einschalt" / "theory"
 FOLDERS = ("docs", "pipelines", "data_examples")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).rglob("*.md"))
+EXAMPLE = re.compile(r"```python\n(.*?)```\n\n```text\n(.*?)```", re.DOTALL)
+THEORY_EXAMPLES = [
+    (page.name, *example)
+    for page in PAGES
+    if page.parent.name == "theory"
+    for example in EXAMPLE.findall(page.read_text(encoding="utf-8"))
+]
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
@@ -53,3 +62,16 @@ def test_german_stands_in_the_glossary_only():
             continue
         text = page.read_text(encoding="utf-8")
         assert not [word for word in words if word in text], page
+
+
+def test_theory_has_examples():
+    assert "transformation.md" in [page for page, *_ in THEORY_EXAMPLES]
+
+
+@pytest.mark.parametrize(("page", "code", "printed"), THEORY_EXAMPLES)
+def test_examples_print_what_stands_below_them(page, code, printed, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    shown = io.StringIO()
+    with contextlib.redirect_stdout(shown):
+        exec(compile(code, page, "exec"), {})
+    assert shown.getvalue() == printed

@@ -258,6 +258,40 @@ class ModelTransformation(ModelResult):
         ]
         return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
 
+    def to_statsmodels(self, model_id, coverage=None):
+        """Results object of statsmodels for one model: diagnostics, tests, summary.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+
+        Returns
+        -------
+        RegressionResultsWrapper
+            Of WLS, with an equation for each coordinate of each point (``resid`` is
+            given less transformed). Coordinates are reduced to the weighted centroids
+            ``centroid_model``, ``centroid_ground``, and shifts are those of the
+            centroid; ``params_at_origin`` and ``cov_params_at_origin`` are those of
+            :attr:`parameters` and :meth:`covariance`. Rigid and helmert_3d are
+            linearised at their solution. ``get_influence()`` is of the weighted
+            equations.
+
+        Raises
+        ------
+        TableError
+            There is no such model, or there is one in each of several coverages.
+        GeometryError
+            The model could not be fitted.
+        """
+        # statsmodels takes longer to import than most blocks to be computed
+        from einschalt.stages.regression_results import (  # noqa: PLC0415
+            regression_of_model,
+        )
+
+        return regression_of_model(self, model_id, coverage)
+
     def _places(self, checked):
         known = encode_pairs(self.models["coverage"], self.models["model_id"])
         asked = pair_up(checked.coded["coverage"], checked.coded["model_id"])
