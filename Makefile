@@ -8,8 +8,10 @@ demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
 	$(BIN)/einschalt densify data_examples/sxb_strasbourg --output out/sxb_strasbourg
 
+# on all cores; a worker that has nothing left takes the last tests of another one, so
+# that those of one file, which share what they look at, mostly stay together
 test: .venv/installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # 200 blocks with known truth, some minutes; writes docs/truth.md
 truth: .venv/installed-test

@@ -4,6 +4,12 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+# one of several processes that run tests leaves the cores to the others, as the workers
+# of a batch do; set before numpy is imported
+if "PYTEST_XDIST_WORKER" in os.environ:
+    for _library in ("OPENBLAS", "MKL", "OMP"):
+        os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from importlib import import_module
 from pathlib import Path
 
@@ -20,10 +19,18 @@ def racing(monkeypatch):
 
 
 @pytest.mark.parametrize(("floor", "verdict"), [(2.0, "pass"), (1000.0, "FAIL")])
-def test_median_ratio_for_one_unit_is_judged(racing, capsys, floor, verdict):
+def test_median_ratio_for_one_unit_is_judged(
+    racing, capsys, monkeypatch, floor, verdict
+):
+    now = [0.0]
+
+    def takes(seconds):
+        now[0] += seconds
+
+    monkeypatch.setattr(racing, "perf_counter", lambda: now[0])
     # the peer takes five times as long, for half as many units
-    ours = racing.Contender("ours", lambda: time.sleep(0.01), 20)
-    peer = racing.Contender("peer", lambda: time.sleep(0.05), 10, floor=floor)
+    ours = racing.Contender("ours", lambda: takes(0.01), 20)
+    peer = racing.Contender("peer", lambda: takes(0.05), 10, floor=floor)
     kept = racing.race("Sleep", "nap", ours, [peer], rounds=5)
     assert kept == (verdict == "pass")
     title, first, second = capsys.readouterr().out.strip().splitlines()

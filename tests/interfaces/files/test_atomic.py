@@ -149,6 +149,8 @@ def test_leftover_of_an_ended_process_is_removed(tmp_path):
         ".einschalt-notes.txt",
         "einschalt-0-0-0-a.csv",
     ],
+    # the names hold the process: each one that runs tests would collect other tests
+    ids=["ours", "running", "other_computer", "notes", "not_hidden"],
 )
 def test_what_may_still_be_written_stays(tmp_path, name):
     (tmp_path / name).write_text("half")
@@ -171,7 +173,7 @@ def test_leftover_of_a_killed_process_that_nobody_waits_for_is_removed(tmp_path)
     process.wait()
 
 
-@pytest.mark.parametrize("place", [atomic._place(), "ffffff"])
+@pytest.mark.parametrize("place", [atomic._place(), "ffffff"], ids=["here", "there"])
 def test_old_leftover_is_removed_whoever_made_it(tmp_path, place):
     leftover = tmp_path / f".einschalt-{place}-1-0123abcd-a.csv"
     leftover.write_text("half")
