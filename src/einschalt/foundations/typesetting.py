@@ -7,11 +7,11 @@ for "3 models", :func:`table` for aligned columns, :func:`wrapped` for prose.
 
 import math
 import textwrap
-import unicodedata
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from rich.cells import cell_len
 
 from einschalt.foundations.display_names import printable, shortened
 from einschalt.foundations.units import METRES_PER_UNIT
@@ -266,18 +266,6 @@ def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str
     return f"{shown} and {rest} more" if rest > 0 else shown
 
 
-def display_width(text):
-    """Columns that a text takes on a terminal; wide East Asian characters take two."""
-    return sum(
-        0
-        if unicodedata.combining(char)
-        else 2
-        if unicodedata.east_asian_width(char) in "WF"
-        else 1
-        for char in text
-    )
-
-
 def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> str:
     """Align columns of text.
 
@@ -316,7 +304,7 @@ def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> st
     if not lines:
         return ""
     align = align or "l" + "r" * (len(lines[0]) - 1)
-    widths = [max(map(display_width, column)) for column in zip(*lines, strict=True)]
+    widths = [max(map(cell_len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         " " * indent
         + "  ".join(
@@ -328,7 +316,7 @@ def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> st
 
 
 def _padded(cell, width, side):
-    blank = " " * (width - display_width(cell))
+    blank = " " * (width - cell_len(cell))
     return cell + blank if side == "l" else blank + cell
 
 

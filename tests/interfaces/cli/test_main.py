@@ -9,7 +9,10 @@ import pytest
 from einschalt.interfaces.cli.main import COMMANDS
 
 NAMES = [command.__name__ for command in COMMANDS]
-HEAVY = {"numpy", "pandas", "numba", "matplotlib", "pyogrio", "scipy", "pyarrow"}
+HEAVY = {
+    *("numpy", "pandas", "numba", "matplotlib", "pyogrio", "scipy", "pyarrow"),
+    "shapely",
+}
 
 
 def test_help_lists_the_commands(invoke):

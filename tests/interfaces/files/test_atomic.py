@@ -187,7 +187,7 @@ WRITER = """
 import os, pickle, sys
 from pathlib import Path
 from einschalt.interfaces.files import result_folder
-import pyogrio, matplotlib.pyplot, einschalt.foundations.hulls
+import pyogrio, shapely, matplotlib.pyplot
 result = pickle.loads(Path(sys.argv[1]).read_bytes())
 for line in sys.stdin:  # one child for each folder: only the first has to import
     child = os.fork()

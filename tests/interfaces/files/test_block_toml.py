@@ -4,7 +4,10 @@ import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.interfaces.files.block_toml import read_block_toml, write_block_toml
@@ -193,3 +196,34 @@ def test_written_sections_come_back(tmp_path):
     assert back["low_flight"] == {**sections["low_flight"], "x": [1, 2]}
     assert "settings" not in back
     assert "scale_number = 8000\n" in text
+
+
+TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)
+VALUES = (
+    TEXTS
+    | st.booleans()
+    | st.integers(-(2**53), 2**53)
+    | st.floats(allow_nan=False)
+    | st.floats(allow_nan=False, width=32).map(np.float32)
+    | st.integers(0, 1000).map(np.int64)
+)
+
+
+@given(keys=st.dictionaries(TEXTS, VALUES, max_size=4))
+def test_every_value_comes_back(tmp_path_factory, keys):
+    path = tmp_path_factory.mktemp("toml") / "block.toml"
+    write_block_toml(path, {"low_flight": keys})
+    back = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert back == ({"low_flight": keys} if keys else {})
+
+
+def test_what_is_written_reads_as_a_person_would_write_it(tmp_path):
+    sections = {
+        "block": {"name": "Mürz", "crs": None},
+        "low_flight": {"scale_number": np.float64(8000.0), "m_g_um": 7.5, "base": "b"},
+    }
+    write_block_toml(tmp_path / "block.toml", sections)
+    assert (tmp_path / "block.toml").read_bytes().decode("utf-8") == (
+        '[block]\nname = "Mürz"\n\n'
+        '[low_flight]\nscale_number = 8000\nm_g_um = 7.5\nbase = "b"\n'
+    )

@@ -19,7 +19,7 @@ from einschalt.interfaces.files.geopackage import (
     write_geopackage,
 )
 from einschalt.interfaces.files.map_layers import exaggeration
-from einschalt.interfaces.files.qgis_styles import STYLES
+from einschalt.interfaces.files.qgis_styles import LAYERS, style_of
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +44,13 @@ def doubles(wkb, n_head):
 
 def test_layers_are_in_the_system_of_the_block(package):
     layers = dict(pyogrio.list_layers(package).tolist())
-    assert {name: layers[name] for name in STYLES} == {
+    assert {name: layers[name] for name in LAYERS} == {
         "models": "Polygon",
         "residual_vectors": "LineString",
         "ellipses": "Polygon",
         "points": "Point",
     }
-    for name in STYLES:
+    for name in LAYERS:
         assert pyogrio.read_info(package, layer=name)["crs"] == "EPSG:31255"
 
 
@@ -119,7 +119,7 @@ def test_layers_have_their_default_styles(package):
         query = "SELECT data_type FROM gpkg_contents WHERE table_name = 'layer_styles'"
         assert database.execute(query).fetchone() == ("attributes",)
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-    assert styles == {name: (1, style.as_qml()) for name, style in STYLES.items()}
+    assert styles == {name: (1, style_of(name)) for name in LAYERS}
 
 
 def test_block_without_system_warns_of_nothing(tmp_path, good_result):

@@ -7,8 +7,8 @@ import pytest
 
 from einschalt.pipeline.summary.sections import flights
 from einschalt.pipeline.summary.sections.precision import too_small
-from einschalt.pipeline.summary.verdict import verdict
 from einschalt.pipeline.summary.summary import summarize
+from einschalt.pipeline.summary.verdict import verdict
 
 # (a) without faults (b) failed models and a blunder (c) approximate points given
 # (d) nothing from outside

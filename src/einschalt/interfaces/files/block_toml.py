@@ -5,14 +5,15 @@ looked at in the same run: :class:`BlockToml` holds the sections as far as they 
 be understood, the problems, and which keys they concern.
 """
 
-import json
 import re
 import tomllib
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from einschalt.foundations.arguments import described
@@ -390,12 +391,8 @@ def write_block_toml(path, sections):
     FileError
         The file cannot be written.
     """
-    parts = []
-    for name, fields in sections.items():
-        lines = _lines(fields)
-        if lines:
-            parts.append("\n".join([f"[{name}]", *lines]) + "\n")
-    write_text(path, "\n".join(parts))
+    known = {name: _known(fields) for name, fields in sections.items()}
+    write_text(path, tomli_w.dumps({k: keys for k, keys in known.items() if keys}))
 
 
 def write_keys(path, fields):
@@ -412,24 +409,16 @@ def write_keys(path, fields):
     FileError
         The file cannot be written.
     """
-    write_text(path, "\n".join([*_lines(fields), ""]))
+    write_text(path, tomli_w.dumps(_known(fields)))
 
 
-def _lines(fields):
-    return [
-        f"{key} = {_toml_value(value)}"
-        for key, value in fields.items()
-        if value is not None
-    ]
+def _known(fields):
+    return {key: _plain(value) for key, value in fields.items() if value is not None}
 
 
-def _toml_value(value):
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        # TOML's escapes are those of JSON, which lets DEL stand
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(_toml_value(part) for part in value)}]"
+def _plain(value):
+    """A number of Python's, also where it came from an array; 8000, not 8000.0."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return value
     is_whole = float(value).is_integer() and abs(value) < 2**53
-    return str(int(value)) if is_whole else repr(float(value))
+    return int(value) if is_whole else float(value)

@@ -6,9 +6,9 @@ pyarrow in one sweep. Only where that fails, the file is read again row by row, 
 the message can quote what stands there, and where.
 
 Written: UTF-8, commas, Unix line ends; a missing number is an empty field. Equal
-tables give equal bytes. A text that a spreadsheet would take for a formula (``=``,
-``+``, ``-``, ``@`` in front, numbers excepted) gets an apostrophe before it, which
-reading takes away again: names come back as they went.
+tables give equal bytes. A text that a spreadsheet would compute as a formula gets an
+apostrophe before it, which reading takes away again: names come back as they went
+(docs/files.md).
 """
 
 import csv
@@ -33,9 +33,12 @@ SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
 QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""')
 SPECIAL = '",\r\n'
-# what a spreadsheet computes, also in the wide letters of East Asia
-FORMULA = "[=+\\-@\t\r＝＋－＠]"
-NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
+SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
+FORMULA = f"^[\t\r]*[{SIGNS}]"
+# a number, digits with letters (+12a), signs alone: nothing in them can be computed
+NO_FORMULA = rf"^([+-]\d\w*|[+-](\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[{SIGNS}]+)$"
+# an apostrophe of our own, or one that would be taken for it
+MARKED = f"^'('*[\t\r{SIGNS}])"
 MOST_COLUMNS = 1000
 LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
 BLOCK_BYTES = 2**22
@@ -88,9 +91,8 @@ def _without_apostrophes(frame, schema):
     """Take away what keeps spreadsheets from computing a name."""
     names = [name for name in schema.id_names if list(frame.columns).count(name) == 1]
     marked = [name for name in names if frame[name].str.startswith("'").any()]
-    pattern = f"^'('*{FORMULA})"
     return frame.assign(
-        **{n: frame[n].str.replace(pattern, r"\1", regex=True) for n in marked}
+        **{n: frame[n].str.replace(MARKED, r"\1", regex=True) for n in marked}
     )
 
 
@@ -330,13 +332,16 @@ def _as_arrow(series, decimals):
 
 def _harmless(texts):
     """Put an apostrophe before what a spreadsheet would compute."""
-    is_formula = pc.match_substring_regex(texts, f"^'*{FORMULA}")
-    if not pc.any(is_formula).as_py():
+    is_marked, is_formula, is_harmless = (
+        pc.match_substring_regex(texts, pattern)
+        for pattern in (MARKED, FORMULA, NO_FORMULA)
+    )
+    needs_mark = pc.or_(is_marked, pc.and_not(is_formula, is_harmless))
+    if not pc.any(needs_mark).as_py():
         return texts
-    is_number = pc.match_substring_regex(texts, NUMBER)
     apostrophe, nothing = (pa.scalar(sign, texts.type) for sign in ("'", ""))
     marked = pc.binary_join_element_wise(apostrophe, texts, nothing)
-    return pc.if_else(pc.and_(is_formula, pc.invert(is_number)), marked, texts)
+    return pc.if_else(needs_mark, marked, texts)
 
 
 def _is_text(values):

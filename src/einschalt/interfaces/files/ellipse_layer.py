@@ -4,8 +4,8 @@ import numpy as np
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
-from einschalt.interfaces.files.wkb_geometries import polygons_as_wkb
 from einschalt.theory.adjustment.ellipses import Ellipses, ellipse_outlines
 
 
@@ -49,12 +49,10 @@ def ellipse_layer(result, ellipse_scale=None) -> Layer:
     factor = ellipse_scale or exaggeration(xy, axes * [1.0, 0.0])
     azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
     outlines = ellipse_outlines(xy, Ellipses(*(factor * axes).T, azimuth))
-    n_vertices = outlines.shape[1]
-    start = np.arange(len(table) + 1) * n_vertices
     return Layer(
         "ellipses",
         table.assign(exaggeration=factor),
-        polygons_as_wkb(outlines.reshape(-1, 2), start),
+        map_shapes.polygons(outlines),
         "Polygon",
         f"Confidence ellipses, drawn {factor:g} times as large",
     )

@@ -21,16 +21,12 @@ import pyarrow as pa
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.files import map_shapes
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
 from einschalt.interfaces.files.qgis_styles import add_styles
-from einschalt.interfaces.files.wkb_geometries import (
-    lines_as_wkb,
-    points_as_wkb,
-    polygons_as_wkb,
-)
 
 GEOMETRY = "geom"
 LONGEST_REASON = 200  # characters of what GDAL says
@@ -185,7 +181,7 @@ def _points_layer(result):
     return Layer(
         "points",
         result.points,
-        points_as_wkb(_plane(result.points)),
+        map_shapes.points(_plane(result.points)),
         "Point",
         "Densified points; lengths in metres, standard errors total",
     )
@@ -200,16 +196,13 @@ def _residuals_layer(result, positions):
     return Layer(
         "residual_vectors",
         residuals.assign(exaggeration=factor),
-        lines_as_wkb(given, given + factor * shift),
+        map_shapes.lines(np.stack([given, given + factor * shift], axis=1)),
         "LineString",
         f"Residuals, transformed less given, drawn {factor:g} times as long",
     )
 
 
 def _models_layer(result, positions):
-    # imported when a file is written: compiled code is slow to load
-    from einschalt.foundations.hulls import convex_hulls  # noqa: PLC0415
-
     flights = result.block.flights.items()
     held = pd.concat([f.model_table().assign(flight=name) for name, f in flights])
     held = held.join(positions, on="point_id")
@@ -218,12 +211,10 @@ def _models_layer(result, positions):
     is_known = held["easting"].notna().to_numpy()
     order = np.argsort(group[is_known], kind="stable")
     xy = _plane(held[is_known])[order]
-    count = np.bincount(group[is_known], minlength=len(models))
-    vertices, start = convex_hulls(xy, np.concatenate([[0], np.cumsum(count)]))
     return Layer(
         "models",
         _with_outcome(models, result),
-        polygons_as_wkb(xy[vertices], start),
+        map_shapes.hulls(xy, group[is_known][order], len(models)),
         "Polygon",
         "Models, outlined by the ground coordinates of their points",
     )

@@ -32,6 +32,7 @@ def verdict_on(assessment) -> str:
 @singledispatch
 def _how_good(facts, credible):
     """The figure to believe, and another one beside it; or a bound."""
+    del credible
     raise TypeError(type(facts).__name__)
 
 

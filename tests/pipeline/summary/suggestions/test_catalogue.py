@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline.summary.sections.flights import orientations
-from einschalt.pipeline.summary.verdict import verdict
 from einschalt.pipeline.summary.suggestions import catalogue as sg
 from einschalt.pipeline.summary.suggestions.known_points import claim_column
+from einschalt.pipeline.summary.verdict import verdict
 
 
 def with_points(result, **columns):

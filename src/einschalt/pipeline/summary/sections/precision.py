@@ -296,8 +296,8 @@ def _two_ways(facts):
         return (IMPOSSIBLE,)
     if (apart := facts.comparison) is None:
         return (TWO_STEPS,)
-    return (
-        TWO_STEPS,
+    differ = (
         f"The two ways differ by {length(apart.rms)} (total, RMS), "
-        f"most at {names([apart.worst])}: {length(apart.largest)}.",
+        f"most at {names([apart.worst])}: {length(apart.largest)}."
     )
+    return TWO_STEPS, differ
