@@ -1,0 +1,1 @@
+"""What the measurements show beside the coordinates: computed, not yet judged."""

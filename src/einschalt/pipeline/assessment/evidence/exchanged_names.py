@@ -1,0 +1,171 @@
+"""Two points of a model whose names were exchanged: the model fits when they are put right.
+
+Two exchanged names spoil all residuals of their model, the coverage differences of its
+points and every figure of the block. So each model with a suspect is transformed again
+with every pair of its worst points exchanged, and the pair that makes it fit is the
+cause.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.stages.stage3_model_transformation import transform_models
+
+MODEL = ["coverage", "model_id"]
+# worst points of a model among which a pair is looked for: 15 pairs
+MOST_POINTS = 6
+MOST_MODELS = 200
+# of the models without suspects: what an exchanged model must come down to
+LARGE_M_0 = 3.0
+# and by how much it must improve, so that no chance improvement counts
+LEAST_IMPROVEMENT = 5.0
+
+
+@dataclass(frozen=True)
+class ExchangedNames:
+    """A pair of points that were measured under each other's name in a model.
+
+    Attributes
+    ----------
+    flight, coverage, model_id : str
+    points : tuple of str
+        The two names.
+    apart : float
+        Distance of the two points [m].
+    m_0, m_0_exchanged : float
+        Of the model as it was measured, and with the names put right, TOTAL [m].
+    model_points : tuple of str
+        All points of the model.
+    """
+
+    flight: str
+    coverage: str
+    model_id: str
+    points: tuple[str, str]
+    apart: float
+    m_0: float
+    m_0_exchanged: float
+    model_points: tuple[str, ...]
+
+
+def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
+    """Look for exchanged names in all models that have a suspect.
+
+    Parameters
+    ----------
+    solution : TwoStepSolution
+
+    Returns
+    -------
+    tuple of ExchangedNames
+        At most one pair of a model, the pair that is farthest apart first.
+    """
+    found = [
+        exchange
+        for name, flight in solution.block.flights.items()
+        for exchange in _in_flight(solution, name, flight.transformation)
+    ]
+    return tuple(sorted(found, key=lambda exchange: -exchange.apart))
+
+
+def _in_flight(solution, name, kind):
+    worst = _worst_points(solution, name)
+    if worst.empty:
+        return []
+    pairs = worst.merge(worst, on=MODEL, suffixes=("", "_other"))
+    pairs = pairs[pairs["point_id"] < pairs["point_id_other"]].reset_index(drop=True)
+    if pairs.empty:
+        return []
+    measured = tables.with_coverage(solution.model_points[name])
+    ground = _ground(solution, name)
+    as_measured = _variants(measured, worst[MODEL].drop_duplicates())
+    before = _m_0(as_measured, ground, kind)
+    trials = pairs.assign(
+        m_0=_m_0(_variants(measured, pairs), ground, kind),
+        before=pairs[MODEL].merge(_by_model(worst, before), on=MODEL)["m_0"],
+    )
+    best = trials.loc[trials.groupby(MODEL)["m_0"].idxmin().dropna()]
+    usual = _usual_m_0(solution, name, worst)
+    is_found = (best["m_0"] <= LARGE_M_0 * usual) & (
+        best["before"] >= LEAST_IMPROVEMENT * best["m_0"]
+    )
+    place = ground.set_index("point_id")[["easting", "northing"]]
+    return [_exchange(name, row, place, measured) for row in best[is_found].itertuples()]
+
+
+def _worst_points(solution, name):
+    """Points with the largest residuals of the models that have a suspect."""
+    residuals = solution.residuals[solution.residuals["flight"] == name]
+    gross = solution.gross_measurements
+    gross = gross[gross["flight"] == name].assign(is_suspect=True)
+    columns = [*MODEL, "point_id", "residual_easting", "residual_northing"]
+    both = pd.concat(
+        [part[[*columns, "is_suspect"]] for part in (residuals, gross) if len(part)]
+        or [residuals[[*columns, "is_suspect"]]]
+    )
+    both = both[both.groupby(MODEL)["is_suspect"].transform("any")]
+    miss = np.hypot(both["residual_easting"], both["residual_northing"])
+    both = both.assign(miss=miss).sort_values("miss", ascending=False, kind="stable")
+    models = both[MODEL].drop_duplicates().head(MOST_MODELS)
+    both = both.drop_duplicates([*MODEL, "point_id"]).merge(models, on=MODEL)
+    return both.groupby(MODEL).head(MOST_POINTS)[[*MODEL, "point_id"]]
+
+
+def _variants(measured, trials):
+    """A copy of its model for each trial, the names of a pair exchanged if it has one."""
+    numbered = trials.assign(trial=np.arange(len(trials)).astype(str))
+    points = measured.merge(numbered, on=MODEL, suffixes=("", "_one"))
+    if "point_id_other" in points:
+        one, other = points["point_id_one"], points["point_id_other"]
+        name = points["point_id"]
+        exchanged = np.where(name == one, other, np.where(name == other, one, name))
+        points = points.assign(point_id=exchanged)
+    axes = [axis for axis in "xyz" if axis in points]
+    return points.assign(model_id=points["trial"])[["model_id", "point_id", *axes]]
+
+
+def _m_0(variants, ground, kind):
+    models = transform_models(variants, ground, kind).models.set_index("model_id")
+    order = np.arange(variants["model_id"].nunique()).astype(str)
+    return models["m_0"].reindex(order).to_numpy()
+
+
+def _by_model(worst, m_0):
+    return worst[MODEL].drop_duplicates().assign(m_0=m_0)
+
+
+def _usual_m_0(solution, name, worst):
+    """Median m_0 of the models of the flight that have no suspect."""
+    models = solution.models
+    models = models[(models["flight"] == name) & models["is_usable"].astype(bool)]
+    suspect = pd.MultiIndex.from_frame(worst[MODEL])
+    is_good = ~pd.MultiIndex.from_frame(models[MODEL]).isin(suspect)
+    return float(models.loc[is_good, "m_0"].median())
+
+
+def _ground(solution, name):
+    """What the models of a flight were fitted onto."""
+    control = solution.block.control_points
+    if name == "high_flight":
+        return control[control["role"] == "control"]
+    return solution.approximations
+
+
+def _exchange(name, row, place, measured):
+    is_in_model = (measured["coverage"] == row.coverage) & (
+        measured["model_id"] == row.model_id
+    )
+    pair = [row.point_id, row.point_id_other]
+    return ExchangedNames(
+        flight=name,
+        coverage=row.coverage,
+        model_id=row.model_id,
+        points=tuple(pair),
+        apart=float(np.hypot(*np.diff(place.loc[pair].to_numpy(), axis=0)[0])),
+        m_0=float(row.before),
+        m_0_exchanged=float(row.m_0),
+        model_points=tuple(measured.loc[is_in_model, "point_id"]),
+    )
