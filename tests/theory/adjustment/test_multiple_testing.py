@@ -7,7 +7,9 @@ import pytest
 from statsmodels.stats.multitest import multipletests
 
 from einschalt.theory.adjustment.multiple_testing import (
+    any_significant,
     benjamini_hochberg,
+    bonferroni,
     count_tested,
     holm,
     is_rejected_by_holm,
@@ -54,3 +56,25 @@ def test_nothing_tested_nothing_rejected():
     assert not is_rejected_by_holm(nothing, np.array([0, 2, 3]), 0.05).any()
     assert np.isnan(benjamini_hochberg(nothing, np.array([0, 2, 3]))).all()
     assert count_tested(nothing, np.array([0, 2, 3])).tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("level", [0.001, 0.05, 0.3])
+def test_one_family_is_adjusted_by_its_size_as_statsmodels_does(families, level):
+    p_values, start = families
+    for first, last in pairwise(start):
+        own = p_values[first:last]
+        tested = own[np.isfinite(own)]
+        found = bonferroni(own)
+        assert np.isnan(found).sum() == len(own) - len(tested)
+        if not len(tested):
+            assert not any_significant(own, level)
+            continue
+        is_rejected, expected, *_ = multipletests(tested, level, "bonferroni")
+        np.testing.assert_allclose(found[np.isfinite(own)], expected, rtol=1e-12)
+        assert any_significant(own, level) == is_rejected.any()
+
+
+def test_part_of_a_family_is_adjusted_by_the_whole_of_it():
+    assert bonferroni([0.01, 0.3], 20).tolist() == [0.2, 1.0]
+    assert any_significant([0.01], 0.05)
+    assert not any_significant([0.01], 0.05, n_tests=6)
