@@ -21,7 +21,7 @@ def claim_that_does_not_stand(result):
     if claim.is_supported:
         return None
     return Suggestion(
-        f"The claimed figure does not stand: {'; '.join(map(_said, claim.refused))}",
+        f"The claimed figure does not stand: {'; '.join(map(_said, claim.rejected))}",
         INDEPENDENT if result.high is None else MODEL_OF_ERRORS,
     )
 
