@@ -15,6 +15,7 @@ from einschalt.pipeline.assessment.figures import (
     two_step_figures,
 )
 from einschalt.pipeline.assessment.precision_tables import PrecisionTables
+from einschalt.pipeline.assessment.repeated_settings import m_g_of_repeated_settings
 from einschalt.pipeline.assessment.systematic_errors import find_patterns
 from einschalt.pipeline.assessment.tolerance import with_tolerance
 from einschalt.pipeline.assessment.variance_components import (
@@ -22,7 +23,6 @@ from einschalt.pipeline.assessment.variance_components import (
     estimate_components,
 )
 from einschalt.pipeline.block.block import Block
-from einschalt.pipeline.block.repeated_pointings import m_g_of_repeated_settings
 from einschalt.pipeline.densification.coverage_screening import (
     screen_block,
     with_suspects,

@@ -27,7 +27,7 @@ from einschalt.interfaces.reports.map_sheet import (
     round_down,
     svg_of,
 )
-from einschalt.pipeline.summary.suggestions.known_points import claim_column
+from einschalt.pipeline.assessment.credibility import claim_column
 
 NEW = "#6b7c85"
 COLOURS = {"control": "#0b4f8a", "check": "#b4430b"}

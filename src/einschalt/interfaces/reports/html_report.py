@@ -16,6 +16,7 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
+from einschalt.pipeline.assessment.credibility import claim_column
 from einschalt.pipeline.summary import summary
 from einschalt.pipeline.summary.sections import (
     claim,
@@ -26,7 +27,6 @@ from einschalt.pipeline.summary.sections import (
 )
 from einschalt.pipeline.summary.sections.verdict import verdict_on
 from einschalt.pipeline.summary.suggestions.catalogue import find_suggestions
-from einschalt.pipeline.summary.suggestions.known_points import claim_column
 
 MOST_MODELS = 500
 WORST_MODELS = 100

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.pipeline.assessment.credibility import TOTAL, credible_figure
+from einschalt.pipeline.assessment.known_points import check_points_exceed
+from einschalt.pipeline.assessment.ways import adjustment_of
 from einschalt.pipeline.settings import NO_TOLERANCE
-from einschalt.pipeline.summary.suggestions.known_points import (
-    check_points_exceed,
-    claim_column,
-)
-
-TOTAL = "standard_error_total"
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,7 @@ class CheckedFigure:
         Of ``points``; empty where no figure is known.
     factor : float
         By which it was enlarged, since measurements exceed it.
-    stands : bool
+    is_supported : bool
         Whether the measurements leave it standing. Where they do not, the true error
         is larger by an unknown amount.
     is_tested : bool
@@ -96,19 +93,18 @@ def checked_figure(result) -> CheckedFigure:
         tests of the claim. In one adjustment its own figure, never made smaller by
         s_0; it falls where check points exceed it.
     """
-    if result.simultaneous is None:
+    figure, adjusted = credible_figure(result), adjustment_of(result)
+    if adjusted is None:
         claim = result.claim
-        tested = bool(claim.tests)
         return CheckedFigure(
-            claim_column(result),
-            claim.enlargement,
+            figure.column,
+            figure.factor,
             claim.is_supported,
-            is_tested=tested,
+            is_tested=bool(claim.tests),
         )
-    adjusted = result.simultaneous
     return CheckedFigure(
         column=TOTAL if TOTAL in result.points else "",
-        factor=float(np.nanmax([1.0, adjusted.s_0])),
+        factor=figure.factor,
         is_supported=not check_points_exceed(result),
         is_tested=adjusted.redundancy > 0 or result.figures.n_check > 0,
     )

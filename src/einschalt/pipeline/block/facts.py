@@ -244,3 +244,35 @@ class _Facts:
                     expected=f"{key} beside {beside}",
                     remedy=f"Add {key} = … to [{name}]",
                 )
+
+
+def count_models(flight):
+    """Count the models of a flight as they were measured.
+
+    Parameters
+    ----------
+    flight : Flight
+
+    Returns
+    -------
+    int
+    """
+    return len(_measured(flight)[["coverage", "model_id"]].drop_duplicates())
+
+
+def count_coverages(flight):
+    """Count the coverages of a flight.
+
+    Parameters
+    ----------
+    flight : Flight
+
+    Returns
+    -------
+    int
+    """
+    return int(_measured(flight)["coverage"].nunique())
+
+
+def _measured(flight):
+    return flight.models if flight.has_images else flight.model_points

@@ -8,9 +8,9 @@ from einschalt.pipeline.assessment.image_precision import (
     common_sigma_0,
     image_component,
 )
+from einschalt.pipeline.block.facts import count_models
 from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.suggestions.catalogue import n_models
-from einschalt.pipeline.summary.suggestions.suspects import shown_component
+from einschalt.pipeline.summary.wording import with_error
 
 
 def section(result) -> Section:
@@ -29,7 +29,7 @@ def section(result) -> Section:
             name.replace("_", " "),
             scale(flight.scale_number),
             flight.transformation,
-            f"{n_models(flight):d}",
+            f"{count_models(flight):d}",
             _usable(result.models, name),
             f"{number(flight.m_g_um)} µm",
             m_g[place],
@@ -104,7 +104,7 @@ def _of_images(flight, rows, block):
     return [
         (
             f"m_g of the {flight.replace('_', ' ')}: given {number(shown.given)}, the "
-            f"image residuals say {shown_component(shown)} µm for an image point, and "
+            f"image residuals say {_estimated(shown)} µm for an image point, and "
             f"so {number(np.hypot(rays, bent))} µm for a model point ({number(rays)} "
             f"from the rays, {number(bent)} from the orientation)."
         )
@@ -117,9 +117,13 @@ def measured_errors(result) -> tuple[str, ...]:
         return ()
     return tuple(
         f"m_g of the {flight.replace('_', ' ')}: given {number(component.given)}, "
-        f"the data say {shown_component(component)} µm."
+        f"the data say {_estimated(component)} µm."
         for flight, component in (
             ("high_flight", result.components.high_flight),
             ("low_flight", result.components.low_flight),
         )
     )
+
+
+def _estimated(component):
+    return with_error(component.estimated, component.standard_error)

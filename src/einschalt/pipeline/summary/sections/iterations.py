@@ -5,9 +5,9 @@ import pandas as pd
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length, lengths
+from einschalt.pipeline.assessment.findings.iterations import total_of_one_pass
 from einschalt.pipeline.densification.iteration import LEAST_MOVE
 from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.suggestions.iterations import total_of_one_pass
 
 MOST_SHOWN = 8
 CUT = "The first and the last passes; all of them stand in iterations.csv."

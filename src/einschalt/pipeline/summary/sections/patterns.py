@@ -1,10 +1,10 @@
 """Affinity of film and strain of the control network: what was looked for and found."""
 
-from einschalt.foundations.typesetting import fixed, length
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.systematic_errors import beyond_strain_test
 from einschalt.pipeline.summary.sections.section import Section
+from einschalt.pipeline.summary.wording import ppm
 
-PPM = 1e6
 REMARK = (
     "Affinity: by how much x is longer than y in all models of a flight, and the "
     "right angle between them smaller (1 ppm is 1 mm in a km). Strain: errors "
@@ -65,14 +65,3 @@ def _strain(found):
     if not found.is_smooth:
         return name, "–", "single points"
     return name, f"{length(found.size)} over {length(found.reach)}", "significant"
-
-
-def ppm(value, error) -> str:
-    """Write a small ratio with its standard error in parts per million.
-
-    Examples
-    --------
-    >>> ppm(1.02e-4, 3.8e-6), ppm(-3e-6, 1.2e-5)
-    ('102 ± 4 ppm', '-3 ± 12 ppm')
-    """
-    return f"{fixed(PPM * value, 0)} ± {fixed(PPM * error, 0)} ppm"

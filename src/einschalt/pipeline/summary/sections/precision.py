@@ -3,13 +3,11 @@
 import numpy as np
 
 from einschalt.foundations.typesetting import length, lengths, number_word
+from einschalt.pipeline.assessment.credibility import Reason, credible_figure
+from einschalt.pipeline.block.facts import count_coverages
 from einschalt.pipeline.summary.sections import simultaneous_vs_two_step
 from einschalt.pipeline.summary.sections.section import Section
 from einschalt.pipeline.summary.sections.verdict import mean_of
-from einschalt.pipeline.summary.suggestions.catalogue import (
-    coverages_of_low_flight,
-    has_credible_propagation,
-)
 
 TOTAL = (
     "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
@@ -53,6 +51,10 @@ BELIEVE_NEITHER = (
     "Believe the larger figure as a lower bound: neither of them counts the errors "
     "that points and coverages share."
 )
+BELIEVE = {
+    Reason.PROPAGATED: BELIEVE_PROPAGATED,
+    Reason.CONTRADICTED: BELIEVE_NONE,
+}
 
 
 def section(result) -> Section:
@@ -85,9 +87,7 @@ def section(result) -> Section:
 
 def what_to_believe(result) -> str:
     """Say in one sentence which of the figures to believe, and why they differ."""
-    if np.isnan(result.figures.mean_total):
-        return BELIEVE_NEITHER
-    return BELIEVE_PROPAGATED if has_credible_propagation(result) else BELIEVE_NONE
+    return BELIEVE.get(credible_figure(result).reason, BELIEVE_NEITHER)
 
 
 def remarks(result) -> tuple[str, ...]:
@@ -97,7 +97,7 @@ def remarks(result) -> tuple[str, ...]:
     chosen = [TOTAL, PAPER]
     if np.isfinite(result.figures.mean_total):
         chosen.insert(1, _propagated(result))
-    if coverages_of_low_flight(result) > 1:
+    if count_coverages(result.block.low_flight) > 1:
         chosen.append(INTERNAL)
         if result.settings.coverage_mean == "all":
             chosen.append(SINGLE)
@@ -131,7 +131,7 @@ def too_small(result) -> str:
     """Say why the paper's figure is too small, as far as that is known here."""
     if result.simultaneous is not None:
         return simultaneous_vs_two_step.caution(result)
-    n_coverages = coverages_of_low_flight(result)
+    n_coverages = count_coverages(result.block.low_flight)
     word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
     shared = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
     if result.block.high_flight is not None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.summary.sections.section import Section
-from einschalt.pipeline.summary.suggestions.suspects import shown_settings
+from einschalt.pipeline.summary.wording import with_error
 from einschalt.theory.measuring_error import m_g_of_mean
 
 SETTING_ALONE = (
@@ -26,7 +26,7 @@ def section(result) -> Section:
             f"{flight.n_points:d}",
             f"{flight.n_settings:.0f}",
             f"{number(flight.m_g_um)} µm",
-            f"{shown_settings(flight)} µm",
+            f"{with_error(flight.m_g_settings_um, flight.standard_error_um)} µm",
             _verdict(flight),
         )
         for flight in result.repeated_settings.itertuples()

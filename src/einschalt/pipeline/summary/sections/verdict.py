@@ -4,11 +4,8 @@ import numpy as np
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length, number_word
-from einschalt.pipeline.summary.suggestions.catalogue import (
-    coverages_of_low_flight,
-    has_credible_propagation,
-    n_models,
-)
+from einschalt.pipeline.assessment.credibility import Reason, credible_figure
+from einschalt.pipeline.block.facts import count_coverages, count_models
 
 
 def verdict(result) -> str:
@@ -24,7 +21,7 @@ def verdict_on(result) -> str:
     if result.failures.empty:
         return verdict
     failed = result.failures[["flight", "coverage", "model_id"]].drop_duplicates()
-    n_all = sum(n_models(flight) for flight in result.block.flights.values())
+    n_all = sum(map(count_models, result.block.flights.values()))
     return f"{verdict}; {len(failed)} of {count(n_all, 'model')} failed"
 
 
@@ -35,33 +32,29 @@ def _how_good(result):
         return _how_good_adjusted(result)
     if not np.isfinite(figures.mean_paper):
         return ""
+    figure = credible_figure(result)
+    value, mean = length(figure.value), mean_of(result)
+    if figure.is_lower_bound:
+        return f", {value} or worse (total, {mean})"
+    if figure.reason is Reason.BUDGET:
+        return f", {value} after Kovarik's budget (total, {mean})"
     paper = f"{length(figures.mean_paper)} after Kovarik's budget"
-    if has_credible_propagation(result):
-        return f", {length(figures.mean_total)} (total, {mean_of(result)}; {paper})"
-    if np.isnan(figures.mean_total) and result.claim.is_supported:
-        return f", {paper} (total, {mean_of(result)})"
-    claimed = figures.mean_total
-    if np.isnan(claimed):
-        claimed = figures.mean_paper
-    # what the measurements exceed the claim by is the least that it is too small by
-    enlarged = claimed * result.claim.enlargement
-    known = [enlarged, figures.mean_paper, figures.mean_internal]
-    return f", {length(np.nanmax(known))} or worse (total, {mean_of(result)})"
+    return f", {value} (total, {mean}; {paper})"
 
 
 def _how_good_adjusted(result):
     """The adjusted figure, and that of the two-step way beside it."""
-    total = result.figures.mean_total
-    if not np.isfinite(total):
+    figure = credible_figure(result)
+    if figure.reason is Reason.UNKNOWN:
         return " from the simultaneous adjustment"
     other = np.nan if result.two_step is None else result.two_step.figures.mean_total
     beside = f"; {length(other)} in two steps" if np.isfinite(other) else ""
-    return f", {length(total)} (total, simultaneous adjustment{beside})"
+    return f", {length(figure.value)} (total, simultaneous adjustment{beside})"
 
 
 def mean_of(result) -> str:
     """Say of how many coverages a final coordinate is the mean."""
-    n_coverages = coverages_of_low_flight(result)
+    n_coverages = count_coverages(result.block.low_flight)
     if n_coverages == 1:
         return "one coverage"
     return f"mean of {number_word(n_coverages)} coverages"
