@@ -11,7 +11,7 @@ import numpy as np
 from tests.truth.long_form.calibration import errors_of
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
-from einschalt.pipeline.assessment.claim import COVERAGES, LEVEL, NEIGHBOURS
+from einschalt.pipeline.assessment.evidence.claim import COVERAGES, LEVEL, NEIGHBOURS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations

@@ -3,13 +3,8 @@
 from dataclasses import dataclass
 from functools import singledispatch
 
-from einschalt.pipeline.assessment.catalogue import (
-    SIMULTANEOUS,
-    TWO_STEP,
-    findings_of,
-)
-from einschalt.pipeline.assessment.claim import Claim
 from einschalt.pipeline.assessment.credibility import CredibleFigure
+from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.assessment.examination import (
     SimultaneousExamination,
     TwoStepExamination,
@@ -63,6 +58,11 @@ from einschalt.pipeline.assessment.facts.tolerance import (
     tolerance_facts,
 )
 from einschalt.pipeline.assessment.finding import Finding
+from einschalt.pipeline.assessment.findings.catalogue import (
+    SIMULTANEOUS,
+    TWO_STEP,
+    findings_of,
+)
 from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
 

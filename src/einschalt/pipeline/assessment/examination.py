@@ -8,22 +8,31 @@ from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
 
+import numpy as np
 import pandas as pd
 
-from einschalt.pipeline.assessment.claim import UNTESTED, examine_claim
-from einschalt.pipeline.assessment.credibility import credible_figure
-from einschalt.pipeline.assessment.leave_one_out import leave_out_control
-from einschalt.pipeline.assessment.precision_tables import PrecisionTables
-from einschalt.pipeline.assessment.systematic_errors import (
+from einschalt.pipeline.assessment.credibility import (
+    figure_of_adjustment,
+    figure_of_two_steps,
+)
+from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
+from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
+from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
+from einschalt.pipeline.assessment.evidence.repeated_settings import (
+    m_g_of_repeated_settings,
+)
+from einschalt.pipeline.assessment.evidence.systematic_errors import (
     SystematicPatterns,
     find_patterns,
 )
-from einschalt.pipeline.assessment.tolerance import checked_figure
-from einschalt.pipeline.assessment.variance_components import (
+from einschalt.pipeline.assessment.evidence.variance_components import (
     can_tell_components,
     estimate_components,
 )
-from einschalt.pipeline.block.repeated_pointings import m_g_of_repeated_settings
+from einschalt.pipeline.assessment.tolerance import (
+    checked_figure_of_adjustment,
+    checked_figure_of_two_steps,
+)
 from einschalt.pipeline.densification.iteration import assumed_after_iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import (
@@ -65,16 +74,6 @@ class Examination(PrecisionTables):
     coverages = property(attrgetter("solution.coverages"))
 
     @cached_property
-    def credible(self):
-        """The figure to believe, and why: CredibleFigure."""
-        return credible_figure(self)
-
-    @cached_property
-    def checked(self):
-        """The figure that a tolerance is held against: CheckedFigure."""
-        return checked_figure(self)
-
-    @cached_property
     def repeated_settings(self):
         """What points that were set several times say of m_g, a DataFrame."""
         return m_g_of_repeated_settings(self)
@@ -93,6 +92,7 @@ class TwoStepExamination(Examination):
     model_points = property(attrgetter("solution.model_points"))
     iteration = property(attrgetter("solution.iteration"))
     screening = property(attrgetter("solution.screening"))
+    is_possible = True
 
     @cached_property
     def error_model(self):
@@ -117,6 +117,32 @@ class TwoStepExamination(Examination):
             found.orientation_errors,
         )
         return propagate_model(model, first.means)
+
+    @property
+    def total_of_one_pass(self):
+        """Error of the new points after the first pass, TOTAL, RMS [m], or NaN."""
+        errors = self.errors_of_one_pass
+        if errors is None:
+            return np.nan
+        new = self.points.loc[self.points["role"] == "new", "point_id"]
+        is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
+        variance = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)[is_new]
+        return float(np.sqrt(np.mean(variance))) if len(variance) else np.nan
+
+    @property
+    def held_control(self):
+        """Control points that the result holds: all of them, rows of ``points``."""
+        return self.points[self.points["role"] == "control"]
+
+    @cached_property
+    def credible(self):
+        """The figure to believe, and why: CredibleFigure."""
+        return figure_of_two_steps(self)
+
+    @cached_property
+    def checked(self):
+        """The figure that a tolerance is held against: CheckedFigure."""
+        return checked_figure_of_two_steps(self)
 
     @cached_property
     def claim(self):
@@ -166,6 +192,7 @@ class SimultaneousExamination(Examination):
     solution: SimultaneousSolution
 
     adjustment = property(attrgetter("solution.adjustment"))
+    screening = property(attrgetter("solution.two_step.screening"))
     errors = None
     left_out_control = None
     claim = UNTESTED
@@ -174,6 +201,24 @@ class SimultaneousExamination(Examination):
     def two_step(self):
         """Examination of the same block in two steps."""
         return examine(self.solution.two_step)
+
+    @property
+    def held_control(self):
+        """Control points without those that were set aside, rows of ``points``."""
+        control = self.points[self.points["role"] == "control"]
+        given = self.adjustment.control
+        aside = given.loc[given["is_set_aside"], "point_id"]
+        return control[~control["point_id"].isin(aside)]
+
+    @cached_property
+    def credible(self):
+        """The figure to believe, and why: CredibleFigure."""
+        return figure_of_adjustment(self)
+
+    @cached_property
+    def checked(self):
+        """The figure that a tolerance is held against: CheckedFigure."""
+        return checked_figure_of_adjustment(self)
 
     @property
     def components(self):
@@ -197,6 +242,7 @@ class NothingExamined:
 
     solution: WithoutTwoSteps
 
+    is_possible = False
     components = None
     patterns = SystematicPatterns((), None)
 

@@ -7,12 +7,12 @@ said of them stands in :mod:`einschalt.pipeline.summary`.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-NOTHING: Mapping[str, Any] = MappingProxyType({})
+# what is found must exceed what chance does in one block of a thousand
+SIGNIFICANCE = 0.001
 
 
 class Subject(StrEnum):
@@ -73,5 +73,5 @@ class Finding:
     probability: float = np.nan
     untested: str = ""
     remedy: str = ""
-    facts: Mapping[str, Any] = field(default=NOTHING)
+    facts: Mapping[str, Any] = field(default_factory=dict)
     explained_by: str = ""

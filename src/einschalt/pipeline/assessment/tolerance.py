@@ -8,13 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.known_points import check_points_exceed
 from einschalt.pipeline.settings import NO_TOLERANCE
-from einschalt.pipeline.summary.suggestions.known_points import (
-    check_points_exceed,
-    claim_column,
-)
-
-TOTAL = "standard_error_total"
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ class CheckedFigure:
         Of ``points``; empty where no figure is known.
     factor : float
         By which it was enlarged, since measurements exceed it.
-    stands : bool
+    is_supported : bool
         Whether the measurements leave it standing. Where they do not, the true error
         is larger by an unknown amount.
     is_tested : bool
@@ -82,44 +78,51 @@ def tolerance_of(settings):
     return PRESETS[asked] if asked in PRESETS else Tolerance("as set", asked)
 
 
-def checked_figure(result) -> CheckedFigure:
-    """Choose the figure that decides, and say whether it stands.
+def checked_figure_of_two_steps(examined) -> CheckedFigure:
+    """Take the figure of two steps, with the tests of the claim.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
     CheckedFigure
-        In two steps the propagated figure, or the larger one of the budget, with the
-        tests of the claim. In one adjustment its own figure, never made smaller by
-        s_0; it falls where check points exceed it.
+        The propagated figure, or the larger one of the budget.
     """
-    if result.simultaneous is None:
-        claim = result.claim
-        tested = bool(claim.tests)
-        return CheckedFigure(
-            claim_column(result),
-            claim.enlargement,
-            claim.is_supported,
-            is_tested=tested,
-        )
-    adjusted = result.simultaneous
+    figure, claim = examined.credible, examined.claim
     return CheckedFigure(
-        column=TOTAL if TOTAL in result.points else "",
-        factor=float(np.nanmax([1.0, adjusted.s_0])),
-        is_supported=not check_points_exceed(result),
-        is_tested=adjusted.redundancy > 0 or result.figures.n_check > 0,
+        figure.column, figure.factor, claim.is_supported, is_tested=bool(claim.tests)
     )
 
 
-def with_tolerance(result):
+def checked_figure_of_adjustment(examined) -> CheckedFigure:
+    """Take the figure of one adjustment, never made smaller by s_0.
+
+    Parameters
+    ----------
+    examined : SimultaneousExamination
+
+    Returns
+    -------
+    CheckedFigure
+        It falls where check points exceed it.
+    """
+    redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
+    return CheckedFigure(
+        column=TOTAL if TOTAL in examined.points else "",
+        factor=examined.credible.factor,
+        is_supported=not check_points_exceed(examined),
+        is_tested=redundancy > 0 or n_check > 0,
+    )
+
+
+def with_tolerance(examined):
     """Judge every point by the tolerance of the settings.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : Examination
 
     Returns
     -------
@@ -129,10 +132,10 @@ def with_tolerance(result):
         the claim does not stand, and no suspect passes. The same points where no
         tolerance is set.
     """
-    tolerance = tolerance_of(result.settings)
-    if tolerance is None or result.points.empty:
-        return result.points
-    used, points = checked_figure(result), result.points
+    tolerance = tolerance_of(examined.settings)
+    if tolerance is None or examined.points.empty:
+        return examined.points
+    used, points = examined.checked, examined.points
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
     # a figure that is not known passes nothing: nan <= limit is False
     is_small = used.factor * figure <= tolerance.point

@@ -2,9 +2,6 @@
 
 from dataclasses import dataclass
 
-# what is said must exceed what chance does in one block of a thousand
-SIGNIFICANCE = 0.001
-
 
 @dataclass(frozen=True)
 class Suggestion:

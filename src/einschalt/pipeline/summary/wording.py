@@ -2,11 +2,101 @@
 
 import math
 
-from einschalt.foundations.typesetting import fixed, number, number_word
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.typesetting import (
+    fixed,
+    names,
+    number,
+    number_word,
+    round_by_error,
+)
 
 LEAST_PROBABILITY = 0.001
 MOST_PROBABILITY = 0.99
 PPM = 1e6
+
+
+def flight_name(flight) -> str:
+    """Write the name of a flight as it stands in a sentence.
+
+    Examples
+    --------
+    >>> flight_name("low_flight")
+    'low flight'
+    """
+    return flight.replace("_", " ")
+
+
+def some_of(ids, n_all, most=5) -> str:
+    """Write the first names of many, and how many more there are.
+
+    Examples
+    --------
+    >>> some_of(["7/8", "8/9", "9/10"], 1061, most=2)
+    '7/8, 8/9 and 1059 more'
+    """
+    shown = list(ids)[:most]
+    rest = n_all - len(shown)
+    return f"{names(shown)} and {rest} more" if rest > 0 else names(shown)
+
+
+def some_models(models, n_all) -> str:
+    """Write the first of many models, each with its flight.
+
+    Examples
+    --------
+    >>> some_models([("low_flight", "7/8"), ("high_flight", "3")], 2)
+    'low 7/8, high 3'
+    """
+    return some_of(
+        [f"{_short(flight)} {shortened(model)}" for flight, model in models], n_all
+    )
+
+
+def some_observations(observations, n_all, most=4) -> str:
+    """Write the first of many observations: flight, coverage, model, point.
+
+    Examples
+    --------
+    >>> some_observations([("low_flight", "1", "7/8", "P 12")], 3)
+    'low 1 7/8 P 12 and 2 more'
+    """
+    shown = [
+        f"{_short(flight)} {coverage} {shortened(model)} {point}"
+        for flight, coverage, model, point in observations
+    ]
+    return some_of(shown, n_all, most)
+
+
+def some_image_points(points, n_all, most=4) -> str:
+    """Write the first of many image points: flight, model, point.
+
+    Examples
+    --------
+    >>> some_image_points([("low_flight", "7/8", "12")], 1)
+    'low 7/8 12'
+    """
+    shown = [
+        f"{_short(flight)} {shortened(model)} {shortened(point)}"
+        for flight, model, point in points
+    ]
+    return some_of(shown, n_all, most)
+
+
+def _short(flight):
+    return flight.removesuffix("_flight")
+
+
+def with_error(value, standard_error) -> str:
+    """Write an estimate with its standard error.
+
+    Examples
+    --------
+    >>> with_error(4.9713, 0.1342)
+    '4.97 ± 0.13'
+    """
+    value, error = round_by_error(value, standard_error)
+    return f"{value} ± {error}"
 
 
 def probability(p_value) -> str:

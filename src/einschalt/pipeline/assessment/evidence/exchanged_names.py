@@ -1,4 +1,4 @@
-"""Two points of a model whose names were exchanged: the model fits when they are put right.
+"""Two points of a model that were measured under each other's name.
 
 Two exchanged names spoil all residuals of their model, the coverage differences of its
 points and every figure of the block. So each model with a suspect is transformed again
@@ -93,7 +93,9 @@ def _in_flight(solution, name, kind):
         best["before"] >= LEAST_IMPROVEMENT * best["m_0"]
     )
     place = ground.set_index("point_id")[["easting", "northing"]]
-    return [_exchange(name, row, place, measured) for row in best[is_found].itertuples()]
+    return [
+        _exchange(name, row, place, measured) for row in best[is_found].itertuples()
+    ]
 
 
 def _worst_points(solution, name):
@@ -115,7 +117,7 @@ def _worst_points(solution, name):
 
 
 def _variants(measured, trials):
-    """A copy of its model for each trial, the names of a pair exchanged if it has one."""
+    """A copy of its model for each trial, with the names of its pair exchanged."""
     numbered = trials.assign(trial=np.arange(len(trials)).astype(str))
     points = measured.merge(numbered, on=MODEL, suffixes=("", "_one"))
     if "point_id_other" in points:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
-from einschalt.pipeline.assessment.image_precision import (
+from einschalt.pipeline.assessment.evidence.image_precision import (
     common_sigma_0,
     image_component,
 )
-from einschalt.pipeline.assessment.variance_components import Component
+from einschalt.pipeline.assessment.evidence.variance_components import Component
 
 
 @dataclass(frozen=True)

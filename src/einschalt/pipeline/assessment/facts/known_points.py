@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.pipeline.assessment.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 
 MOST_NAMED = 3
 

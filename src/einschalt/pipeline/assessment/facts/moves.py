@@ -83,30 +83,9 @@ def iteration_facts(examined) -> IterationFacts | None:
         n_held=iteration.n_held,
         n_models_held=iteration.n_models_held,
         n_models=iteration.n_models,
-        total_of_one_pass=total_of_one_pass(examined),
+        total_of_one_pass=examined.total_of_one_pass,
         total=float(examined.figures.mean_total),
     )
-
-
-def total_of_one_pass(examined) -> float:
-    """Propagated error of the new points after the first pass, TOTAL, RMS [m].
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    float
-        NaN where the errors were not propagated.
-    """
-    errors = examined.errors_of_one_pass
-    if errors is None:
-        return np.nan
-    new = examined.points.loc[examined.points["role"] == "new", "point_id"]
-    is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
-    variance = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)[is_new]
-    return float(np.sqrt(np.mean(variance))) if len(variance) else np.nan
 
 
 def distribution_facts(examined) -> DistributionFacts | None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from einschalt.pipeline.assessment.systematic_errors import (
+from einschalt.pipeline.assessment.evidence.systematic_errors import (
     SystematicPatterns,
     beyond_strain_test,
 )

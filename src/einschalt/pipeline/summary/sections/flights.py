@@ -7,10 +7,10 @@ from einschalt.foundations.typesetting import (
     length,
     lengths,
     number,
-    round_by_error,
     scale,
 )
 from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.wording import with_error
 
 
 def section(flights, approximations) -> Section:
@@ -29,7 +29,7 @@ def section(flights, approximations) -> Section:
     m_g = lengths([flight.m_g_ground for flight in flights])
     rows = [
         (
-            _name(flight),
+            flight_name(flight.name),
             scale(flight.scale_number),
             flight.transformation,
             f"{flight.n_models:d}",
@@ -47,10 +47,6 @@ def section(flights, approximations) -> Section:
         *measured_error_remarks(flights),
     )
     return Section("Flights (m_g and m_0 are total)", header, tuple(rows), remarks)
-
-
-def _name(flight):
-    return flight.name.replace("_", " ")
 
 
 def approximation_remark(facts) -> str:
@@ -75,7 +71,7 @@ def orientation_remarks(flights) -> tuple[str, ...]:
             continue
         observed = "an image coordinate" if found.is_from_images else "a y-parallax"
         lines.append(
-            f"Relative orientation, {_name(flight)}: "
+            f"Relative orientation, {flight_name(flight.name)}: "
             f"{count(found.n_models, 'model')}, sigma_0 {length(found.sigma_0)} "
             f"of {observed}; it sees y-parallax only."
         )
@@ -90,7 +86,7 @@ def _of_parallaxes(flight):
         return []
     return [
         (
-            f"m_g of the {_name(flight)}: given {number(flight.m_g_um)}, of which "
+            f"m_g of the {flight_name(flight.name)}: given {number(flight.m_g_um)}, of which "
             f"errors of the relative orientation make {number(bent)} µm."
         )
     ]
@@ -104,10 +100,10 @@ def _of_images(flight):
     rays, bent = found.m_g_intersection_um, found.m_g_orientation_um
     return [
         (
-            f"m_g of the {_name(flight)}: given {number(shown.given)}, the "
-            f"image residuals say {component_text(shown)} µm for an image point, and "
-            f"so {number(math.hypot(rays, bent))} µm for a model point "
-            f"({number(rays)} from the rays, {number(bent)} from the orientation)."
+            f"m_g of the {flight_name(flight.name)}: given {number(shown.given)}, "
+            f"the image residuals say {_shown(shown)} µm for an image point, and so "
+            f"{number(math.hypot(rays, bent))} µm for a model point ({number(rays)} "
+            f"from the rays, {number(bent)} from the orientation)."
         )
     ]
 
@@ -115,14 +111,12 @@ def _of_images(flight):
 def measured_error_remarks(flights) -> tuple[str, ...]:
     """Say what m_g of each flight the measurements show."""
     return tuple(
-        f"m_g of the {_name(flight)}: given {number(flight.shown_m_g.given)}, "
-        f"the data say {component_text(flight.shown_m_g)} µm."
+        f"m_g of the {flight_name(flight.name)}: given {number(flight.shown_m_g.given)}, "
+        f"the data say {_shown(flight.shown_m_g)} µm."
         for flight in flights
         if flight.shown_m_g is not None
     )
 
 
-def component_text(component) -> str:
-    """Write an estimated size of errors with its standard error."""
-    value, error = round_by_error(component.estimated, component.standard_error)
-    return f"{value} ± {error}"
+def _shown(component):
+    return with_error(component.estimated, component.standard_error)

@@ -1,7 +1,8 @@
 """Points that were set several times: m_g of their settings beside the given one."""
 
-from einschalt.foundations.typesetting import number, round_by_error
+from einschalt.foundations.typesetting import number
 from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.wording import with_error
 
 SETTING_ALONE = (
     "Settings see the setting alone, not film, lens and model: a smaller figure than "
@@ -27,11 +28,11 @@ def section(flights) -> Section:
     """
     rows = tuple(
         (
-            flight.flight.replace("_", " "),
+            flight_name(flight.flight),
             f"{flight.n_points:d}",
             f"{flight.n_settings:d}",
             f"{number(flight.m_g_um)} µm",
-            f"{settings_text(flight)} µm",
+            f"{with_error(flight.m_g_settings_um, flight.standard_error_um)} µm",
             _verdict(flight),
         )
         for flight in flights
@@ -40,12 +41,6 @@ def section(flights) -> Section:
     title = "Repeated settings (m_g of one setting, total)"
     rests = (_rest(flight) for flight in flights if flight.is_smaller)
     return Section(title, header, rows, (SETTING_ALONE, *rests))
-
-
-def settings_text(flight) -> str:
-    """Write m_g from repeated settings with its standard error."""
-    value, error = round_by_error(flight.m_g_settings_um, flight.standard_error_um)
-    return f"{value} ± {error}"
 
 
 def _verdict(flight):
@@ -61,5 +56,5 @@ def _rest(flight):
         flight.mean_as_taken_um,
         flight.m_g_that_makes_it_so_um,
     )
-    name = flight.flight.replace("_", " ")
+    name = flight_name(flight.flight)
     return REST.format(name, flight.settings_each, *map(number, sizes))

@@ -1,64 +1,106 @@
-"""What to say of a block whose claimed figure does not stand."""
+"""What to say of a claimed figure that does not stand, or that nothing checks."""
 
-from einschalt.foundations.typesetting import fixed, length
-from einschalt.pipeline.assessment.claim import NEIGHBOURS, RESIDUALS
+from einschalt.foundations.typesetting import factor, fixed, length
 from einschalt.pipeline.summary.suggestion import Suggestion
 
-INDEPENDENT = (
-    "Approximate coordinates whose errors are independent would not show this: they "
-    "share errors, as those of one orientation do, which no figure here holds. Trust "
-    "check points, or densify from a high flight over control"
-)
-MODEL_OF_ERRORS = (
-    "Look for deformed models, gross errors and wrong sizes of errors; trust check "
-    "points more than the figures"
-)
+REMEDIES = {
+    "doubt_independence": (
+        "Approximate coordinates whose errors are independent would not show this: "
+        "they share errors, as those of one orientation do, which no figure here "
+        "holds. Trust check points, or densify from a high flight over control"
+    ),
+    "doubt_sizes_of_errors": (
+        "Look for deformed models, gross errors and wrong sizes of errors; trust check "
+        "points more than the figures"
+    ),
+    "look_for_gross_errors_or_give_larger_ones": (
+        "Look for gross errors in high flight and control, or give larger errors"
+    ),
+    "raise_m_g": "Raise m_g_um of the low flight, or look for gross errors",
+    "give_check_points": 'Give some known points role = "check"',
+    "give_standard_errors_of_control": (
+        "Give standard_error_m, TOTAL in metres, in [control_points]"
+    ),
+}
 
 
-def claim_that_does_not_stand(result):
-    """Measurements that contradict what the claimed figure predicts."""
-    claim = result.claim
-    if claim.is_supported:
-        return None
+def claim_that_does_not_stand(finding):
+    """Every quantity that contradicts the claim."""
+    said = "; ".join(map(_rejected, finding.facts["rejected"]))
     return Suggestion(
-        f"The claimed figure does not stand: {'; '.join(map(_said, claim.rejected))}",
-        INDEPENDENT if result.high is None else MODEL_OF_ERRORS,
+        f"The claimed figure does not stand: {said}", REMEDIES[finding.remedy]
     )
 
 
-def _said(test):
-    if test.name == NEIGHBOURS:
+def _rejected(test):
+    observed, predicted = test["observed"], test["predicted"]
+    if test["kind"] == "correlation":
         return (
             "residuals of neighbours are alike (correlation "
-            f"{fixed(test.observed, 2)}, expected {fixed(test.predicted, 2)})"
+            f"{fixed(observed, 2)}, expected {fixed(predicted, 2)})"
         )
-    verb = "is" if test.observed > test.predicted else "is only"
-    size = f"{verb} {length(test.observed)}, predicted {length(test.predicted)}"
-    what = (
-        "the size of the residuals" if test.name == RESIDUALS else f"RMS of {test.name}"
+    is_residuals = test["kind"] == "residuals"
+    what = "the size of the residuals" if is_residuals else f"RMS of {test['quantity']}"
+    verb = "is" if observed > predicted else "is only"
+    return f"{what} {verb} {length(observed)}, predicted {length(predicted)}"
+
+
+def high_flight_that_misfits(finding):
+    """Its m_0 beside what is explained."""
+    facts = finding.facts
+    return Suggestion(
+        f"m_0 of the high flight is {length(facts['m_0'])}, {factor(facts['ratio'])} "
+        f"the {length(facts['explained'])} that m_g_um and the control points' errors "
+        "explain",
+        REMEDIES[finding.remedy],
     )
-    return f"{what} {size}"
 
 
-def figure_left_out(result):
-    """Say what is missing for the propagated figure, where it can be given."""
-    block = result.block
-    if result.errors is not None or block.high_flight is None:
-        return None
-    if "standard_error_m" in block.control_points:
-        return None
+def contradicted_propagation(finding):
+    """The three figures."""
+    said = ", ".join(
+        f"{name} {length(finding.facts[name])}"
+        for name in ("propagated", "paper", "internal")
+    )
+    return Suggestion(
+        "The measurements contradict the propagated figure, which takes the sizes "
+        f"of errors as given: {said}",
+        REMEDIES[finding.remedy],
+    )
+
+
+def contradicted_budget(finding):
+    """The two figures."""
+    facts = finding.facts
+    return Suggestion(
+        "The coverages differ more than the budget explains: internal "
+        f"{length(facts['internal'])}, paper {length(facts['paper'])}",
+        REMEDIES[finding.remedy],
+    )
+
+
+def no_check_points(finding):
+    """Nothing from outside."""
+    return Suggestion(
+        "No check points: nothing from outside confirms the figures below",
+        REMEDIES[finding.remedy],
+    )
+
+
+def figure_left_out(finding):
+    """What is left out, and what remains."""
     return Suggestion(
         "standard_error_total is left out: the control points have no "
         "standard_error_m. The figures that remain are too small",
-        "Give standard_error_m, TOTAL in metres, in [control_points]",
+        REMEDIES[finding.remedy],
     )
 
 
-def no_check_points(result):
-    """Nothing from outside confirms the figures."""
-    if result.figures.n_check > 0:
-        return None
-    return Suggestion(
-        "No check points: nothing from outside confirms the figures below",
-        'Give some known points role = "check"',
-    )
+WORDS = {
+    "claim_that_does_not_stand": claim_that_does_not_stand,
+    "high_flight_that_misfits": high_flight_that_misfits,
+    "contradicted_propagation": contradicted_propagation,
+    "contradicted_budget": contradicted_budget,
+    "no_check_points": no_check_points,
+    "figure_left_out": figure_left_out,
+}

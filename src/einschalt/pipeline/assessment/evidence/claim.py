@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.names import encode
-from einschalt.pipeline.assessment.mean_residuals import mean_residuals
+from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,

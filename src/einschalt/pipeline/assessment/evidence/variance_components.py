@@ -40,6 +40,11 @@ from einschalt.theory.adjustment.variance_components import (
     estimate_factors,
 )
 
+# a standard error of variance components is itself uncertain, and a difference of a
+# few per cent changes nothing
+LARGE_DIFFERENCE = 4.0
+MIN_REPORTED_RATIO = 1.10
+
 
 @dataclass(frozen=True)
 class Component:
@@ -54,6 +59,23 @@ class Component:
     given: float
     estimated: float
     standard_error: float
+
+    @property
+    def is_contradicted(self):
+        """Whether the given size is far from the estimated one."""
+        difference = abs(self.estimated - self.given)
+        is_significant = difference > LARGE_DIFFERENCE * self.standard_error
+        is_large = difference > (MIN_REPORTED_RATIO - 1.0) * self.given
+        return bool(is_significant and is_large)
+
+    def facts_of(self, flight):
+        """Facts for a finding on the m_g of a flight, plain numbers in µm."""
+        return {
+            "flight": str(flight),
+            "given_um": float(self.given),
+            "estimated_um": float(self.estimated),
+            "standard_error_um": float(self.standard_error),
+        }
 
 
 @dataclass(frozen=True)

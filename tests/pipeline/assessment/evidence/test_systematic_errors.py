@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.typesetting import length
-from einschalt.pipeline.assessment import systematic_errors
-from einschalt.pipeline.assessment.systematic_errors import (
+from einschalt.pipeline.assessment.evidence import systematic_errors
+from einschalt.pipeline.assessment.evidence.systematic_errors import (
     NetworkStrain,
     SystematicPatterns,
 )

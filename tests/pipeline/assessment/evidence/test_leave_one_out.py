@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.assessment.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block

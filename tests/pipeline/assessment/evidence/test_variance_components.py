@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.assessment.variance_components import Component
+from einschalt.pipeline.assessment.evidence.variance_components import Component
 from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings

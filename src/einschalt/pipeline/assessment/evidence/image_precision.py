@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
-from einschalt.pipeline.assessment.variance_components import Component
+from einschalt.pipeline.assessment.evidence.variance_components import Component
 from einschalt.theory.adjustment.least_squares import SQRT2
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM

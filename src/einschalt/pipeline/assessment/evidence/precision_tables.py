@@ -11,7 +11,7 @@ import pandas as pd
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.pipeline.assessment.leave_one_out import left_out_table
+from einschalt.pipeline.assessment.evidence.leave_one_out import left_out_table
 from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
@@ -181,7 +181,7 @@ class PrecisionTables:
     def control_left_out(self):
         """Control points predicted from all the others, a DataFrame.
 
-        See :func:`einschalt.pipeline.assessment.leave_one_out.left_out_table`.
+        See :func:`einschalt.pipeline.assessment.evidence.leave_one_out.left_out_table`.
         """
         return left_out_table(self.left_out_control, self.settings.significance)
 

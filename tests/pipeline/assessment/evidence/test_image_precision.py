@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.pipeline.assessment.image_precision import (
+from einschalt.pipeline.assessment.evidence.image_precision import (
     common_sigma_0,
     image_component,
 )

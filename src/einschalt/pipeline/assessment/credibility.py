@@ -1,0 +1,236 @@
+"""Which figure of precision to believe, and why.
+
+In two steps there are three: the propagated one takes the sizes of all errors as given,
+so nothing in the measurements can enlarge it; that of the budget and the internal one
+see less, but they see the measurements.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.assessment.finding import SIGNIFICANCE
+from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+
+TOTAL = "standard_error_total"
+PAPER = "standard_error_paper"
+# a root mean square this much beyond the expected one is worth a word
+MIN_REPORTED_RATIO = 1.25
+
+
+class Reason(StrEnum):
+    """Why a figure is the one to believe."""
+
+    PROPAGATED = "propagated"  # it counts what points share, and nothing contradicts it
+    CONTRADICTED = "contradicted"  # measurements contradict the propagated figure
+    BUDGET = "budget"  # nothing else is known, and nothing contradicts it
+    BUDGET_CONTRADICTED = "budget_contradicted"
+    ADJUSTED = "adjusted"  # that of the simultaneous adjustment
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class CredibleFigure:
+    """The figure of the new points to believe.
+
+    Attributes
+    ----------
+    value : float
+        TOTAL, root mean square [m]; NaN where none is known.
+    is_lower_bound : bool
+        Whether the points are as good as that or worse, by an unknown amount.
+    column : str
+        Of ``points``: the standard error that is claimed for single points.
+    factor : float
+        By which the measurements exceed that column at least; 1 where they do not.
+    reason : Reason
+    """
+
+    value: float
+    is_lower_bound: bool
+    column: str
+    factor: float
+    reason: Reason
+
+
+def figure_of_two_steps(examined) -> CredibleFigure:
+    """Choose the figure of the two steps to believe.
+
+    Parameters
+    ----------
+    examined : TwoStepExamination
+
+    Returns
+    -------
+    CredibleFigure
+        The propagated figure where nothing contradicts it, otherwise the largest that
+        is known, as a lower bound.
+    """
+    figures, claim = examined.figures, examined.claim
+    total, paper = figures.mean_total, figures.mean_paper
+    if np.isnan(total) and np.isnan(paper):
+        value, reason = np.nan, Reason.UNKNOWN
+    elif has_credible_propagation(examined):
+        value, reason = total, Reason.PROPAGATED
+    elif np.isnan(total) and claim.is_supported:
+        value, reason = paper, Reason.BUDGET
+    else:
+        is_budget = np.isnan(total)
+        # what the measurements exceed the claim by is the least that it is too small by
+        enlarged = (paper if is_budget else total) * claim.enlargement
+        value = np.nanmax([enlarged, paper, figures.mean_internal])
+        reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
+    return CredibleFigure(
+        value=float(value),
+        is_lower_bound=reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED),
+        column=claimed_column(figures),
+        factor=claim.enlargement,
+        reason=reason,
+    )
+
+
+def figure_of_adjustment(examined) -> CredibleFigure:
+    """Take the figure of one adjustment.
+
+    Parameters
+    ----------
+    examined : SimultaneousExamination
+
+    Returns
+    -------
+    CredibleFigure
+    """
+    total = examined.figures.mean_total
+    is_known = bool(np.isfinite(total))
+    return CredibleFigure(
+        value=float(total),
+        is_lower_bound=False,
+        # the paper's budget is that of two steps
+        column=TOTAL if is_known else PAPER,
+        # s_0 never makes a figure smaller
+        factor=float(np.nanmax([1.0, examined.adjustment.s_0])),
+        reason=Reason.ADJUSTED if is_known else Reason.UNKNOWN,
+    )
+
+
+def claimed_column(figures) -> str:
+    """Name the standard error that two steps claim for single points.
+
+    Parameters
+    ----------
+    figures : BlockFigures
+
+    Returns
+    -------
+    str
+        The propagated one where it is known, unless the budget is larger.
+    """
+    return TOTAL if figures.mean_total >= figures.mean_paper else PAPER
+
+
+def has_credible_propagation(examined) -> bool:
+    """Whether there is a propagated figure that the measurements do not contradict.
+
+    Parameters
+    ----------
+    examined : DensificationResult
+        In two steps.
+
+    Returns
+    -------
+    bool
+    """
+    total = examined.figures.mean_total
+    is_explained = largest_measured(examined.figures) <= MIN_REPORTED_RATIO * total
+    misfit = high_flight_misfit(examined)
+    has_fit = misfit is None or not misfit.is_large
+    return bool(is_explained and has_fit and examined.claim.is_supported)
+
+
+def largest_measured(figures) -> float:
+    """The larger one of the two figures that see the measurements.
+
+    Parameters
+    ----------
+    figures : BlockFigures
+
+    Returns
+    -------
+    float
+        TOTAL [m]; 0 where neither is known.
+    """
+    return float(np.nanmax([figures.mean_paper, figures.mean_internal, 0.0]))
+
+
+@dataclass(frozen=True)
+class HighFlightMisfit:
+    """How the high flight fits the control points, and how it should.
+
+    Attributes
+    ----------
+    m_0 : float
+        Of all models of the high flight together, TOTAL [m].
+    explained : float
+        What measuring errors, orientations and control points explain of it [m].
+    degrees : int
+        Redundancy of the models.
+    """
+
+    m_0: float
+    explained: float
+    degrees: int
+
+    @property
+    def ratio(self):
+        """The first by the second."""
+        return self.m_0 / self.explained
+
+    @property
+    def is_large(self):
+        """Whether chance does not explain the misfit."""
+        limits = ratio_limits(self.degrees, SIGNIFICANCE, MIN_REPORTED_RATIO)
+        return bool(self.ratio > limits[1])
+
+    @property
+    def p_value(self):
+        """Probability of a misfit this large if the given errors are right."""
+        return float(ratio_p_value(self.ratio, self.degrees))
+
+
+def high_flight_misfit(examined) -> HighFlightMisfit | None:
+    """Compare m_0 of the high flight with what the given errors explain.
+
+    Parameters
+    ----------
+    examined : DensificationResult
+
+    Returns
+    -------
+    HighFlightMisfit or None
+        None without a high flight, without redundancy, and where the control points
+        have no standard errors.
+    """
+    block = examined.block
+    if block.high_flight is None or "standard_error_m" not in block.control_points:
+        return None
+    high = examined.models[examined.models["flight"] == "high_flight"]
+    degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
+    if degrees == 0:
+        return None
+    scale = block.high_flight.scale_number
+    m_g = ground_from_image_um(block.high_flight.m_g_um, scale)
+    control = block.control_points["standard_error_m"].to_numpy(dtype=float)
+    bent = ground_from_image_um(_bent_by_orientation(examined.orientations), scale)
+    explained = np.hypot.reduce([m_g, np.sqrt(np.mean(control**2)), bent])
+    return HighFlightMisfit(examined.figures.m_0_high, float(explained), degrees)
+
+
+def _bent_by_orientation(orientations):
+    """What errors of orientations leave in a model of the high flight, RMS [µm]."""
+    is_high = orientations["flight"] == "high_flight"
+    bent = orientations.loc[is_high, "m_g_orientation_um"].dropna()
+    return (
+        float(np.sqrt(np.mean(bent.to_numpy(dtype=float) ** 2))) if len(bent) else 0.0
+    )

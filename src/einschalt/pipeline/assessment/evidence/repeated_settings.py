@@ -1,0 +1,115 @@
+"""What points that were set several times say of m_g, beside the m_g that was given."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
+from einschalt.pipeline.assessment.finding import SIGNIFICANCE
+from einschalt.pipeline.block.repeated_pointings import SPREAD
+from einschalt.theory.adjustment.global_tests import ratio_p_value
+from einschalt.theory.measuring_error import m_g_from_repeated_settings
+
+MODEL = ["flight", "coverage", "model_id"]
+COLUMNS = [
+    *("flight", "n_points", "n_settings", "redundancy", "m_g_um", "m_g_settings_um"),
+    *("standard_error_um", "p_value", "is_larger", "is_smaller"),
+]
+POINT_COLUMNS = [*MODEL, "point_id", "n_settings", "spread_um", "p_value"]
+# a larger m_g that changes nothing is not worth a word
+MIN_REPORTED_RATIO = 1.10
+
+
+def m_g_of_repeated_settings(result):
+    """Compare the m_g of each flight with what repeated settings say.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    DataFrame
+        flight, n_points (that were set several times), n_settings (of these),
+        redundancy (settings less points), m_g_um (as given), m_g_settings_um (from the
+        settings), standard_error_um, p_value (that settings of the given m_g scatter
+        as much: χ² of both coordinates), is_larger, is_smaller (chance does not explain
+        it, and it is worth a word). A smaller m_g is no contradiction, since the given
+        one holds film, lens and model as well. No rows where nothing was set twice.
+    """
+    points = spread_of_points(result)
+    rows = [
+        _of_flight(name, found, result.block.flights[name].m_g_um)
+        for name, found in points.groupby("flight", sort=False)
+    ]
+    return pd.DataFrame(rows, columns=COLUMNS).astype(
+        {"is_larger": bool, "is_smaller": bool}
+    )
+
+
+def _of_flight(name, points, m_g_um):
+    n_settings = points["n_settings"].to_numpy()
+    found, error = m_g_from_repeated_settings(points["spread_um"], n_settings)
+    redundancy = float((n_settings - 1.0).sum())
+    p_value = _p_value(found, m_g_um, redundancy)
+    is_larger = p_value < SIGNIFICANCE and found > MIN_REPORTED_RATIO * m_g_um
+    counts = (len(points), n_settings.sum(), redundancy)
+    is_smaller = p_value > 1.0 - SIGNIFICANCE and MIN_REPORTED_RATIO * found < m_g_um
+    verdicts = bool(is_larger), bool(is_smaller)
+    return (name, *counts, m_g_um, found, error, p_value, *verdicts)
+
+
+def _p_value(spread_um, m_g_um, redundancy):
+    """Probability of at least this scatter, 2 (k − 1) s² / m_g² being χ²."""
+    return ratio_p_value(spread_um / m_g_um, 2.0 * redundancy)
+
+
+def spread_of_points(result):
+    """How far the settings of each point lie apart, in the image plane.
+
+    Parameters
+    ----------
+    result : DensificationResult
+
+    Returns
+    -------
+    DataFrame
+        flight, coverage, model_id, point_id, n_settings, spread_um (total, of one
+        setting), p_value (as that of a flight) of the points that were set several
+        times in usable models.
+    """
+    parts = [
+        _points_of(name, flight, result.models)
+        for name, flight in result.block.flights.items()
+        if not flight.has_images and SPREAD in flight.model_points
+    ]
+    return pd.concat([pd.DataFrame(columns=POINT_COLUMNS), *parts], ignore_index=True)
+
+
+def _points_of(name, flight, models):
+    points = tables.with_coverage(flight.model_points).assign(flight=name)
+    if "n_settings" not in points:
+        points = points.assign(n_settings=1.0)
+    points = points[points[SPREAD].notna() & (points["n_settings"] > 1.0)]
+    scales = models[MODEL].assign(scale=_scales(models, flight))
+    points = points.merge(scales, on=MODEL)
+    on_ground = points[SPREAD] * points["scale"]
+    points = points.assign(spread_um=on_ground / flight.scale_number / METRES_PER_UM)
+    points = points[points["spread_um"].notna()]
+    redundancy = points["n_settings"] - 1.0
+    p_value = _p_value(points["spread_um"], flight.m_g_um, redundancy)
+    return points.assign(p_value=p_value)[POINT_COLUMNS]
+
+
+def _scales(models, flight):
+    """Metres on the ground of one unit of each model; NaN where it is not usable."""
+    if flight.transformation == "rigid":
+        scale = np.full(len(models), METRES_PER_UNIT[flight.model_unit])
+    elif flight.transformation == "affine":
+        a_1, a_2, b_1, b_2 = (models[name] for name in ("a1", "a2", "b1", "b2"))
+        scale = np.sqrt(np.abs(a_1 * b_2 - a_2 * b_1))
+    elif flight.transformation == "helmert":
+        scale = np.hypot(models["a"], models["b"])
+    else:
+        scale = models["scale"]
+    return np.where(models["is_usable"].to_numpy(dtype=bool), scale, np.nan)

@@ -1,0 +1,1 @@
+"""Judges: each looks at one thing and gives a finding, or None."""

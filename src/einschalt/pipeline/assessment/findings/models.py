@@ -1,0 +1,190 @@
+"""Models that failed or are weak, and points that hang on them."""
+
+import numpy as np
+
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.row_keys import (
+    MODEL,
+    first_names,
+    row_keys,
+)
+
+LARGE_M_0 = 3.0
+MOST_REASONS = 20
+MOST_NAMED_OF_A_REASON = 10
+DETERMINANT = ["a1", "a2", "b1", "b2"]
+
+
+def failed_models(examined):
+    """Models that gave no transformation, counted by their reason."""
+    failures = examined.failures
+    if failures.empty:
+        return None
+    keys = ["flight", "coverage", "model_id"]
+    n_failed = len(failures[keys].drop_duplicates())
+    groups = failures.groupby(["flight", "reason", "remedy"], sort=False, dropna=False)
+    biggest = sorted(groups, key=lambda group: -len(group[1]))
+    return Finding(
+        "failed_models",
+        Subject.MODEL,
+        names=first_names(failures["model_id"].drop_duplicates()),
+        statistic="number of failed models",
+        observed=float(n_failed),
+        expected=0.0,
+        facts={
+            "n_failed": n_failed,
+            "n_models": sum(
+                flight.n_models for flight in examined.block.flights.values()
+            ),
+            "n_reasons": len(biggest),
+            "reasons": tuple(_reason(*group) for group in biggest[:MOST_REASONS]),
+        },
+    )
+
+
+def _reason(key, rows):
+    flight, reason, remedy = key
+    return {
+        "flight": str(flight),
+        "reason": str(reason),
+        "remedy": remedy.strip() if isinstance(remedy, str) else "",
+        "n_models": len(rows),
+        "models": first_names(rows["model_id"])[:MOST_NAMED_OF_A_REASON],
+    }
+
+
+def points_without_coordinates(examined):
+    """Points that the low flight measured and no usable model holds."""
+    measured = examined.block.low_flight.model_table()["point_id"]
+    is_lost = ~measured.isin(examined.points["point_id"])
+    lost = measured[is_lost].drop_duplicates()
+    if lost.empty:
+        return None
+    return Finding(
+        "points_without_coordinates",
+        Subject.POINT,
+        names=first_names(lost),
+        remedy="look_at_their_models",
+        facts={"n_points": len(lost)},
+    )
+
+
+def models_with_large_m_0(examined):
+    """Models that fit far worse than their flight."""
+    models = examined.models[examined.models["is_usable"].astype(bool)]
+    squares = models["m_0"].fillna(0.0) ** 2 * models["redundancy"]
+    of_flight = models["flight"]
+    redundancy = models.groupby("flight")["redundancy"].sum().clip(lower=1)
+    pooled = np.sqrt(squares.groupby(of_flight).sum() / redundancy)
+    usual = of_flight.map(pooled)
+    is_large = models["m_0"] > LARGE_M_0 * usual
+    worst = models[is_large].sort_values("m_0", ascending=False)
+    if worst.empty:
+        return None
+    largest = float(worst["m_0"].iloc[0])
+    return Finding(
+        "models_with_large_m_0",
+        Subject.MODEL,
+        names=first_names(worst["model_id"]),
+        statistic="m_0 of a model",
+        observed=largest,
+        expected=float(usual[worst.index[0]]),
+        remedy="look_at_residuals",
+        facts={
+            "n_models": len(worst),
+            "models": row_keys(worst, MODEL),
+            "times_usual": LARGE_M_0,
+            "largest_m_0": largest,
+        },
+    )
+
+
+def mirrored_models(examined):
+    """Affine models with a negative determinant, which no camera makes by itself."""
+    models = examined.models
+    if not set(DETERMINANT) <= set(models.columns):
+        return None
+    models = models[(models["transformation"] == "affine") & models["is_usable"]]
+    a1, a2, b1, b2 = models[DETERMINANT].to_numpy(dtype=float).T
+    mirrored = models[a1 * b2 - a2 * b1 < 0.0]
+    if mirrored.empty:
+        return None
+    facts = {"n_mirrored": len(mirrored), "n_affine": len(models)}
+    if len(mirrored) == len(models):
+        return Finding(
+            "all_models_mirrored",
+            Subject.BLOCK,
+            Gravity.NOTE,
+            remedy="exchange_axes_unless_left_handed",
+            facts=facts,
+        )
+    return Finding(
+        "mirrored_models",
+        Subject.MODEL,
+        names=first_names(mirrored["model_id"]),
+        remedy="look_for_exchanged_names",
+        facts={**facts, "models": row_keys(mirrored, MODEL)},
+    )
+
+
+def points_in_one_coverage(examined):
+    """Points that no second coverage confirms, where the flight has one."""
+    if examined.block.low_flight.n_coverages == 1:
+        return None
+    points = examined.points
+    single = points[points["n_coverages"] == 1]
+    if single.empty:
+        return None
+    return Finding(
+        "points_in_one_coverage",
+        Subject.POINT,
+        names=first_names(single["point_id"]),
+        remedy="nothing_confirms_them",
+        facts={
+            "n_points": len(single),
+            "n_in_one_model": int((single["n_models"] == 1).sum()),
+        },
+    )
+
+
+def points_in_one_model(examined):
+    """Points that not even a second model confirms, in a flight of one coverage."""
+    if examined.block.low_flight.n_coverages != 1:
+        return None
+    points = examined.points
+    alone = points[(points["n_coverages"] == 1) & (points["n_models"] == 1)]
+    if alone.empty:
+        return None
+    return Finding(
+        "points_in_one_model",
+        Subject.POINT,
+        names=first_names(alone["point_id"]),
+        remedy="nothing_confirms_them",
+        facts={"n_points": len(alone)},
+    )
+
+
+def models_without_redundancy(examined):
+    """Models that any residual escapes."""
+    models = examined.models
+    exact = models[models["is_usable"].astype(bool) & (models["redundancy"] == 0)]
+    if exact.empty:
+        return None
+    return Finding(
+        "models_without_redundancy",
+        Subject.MODEL,
+        names=first_names(exact["model_id"]),
+        remedy="gross_errors_cannot_be_seen",
+        facts={"n_models": len(exact), "models": row_keys(exact, MODEL)},
+    )
+
+
+TWO_STEP = SIMULTANEOUS = (
+    failed_models,
+    points_without_coordinates,
+    models_with_large_m_0,
+    mirrored_models,
+    points_in_one_coverage,
+    points_in_one_model,
+    models_without_redundancy,
+)

@@ -1,0 +1,260 @@
+"""Relative orientations: convergence, dangerous surfaces, contradictions."""
+
+import numpy as np
+
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.assessment.evidence.image_precision import image_component
+from einschalt.pipeline.assessment.finding import (
+    SIGNIFICANCE,
+    Finding,
+    Gravity,
+    Subject,
+)
+from einschalt.pipeline.assessment.findings.row_keys import (
+    MODEL,
+    first_names,
+    row_keys,
+)
+from einschalt.stages.stage3_model_transformation import transform_models
+from einschalt.theory.adjustment.global_tests import ratio_p_value
+from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
+
+LARGE_SIGMA = 3.0
+# m_0 with corrections over m_0 without: of the wrong sign they double what they mend
+SPOILT = 1.2
+IMAGE_POINT = (*MODEL, "point_id")
+# what was done with image points that contradict their pair
+DONE = {"keep": "measure_again_or_snoop", "snoop": "taken_out"}
+
+
+def orientations_without_convergence(examined):
+    """Models whose relative orientation did not come to rest."""
+    rows = examined.orientations
+    if rows.empty:
+        return None
+    open_ones = rows[~rows["is_converged"].astype(bool)]
+    if open_ones.empty:
+        return None
+    return Finding(
+        "orientations_without_convergence",
+        Subject.MODEL,
+        names=first_names(open_ones["model_id"]),
+        remedy="look_for_gross_errors_of_orientation",
+        facts=_models(open_ones),
+    )
+
+
+def models_near_a_dangerous_surface(examined):
+    """Models whose points hardly determine their relative orientation."""
+    rows = examined.orientations
+    if rows.empty:
+        return None
+    rows = rows[rows["is_converged"].astype(bool)]
+    critical, weak = (rows[rows["verdict"] == word] for word in ("critical", "weak"))
+    if critical.empty and weak.empty:
+        return None
+    found = [part for part in (critical, weak) if len(part)]
+    inflation = float(max(part["inflation"].max() for part in found))
+    return Finding(
+        "models_near_a_dangerous_surface",
+        Subject.MODEL,
+        names=first_names([*critical["model_id"], *weak["model_id"]]),
+        statistic="standard error of omega, by that on flat terrain",
+        observed=inflation,
+        expected=1.0,
+        remedy="measure_points_elsewhere",
+        facts={
+            "critical": _models(critical),
+            "weak": _models(weak),
+            # infinite where the points determine nothing
+            "inflation": inflation,
+        },
+    )
+
+
+def ambiguous_orientations(examined):
+    """Pairs whose points do not tell two orientations apart."""
+    rows = examined.orientations
+    if rows.empty or not rows["is_ambiguous"].any():
+        return None
+    open_ones = rows[(rows["is_ambiguous"] & rows["is_converged"]).astype(bool)]
+    if open_ones.empty:
+        return None
+    return Finding(
+        "ambiguous_orientations",
+        Subject.MODEL,
+        names=first_names(open_ones["model_id"]),
+        remedy="measure_more_points",
+        facts=_models(open_ones),
+    )
+
+
+def orientations_with_large_sigma_0(examined):
+    """Models whose relative orientation fits far worse than those of their flight."""
+    rows = examined.orientations
+    if rows.empty:
+        return None
+    sigma_0 = rows["sigma_0"].astype(float)
+    usual = sigma_0.groupby(rows["flight"]).transform("median")
+    # one redundant observation says little: a large one may be chance
+    ratio = (sigma_0 / usual).to_numpy()
+    p_value = bonferroni(ratio_p_value(ratio, rows["redundancy"]), len(rows))
+    is_large = (ratio > LARGE_SIGMA) & (p_value < SIGNIFICANCE)
+    if not is_large.any():
+        return None
+    worst = rows[is_large].loc[sigma_0[is_large].idxmax()]
+    largest = float(worst["sigma_0"]) * METRES_PER_MM
+    return Finding(
+        "orientations_with_large_sigma_0",
+        Subject.MODEL,
+        names=first_names(rows.loc[is_large, "model_id"]),
+        statistic="sigma_0 of a relative orientation",
+        observed=largest,
+        expected=float(usual[worst.name]) * METRES_PER_MM,
+        probability=float(np.nanmin(p_value)),
+        remedy="look_for_gross_errors_of_orientation",
+        facts={
+            **_models(rows[is_large]),
+            "times_usual": LARGE_SIGMA,
+            "largest_sigma_0": largest,
+        },
+    )
+
+
+def image_points_worse_than_given(examined):
+    """Flights whose image points are less precise than their m_g says.
+
+    The other way round proves nothing: residuals see y-parallax only.
+    """
+    worse = []
+    for name, rows in examined.orientations.groupby("flight", sort=False):
+        flight = examined.block.flights[name]
+        if not flight.has_images:
+            continue
+        shown = image_component(rows, flight)
+        if shown.estimated > shown.given and shown.is_contradicted:
+            worse.append(shown.facts_of(name))
+    if not worse:
+        return None
+    return Finding(
+        "image_points_worse_than_given",
+        Subject.FLIGHT,
+        names=tuple(part["flight"] for part in worse),
+        statistic="m_g of image points [µm]",
+        observed=worse[0]["estimated_um"],
+        expected=worse[0]["given_um"],
+        remedy="give_that_m_g_or_a_larger_one",
+        facts={"flights": tuple(worse)},
+    )
+
+
+def corrections_that_spoil(two_step):
+    """Flights whose models fit better without the correction by y-parallaxes."""
+    for name, flight in two_step.block.flights.items():
+        if flight.y_parallaxes is None:
+            continue
+        is_low = name == "low_flight"
+        fit = two_step.low if is_low else two_step.high.transformation
+        ground = _ground(two_step, name)
+        without = transform_models(flight.points_to_fit, ground, flight.transformation)
+        if fit.m_0_plan > SPOILT * without.m_0_plan:
+            return _spoilt(name, float(fit.m_0_plan), float(without.m_0_plan))
+    return None
+
+
+def corrections_that_spoil_two_steps(adjusted):
+    """The same in the two steps beside an adjustment, where they are possible."""
+    if not adjusted.two_step.is_possible:
+        return None
+    return corrections_that_spoil(adjusted.two_step)
+
+
+def _spoilt(flight, corrected, uncorrected):
+    return Finding(
+        "corrections_that_spoil",
+        Subject.FLIGHT,
+        Gravity.GRAVE,
+        names=(flight,),
+        statistic="m_0 of the flight",
+        observed=corrected,
+        expected=uncorrected,
+        remedy="turn_sign_of_y_parallax",
+        facts={
+            "flight": flight,
+            "m_0_corrected": corrected,
+            "m_0_uncorrected": uncorrected,
+        },
+    )
+
+
+def _ground(examined, flight):
+    """Points that the models of a flight are transformed onto: no check points."""
+    control = examined.block.control_points
+    if flight == "high_flight":
+        return control[control["role"] == "control"]
+    points = examined.approximations
+    if control is None:
+        return points
+    check = control.loc[control["role"] == "check", "point_id"]
+    return points[~points["point_id"].isin(check)]
+
+
+def models_upside_down(examined):
+    """Spatial models that had to be turned over: mirror images of flat terrain."""
+    models = examined.models
+    if not {"omega", "phi"} <= set(models.columns):
+        return None
+    models = models[models["is_usable"].astype(bool)]
+    angles = models[["omega", "phi"]].astype(float)
+    over = models[np.cos(angles["omega"]) * np.cos(angles["phi"]) < 0.0]
+    if over.empty:
+        return None
+    return Finding(
+        "models_upside_down",
+        Subject.MODEL,
+        Gravity.GRAVE,
+        names=first_names(over["model_id"]),
+        remedy="turn_sign_of_x_or_y",
+        facts=_models(over),
+    )
+
+
+def image_points_that_contradict(examined):
+    """Image points that contradict their pair."""
+    rows = examined.orientation_residuals
+    if "is_suspect" not in rows or not rows["is_suspect"].any():
+        return None
+    p_value = rows["p_value"].to_numpy(dtype=float)
+    # a suspect of one pair in a thousand is chance: the worst must stand out of all
+    if not any_significant(p_value, SIGNIFICANCE):
+        return None
+    suspects = rows[rows["is_suspect"]].sort_values("p_value", kind="stable")
+    return Finding(
+        "image_points_that_contradict",
+        Subject.MEASUREMENT,
+        names=first_names(suspects["point_id"]),
+        statistic="residual of an image point",
+        probability=float(np.nanmin(bonferroni(p_value))),
+        remedy=DONE.get(examined.settings.outliers, "weighted_down"),
+        facts={
+            "n_points": len(suspects),
+            "image_points": row_keys(suspects, IMAGE_POINT),
+        },
+    )
+
+
+def _models(rows):
+    return {"n_models": len(rows), "models": row_keys(rows, MODEL)}
+
+
+FOR_BOTH = (
+    orientations_without_convergence,
+    models_near_a_dangerous_surface,
+    image_points_that_contradict,
+    ambiguous_orientations,
+    orientations_with_large_sigma_0,
+    models_upside_down,
+    image_points_worse_than_given,
+)
+TWO_STEP = (*FOR_BOTH, corrections_that_spoil)
+SIMULTANEOUS = (*FOR_BOTH, corrections_that_spoil_two_steps)

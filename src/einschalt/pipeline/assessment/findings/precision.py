@@ -1,0 +1,97 @@
+"""What the standard errors of the new points show."""
+
+import numpy as np
+
+from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.row_keys import first_names
+
+LARGE = 3.0
+MOSTLY = 0.5
+# of the claimed figure: what the block's own pull must move the points by
+LEAST_PULL = 0.5
+PLAN = ["easting", "northing"]
+MODEL = ["coverage", "model_id"]
+
+
+def imprecise_points(examined):
+    """Points that spoil the figure of the block, and the models that they lie in."""
+    new = examined.points[examined.points["role"] == "new"]
+    if TOTAL in new:
+        new = new[np.isfinite(new[TOTAL])]
+    if TOTAL not in new or new.empty:
+        return None
+    error = new[TOTAL].to_numpy(dtype=float)
+    median = float(np.median(error))
+    is_large = error > LARGE * median
+    if not is_large.any():
+        return None
+    worst_first = new["point_id"].to_numpy()[np.argsort(-error, kind="stable")]
+    weak = worst_first[: is_large.sum()]
+    models = _models_of(examined, new["point_id"], weak)
+    return Finding(
+        "imprecise_points",
+        Subject.POINT,
+        names=first_names(weak),
+        statistic="standard error of a new point",
+        observed=float(error.max()),
+        expected=median,
+        remedy="measure_more_control_there",
+        facts={
+            "n_points": len(weak),
+            "times_usual": LARGE,
+            "median": median,
+            "largest": float(error.max()),
+            "rms_of_others": _rms(error[~is_large]),
+            "n_models": len(models),
+            "models": first_names(models),
+        },
+    )
+
+
+def _models_of(examined, new, weak):
+    """Names of the low-flight models most of whose new points are weak."""
+    table = examined.block.low_flight.model_table()
+    table = table[table["point_id"].isin(new)]
+    is_weak = table["point_id"].isin(weak)
+    share = is_weak.groupby([table[name] for name in MODEL], sort=False).mean()
+    return share.index.get_level_values("model_id")[share > MOSTLY]
+
+
+def block_that_shrinks(adjusted):
+    """A simultaneous adjustment that control does not hold against its own pull."""
+    adjustment = adjusted.adjustment
+    if adjustment.displacements is None:
+        return None
+    is_new = (adjustment.points["role"] == "new").to_numpy()
+    points = adjustment.points[is_new]
+    moved = np.hypot(*adjustment.displacements.loc[is_new, PLAN].to_numpy().T)
+    errors = points[[f"standard_error_{name}" for name in PLAN]]
+    claimed = np.hypot(*errors.to_numpy().T)
+    if not len(moved) or not _rms(moved) > LEAST_PULL * _rms(claimed):
+        return None
+    worst = points["point_id"].iloc[int(np.argmax(moved))]
+    return Finding(
+        "block_that_shrinks",
+        Subject.BLOCK,
+        Gravity.GRAVE,
+        names=(str(worst),),
+        statistic="displacement of the new points by the block's own pull, RMS",
+        observed=_rms(moved),
+        expected=0.0,
+        remedy="give_control_on_the_far_side",
+        facts={
+            "moved": _rms(moved),
+            "largest": float(moved.max()),
+            "worst": str(worst),
+            "ratio_to_claimed": _rms(moved) / _rms(claimed),
+        },
+    )
+
+
+def _rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+TWO_STEP = (imprecise_points,)
+SIMULTANEOUS = (imprecise_points, block_that_shrinks)

@@ -1,0 +1,272 @@
+"""Gross errors and wrong sizes of errors, from tests of residuals and differences."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
+from einschalt.pipeline.assessment.finding import (
+    SIGNIFICANCE,
+    Finding,
+    Gravity,
+    Subject,
+)
+from einschalt.pipeline.assessment.findings.row_keys import (
+    OBSERVATION,
+    first_names,
+    row_keys,
+)
+from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
+
+# an m_g this many times the given one is no measuring error
+GROSS = 3.0
+LARGE_SPREAD = 5.0
+FLIGHTS = ("high_flight", "low_flight")
+
+
+def suspect_observations(examined):
+    """Observations with residuals that chance does not explain: gross errors."""
+    residuals = _not_yet_named(examined)
+    p_value = residuals["p_value"].to_numpy(dtype=float)
+    # a suspect of one model in a thousand is chance: the worst must stand out of all
+    if not any_significant(p_value, SIGNIFICANCE):
+        return None
+    suspects = residuals[residuals["is_suspect"]].sort_values("p_value")
+    if suspects.empty:
+        return None
+    is_kept = examined.settings.outliers == "keep"
+    can_snoop = is_kept and (suspects["flight"] == "low_flight").any()
+    return Finding(
+        "suspect_observations",
+        Subject.MEASUREMENT,
+        statistic="residual",
+        probability=float(np.nanmin(bonferroni(p_value))),
+        remedy="measure_again_or_snoop" if can_snoop else "measure_again",
+        **_observations(suspects, _largest(suspects, "residual")),
+    )
+
+
+def gross_measurements(two_step):
+    """Measurements that contradict the other models of their flight."""
+    found = two_step.gross_measurements.sort_values("p_value", kind="stable")
+    if found.empty:
+        return None
+    return Finding(
+        "gross_measurements",
+        Subject.MEASUREMENT,
+        statistic="residual",
+        probability=float(found["p_value"].iloc[0]),
+        remedy="measure_rejected_again",
+        **_observations(found, _largest(found, "residual")),
+    )
+
+
+def _not_yet_named(examined):
+    """Residuals of all but the gross measurements."""
+    residuals, found = examined.residuals, examined.gross_measurements
+    if found.empty:
+        return residuals
+    columns = list(OBSERVATION)
+    rows = pd.MultiIndex.from_frame(residuals[columns])
+    return residuals[~rows.isin(pd.MultiIndex.from_frame(found[columns]))]
+
+
+def _observations(rows, largest):
+    """Names and facts of observations, the worst first."""
+    return {
+        "names": first_names(rows["point_id"]),
+        "observed": largest,
+        "facts": {
+            "n_observations": len(rows),
+            "observations": row_keys(rows, OBSERVATION),
+            "largest": largest,
+        },
+    }
+
+
+def _largest(rows, what):
+    """Largest total of two columns [m]."""
+    return float(np.hypot(rows[f"{what}_easting"], rows[f"{what}_northing"]).max())
+
+
+def coverages_that_differ(examined):
+    """Points whose coverages differ by more than chance explains: gross errors."""
+    suspects = examined.coverages[examined.coverages["is_suspect"]]
+    if suspects.empty:
+        return None
+    p_value = examined.coverages["p_value"].to_numpy(dtype=float)
+    n_tested = examined.screening.n_tested
+    # one good point in a thousand is a suspect: the worst must stand out of all
+    is_tested = np.isfinite(p_value).any()
+    if is_tested and not any_significant(p_value, SIGNIFICANCE, n_tested):
+        return None
+    miss = np.hypot(suspects["difference_easting"], suspects["difference_northing"])
+    order = miss.sort_values(ascending=False, kind="stable").index
+    points = suspects["point_id"].loc[order].drop_duplicates()
+    smallest = np.nanmin(bonferroni(p_value, n_tested)) if is_tested else np.nan
+    return Finding(
+        "coverages_that_differ",
+        Subject.POINT,
+        names=first_names(points),
+        statistic="difference of a coverage",
+        observed=float(miss.max()),
+        probability=float(smallest),
+        remedy="measure_again_see_coverages",
+        facts={"n_points": len(points), "largest": float(miss.max())},
+    )
+
+
+def points_that_differ(examined):
+    """Points whose models or coverages lie far apart: gross errors."""
+    points = examined.points
+    spread = points["spread_total"].to_numpy(dtype=float)
+    if not np.isfinite(spread).any():
+        return None
+    usual = float(np.nanmedian(spread))
+    is_large = spread > LARGE_SPREAD * usual
+    if usual == 0.0 or not is_large.any():
+        return None
+    far = points.loc[is_large].sort_values("spread_total", ascending=False)
+    largest = float(far["spread_total"].iloc[0])
+    return Finding(
+        "points_that_differ",
+        Subject.POINT,
+        names=first_names(far["point_id"]),
+        statistic="spread_total",
+        observed=largest,
+        expected=usual,
+        remedy="look_for_gross_errors_and_exchanged_names",
+        facts={
+            "n_points": len(far),
+            "times_usual": LARGE_SPREAD,
+            "median": usual,
+            "largest": largest,
+        },
+    )
+
+
+def control_that_contradicts(two_step):
+    """Control points that the others miss by more than chance explains."""
+    table = two_step.control_left_out
+    suspects = table[table["is_suspect"].astype(bool)].sort_values("p_value")
+    if suspects.empty:
+        return None
+    largest = _largest(suspects, "difference")
+    return Finding(
+        "control_that_contradicts",
+        Subject.CONTROL,
+        names=first_names(suspects["point_id"]),
+        statistic="difference at a control point that was left out",
+        observed=largest,
+        probability=float(np.nanmin(bonferroni(table["p_value"]))),
+        remedy="check_worst_control",
+        facts={"n_points": len(suspects), "largest": largest},
+    )
+
+
+def control_against_block(adjusted):
+    """Control points that the simultaneous adjustment of all models contradicts."""
+    control = adjusted.adjustment.control
+    suspects = control[control["is_suspect"]].sort_values("p_value", kind="stable")
+    if suspects.empty:
+        return None
+    is_set_aside = bool(suspects["is_set_aside"].any())
+    largest = _largest(suspects, "strain")
+    return Finding(
+        "control_set_aside" if is_set_aside else "control_against_block",
+        Subject.CONTROL,
+        Gravity.WARNING if is_set_aside else Gravity.GRAVE,
+        names=first_names(suspects["point_id"]),
+        statistic="strain of a control point",
+        observed=largest,
+        probability=float(suspects["p_value"].iloc[0]),
+        remedy="check_control" if is_set_aside else "check_control_or_snoop",
+        facts={"n_points": len(suspects), "largest": largest},
+    )
+
+
+def wrong_measuring_errors(examined):
+    """Flights whose m_g, as it was given, is not that of the measurements."""
+    if examined.components is None:
+        return None
+    components = {name: getattr(examined.components, name) for name in FLIGHTS}
+    wrong = {name: c for name, c in components.items() if c.is_contradicted}
+    if not wrong:
+        return None
+    is_gross = any(c.estimated > GROSS * c.given for c in wrong.values())
+    first = next(iter(wrong.values()))
+    return Finding(
+        "wrong_measuring_errors",
+        Subject.FLIGHT,
+        names=tuple(wrong),
+        statistic="m_g of a flight [µm]",
+        observed=float(first.estimated),
+        expected=float(first.given),
+        remedy="look_for_gross_errors" if is_gross else "give_that_m_g",
+        facts={"flights": tuple(c.facts_of(name) for name, c in wrong.items())},
+    )
+
+
+def settings_that_scatter(examined):
+    """Flights whose repeated settings lie farther apart than m_g allows."""
+    flights = examined.repeated_settings
+    larger = list(flights[flights["is_larger"]].itertuples())
+    if not larger:
+        return None
+    return Finding(
+        "settings_that_scatter",
+        Subject.FLIGHT,
+        names=tuple(flight.flight for flight in larger),
+        statistic="m_g of a setting [µm]",
+        observed=float(larger[0].m_g_settings_um),
+        expected=float(larger[0].m_g_um),
+        probability=float(larger[0].p_value),
+        remedy="give_at_least_that_m_g",
+        facts={"flights": tuple(map(_settings_of, larger))},
+    )
+
+
+def _settings_of(flight):
+    return {
+        "flight": str(flight.flight),
+        "given_um": float(flight.m_g_um),
+        "estimated_um": float(flight.m_g_settings_um),
+        "standard_error_um": float(flight.standard_error_um),
+    }
+
+
+def scattered_points(examined):
+    """Single points whose settings lie farther apart than m_g allows."""
+    if examined.repeated_settings["is_larger"].any():
+        return None  # m_g is too small for all of them
+    points = spread_of_points(examined)
+    p_value = bonferroni(points["p_value"].to_numpy(dtype=float))
+    found = points[p_value < SIGNIFICANCE].sort_values("p_value")
+    if found.empty:
+        return None
+    widest = float(found["spread_um"].max())
+    return Finding(
+        "scattered_points",
+        Subject.MEASUREMENT,
+        names=first_names(found["point_id"]),
+        statistic="standard deviation of a setting [µm]",
+        observed=widest,
+        probability=float(np.nanmin(p_value)),
+        remedy="set_again",
+        facts={
+            "n_points": len(found),
+            "observations": row_keys(found, OBSERVATION),
+            "widest_um": widest,
+        },
+    )
+
+
+FOR_BOTH = (
+    wrong_measuring_errors,
+    settings_that_scatter,
+    scattered_points,
+    suspect_observations,
+    coverages_that_differ,
+    points_that_differ,
+)
+TWO_STEP = (control_that_contradicts, gross_measurements, *FOR_BOTH)
+SIMULTANEOUS = (control_against_block, *FOR_BOTH)

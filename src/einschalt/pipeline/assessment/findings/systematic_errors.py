@@ -1,0 +1,115 @@
+"""Affinity of film and strain of the control network."""
+
+import numpy as np
+
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+
+# of the figure that is claimed: a smaller bias adds half a per cent to it
+MIN_REPORTED_RATIO = 0.1
+MOST_DISPLACEMENTS = 10
+
+
+def film_affinity(examined):
+    """Flights whose models have an affinity that their transformation leaves."""
+    least = MIN_REPORTED_RATIO * examined.figures.mean_total
+    found = [
+        part
+        for part in examined.patterns.affinities
+        if part.is_significant and not part.is_absorbed and part.bias > least
+    ]
+    if not found:
+        return None
+    worst = max(found, key=lambda part: part.bias)
+    return Finding(
+        "film_affinity",
+        Subject.FLIGHT,
+        names=tuple(part.flight for part in found),
+        statistic="error that an affinity makes in a model, RMS",
+        observed=float(worst.bias),
+        expected=0.0,
+        probability=float(worst.p_value),
+        remedy="set_affine",
+        facts={"flights": tuple(map(_affinity, found))},
+    )
+
+
+def _affinity(part):
+    numbers = ("stretch", "stretch_error", "shear", "shear_error", "bias")
+    return {
+        "flight": part.flight,
+        **{name: float(getattr(part, name)) for name in numbers},
+    }
+
+
+def strained_network(two_step):
+    """Control points that are displaced together with their neighbours."""
+    return _smooth_strain(two_step, remedy="check_network_or_adjust")
+
+
+def strained_network_of_adjustment(adjusted):
+    """The same in the adjustment that suffers less from it."""
+    return _smooth_strain(adjusted, remedy="check_network")
+
+
+def _smooth_strain(examined, remedy):
+    """Its size, where it is largest and where to."""
+    strain = examined.patterns.strain
+    if strain is None or not (strain.is_significant and strain.is_smooth):
+        return None
+    claimed = float(examined.figures.mean_total)
+    is_known = claimed > 0.0
+    largest = strain.displacements.head(MOST_DISPLACEMENTS)
+    return Finding(
+        "strained_network",
+        Subject.CONTROL,
+        Gravity.GRAVE,
+        names=tuple(map(str, largest["point_id"])),
+        statistic="displacement of control points, RMS",
+        observed=float(strain.size),
+        expected=0.0,
+        probability=float(strain.p_value),
+        remedy=remedy,
+        facts={
+            "n_control": int(strain.n_control),
+            "size": float(strain.size),
+            "reach": float(strain.reach),
+            "displacements": tuple(
+                (str(point), float(east), float(north))
+                for point, east, north in largest.itertuples(index=False)
+            ),
+            "claimed": claimed,
+            "claimed_with_strain": (
+                float(np.hypot(claimed, strain.size)) if is_known else np.nan
+            ),
+        },
+    )
+
+
+def contradicting_control(examined):
+    """Control points that contradict each other by more than their errors."""
+    strain = examined.patterns.strain
+    if strain is None or not strain.is_significant or strain.is_smooth:
+        return None
+    return Finding(
+        "contradicting_control",
+        Subject.CONTROL,
+        statistic="corrections of the control points",
+        probability=float(strain.p_value),
+        remedy="look_for_wrong_control_or_raise_errors",
+        facts={"n_control": int(strain.n_control)},
+    )
+
+
+def contradicting_control_of_adjustment(adjusted):
+    """The same, unless the adjustment names those that contradict it."""
+    if adjusted.adjustment.control["is_suspect"].any():
+        return None
+    return contradicting_control(adjusted)
+
+
+TWO_STEP = (film_affinity, strained_network, contradicting_control)
+SIMULTANEOUS = (
+    film_affinity,
+    strained_network_of_adjustment,
+    contradicting_control_of_adjustment,
+)
