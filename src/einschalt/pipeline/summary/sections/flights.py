@@ -10,7 +10,7 @@ from einschalt.foundations.typesetting import (
     scale,
 )
 from einschalt.pipeline.summary.section import Section
-from einschalt.pipeline.summary.wording import with_error
+from einschalt.pipeline.summary.wording import flight_name, with_error
 
 
 def section(flights, approximations) -> Section:
@@ -86,8 +86,8 @@ def _of_parallaxes(flight):
         return []
     return [
         (
-            f"m_g of the {flight_name(flight.name)}: given {number(flight.m_g_um)}, of which "
-            f"errors of the relative orientation make {number(bent)} µm."
+            f"m_g of the {flight_name(flight.name)}: given {number(flight.m_g_um)}, of "
+            f"which errors of the relative orientation make {number(bent)} µm."
         )
     ]
 
@@ -111,8 +111,8 @@ def _of_images(flight):
 def measured_error_remarks(flights) -> tuple[str, ...]:
     """Say what m_g of each flight the measurements show."""
     return tuple(
-        f"m_g of the {flight_name(flight.name)}: given {number(flight.shown_m_g.given)}, "
-        f"the data say {_shown(flight.shown_m_g)} µm."
+        f"m_g of the {flight_name(flight.name)}: given "
+        f"{number(flight.shown_m_g.given)}, the data say {_shown(flight.shown_m_g)} µm."
         for flight in flights
         if flight.shown_m_g is not None
     )

@@ -2,7 +2,7 @@
 
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.summary.section import Section
-from einschalt.pipeline.summary.wording import with_error
+from einschalt.pipeline.summary.wording import flight_name, with_error
 
 SETTING_ALONE = (
     "Settings see the setting alone, not film, lens and model: a smaller figure than "
