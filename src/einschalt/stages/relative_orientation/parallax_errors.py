@@ -19,6 +19,7 @@ from einschalt.stages.relative_orientation.parallax_orientation import (
 from einschalt.theory.adjustment.least_squares import pooled_standard_error
 from einschalt.theory.relative_orientation.deformation_error import (
     correction_derivatives,
+    roots_of,
 )
 
 
@@ -74,7 +75,8 @@ def parallax_errors(orientation, machine_points):
         adjustment.elements[model],
         orientation.case,
     )
-    roots = size * _roots(adjustment.cofactor)
+    # 0 where a model is not determined
+    roots = size * np.nan_to_num(roots_of(adjustment.cofactor))
     factors = np.einsum("nak,nkj->naj", derivatives, roots[model])
     return OrientationErrors(model, factors, len(models), int(redundancy.sum()))
 
@@ -86,9 +88,3 @@ def _models_of(orientation, points):
         wanted = wanted.drop(columns="coverage")
     place, _ = places_of_models(wanted, orientation.models)
     return place[codes.codes]
-
-
-def _roots(cofactor):
-    """Matrices R with R Rᵀ = Q; 0 where a model is not determined."""
-    values, vectors = np.linalg.eigh(np.nan_to_num(cofactor))
-    return vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]

@@ -45,10 +45,32 @@ def deformation_variance(derivatives, cofactor, xy, start):
     count = np.diff(start)
     model = np.repeat(np.arange(len(count)), count)
     bent = _without_affine_part(derivatives, xy, start, model)
-    spread = np.einsum("nap,npq,naq->n", bent, cofactor[model], bent)
+    # of a root: what an affine transformation takes up leaves rounding, and a product
+    # with C may then be less than 0
+    spread = np.sum((bent @ roots_of(cofactor)[model]) ** 2, axis=(1, 2))
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = segment_sum(spread, start) / count
     return np.where(count >= N_AFFINE, mean, np.nan)
+
+
+def roots_of(cofactor):
+    """Matrices R with R Rᵀ = Q.
+
+    Parameters
+    ----------
+    cofactor : ndarray, shape (n_models, n, n)
+        Symmetric; what rounding has made of eigenvalues that are 0 counts as 0.
+
+    Returns
+    -------
+    ndarray, shape (n_models, n, n)
+        NaN where a model is not determined.
+    """
+    roots = np.full(np.shape(cofactor), np.nan)
+    is_known = np.isfinite(cofactor).all(axis=(1, 2))
+    values, vectors = np.linalg.eigh(cofactor[is_known])
+    roots[is_known] = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    return roots
 
 
 def _without_affine_part(derivatives, xy, start, model):
