@@ -281,7 +281,7 @@ def densify(block, settings=None, *, progress=None):
         name: relative_orientation(flight, outliers=settings.outliers)
         for name, flight in block.flights.items()
     }
-    ways = {"pipeline": _in_two_steps, "simultaneous": _in_one_adjustment}
+    ways = {"two_step": _in_two_steps, "simultaneous": _in_one_adjustment}
     result = ways[settings.method](block, settings, flights, report_progress)
     report_progress(Stage.ASSESSMENT)
     result = replace(result, points=with_tolerance(result))
