@@ -20,7 +20,7 @@ def block():
     return simulate_block("demo", seed=1)
 
 
-@pytest.fixture(scope="module", params=["pipeline", "simultaneous"])
+@pytest.fixture(scope="module", params=["two_step", "simultaneous"])
 def result(request, block):
     return densify(block, Settings(method=request.param))
 

@@ -6,62 +6,14 @@ the argument, as a wrong cell of a table does, and not with a TypeError from ins
 
 import os
 from difflib import get_close_matches
-from numbers import Number, Real
-from pathlib import Path, PurePath
+from numbers import Real
+from pathlib import Path
 
 import numpy as np
 
-from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
-
-MOST_SHOWN = 60
-MOST_PARTS = 3
-MOST_BITS = 128  # Python refuses to write numbers of more than 4300 digits
-PLAIN = (str, bytes, Number, PurePath, type(None))
-
-
-def described(value):
-    """Say what a value is, on one line and short, whatever it holds.
-
-    Parameters
-    ----------
-    value : object
-
-    Returns
-    -------
-    str
-        Numbers, texts and paths as Python writes them; of others the kind and the size.
-
-    Examples
-    --------
-    >>> described("wide"), described(None), described({"a": 1})
-    ("'wide'", 'None', 'a dict of length 1')
-    >>> described(np.zeros((3, 4))), described(int)
-    ('an ndarray of shape (3, 4)', 'the class int')
-    """
-    if isinstance(value, type):
-        return f"the class {value.__name__}"
-    if isinstance(value, int) and value.bit_length() > MOST_BITS:
-        return f"a whole number of {value.bit_length()} bits"
-    is_short = isinstance(value, (list, tuple)) and len(value) <= MOST_PARTS
-    if isinstance(value, PLAIN) or (is_short and all(map(_is_plain, value))):
-        return shortened(repr(value), MOST_SHOWN)
-    name = type(value).__name__
-    is_vowel = name[:1].lower() in "aeiou" or name == "ndarray"
-    kind = f"{'an' if is_vowel else 'a'} {name}"
-    shape = getattr(value, "shape", None)
-    if isinstance(shape, tuple):
-        return f"{kind} of shape {shape}"
-    if isinstance(value, (list, tuple, dict, set, frozenset)):
-        return f"{kind} of length {len(value)}"
-    return kind
-
-
-def _is_plain(value):
-    return isinstance(value, PLAIN) and not (
-        isinstance(value, int) and value.bit_length() > MOST_BITS
-    )
+from einschalt.foundations.value_descriptions import described
 
 
 def is_choice(value, allowed):

@@ -9,7 +9,7 @@ from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 
-SOLVERS = {"pipeline": solve_in_two_steps, "simultaneous": solve_in_one_adjustment}
+SOLVERS = {"two_step": solve_in_two_steps, "simultaneous": solve_in_one_adjustment}
 
 
 def densify(block, settings=None, *, progress=None, kind=DensificationResult):

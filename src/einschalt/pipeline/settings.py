@@ -1,21 +1,35 @@
 """One frozen Settings: how a block is computed, checked on construction."""
 
+import warnings
+from dataclasses import dataclass
 from difflib import get_close_matches
+from math import inf
 from numbers import Real
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
-from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.number_parsing import describe_fault, is_number
+from einschalt.foundations.value_descriptions import described
 
 NO_TOLERANCE = "none"
 TOLERANCES = (NO_TOLERANCE, "vermv_1994", "vermv_2010", "vermv_2016")
 LARGEST_TOLERANCE = 10.0  # metres
+# words that earlier versions wrote, and what they are called now
+FORMER_WORDS = {"method": {"pipeline": "two_step"}}
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What a field takes, as messages say it; stands in the field's annotation."""
+
+    text: str
+
+
+Probability = Annotated[float, Expected("a probability above 0 and below 1")]
 
 
 class Settings(BaseModel):
@@ -23,9 +37,10 @@ class Settings(BaseModel):
 
     Attributes
     ----------
-    method : {"pipeline", "simultaneous"}
+    method : {"two_step", "simultaneous"}
         The two-step way of Kovarik 1971, or all models of all flights and the control
-        in one adjustment.
+        in one adjustment. Earlier versions called the former "pipeline"; that word is
+        still understood, with a DeprecationWarning.
     coverage_mean : {"all", "most_central"}
         Which models give a point's coordinates: every model that holds it, or, as in
         1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
@@ -81,33 +96,95 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Literal["pipeline", "simultaneous"] = "pipeline"
-    coverage_mean: Literal["all", "most_central"] = "all"
-    weighting: Literal["plain", "weighted"] = "plain"
-    outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep"
-    screening: Literal["propagated", "practice_1968", "off"] = "propagated"
-    iterations: int = Field(
-        1, ge=1, le=100, strict=True, description="a whole number from 1 to 100"
+    method: Literal["two_step", "simultaneous"] = Field(
+        "two_step",
+        description="The two-step way of 1971, or all models of all flights in one "
+        "adjustment.",
     )
-    model_deformation: Literal["modelled", "tested", "ignored"] = "modelled"
-    variance_components: Literal["given", "estimated"] = "given"
-    significance: float = Field(
-        0.001, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
+    coverage_mean: Literal["all", "most_central"] = Field(
+        "all",
+        description="Values that make a point's mean: of every model, or per coverage "
+        "of the most central one (1971).",
+    )
+    weighting: Literal["plain", "weighted"] = Field(
+        "plain", description="Arithmetic mean, or weights 1 / M²."
+    )
+    outliers: Literal["keep", "snoop", "huber", "tukey"] = Field(
+        "keep",
+        description="Gross errors of the low flight: named only, taken out one by one, "
+        "or given less weight by a robust norm.",
+    )
+    screening: Literal["propagated", "practice_1968", "off"] = Field(
+        "propagated",
+        description="Limits of the differences of a point's coverages: from the "
+        "propagated precision, three standard errors as in 1968, or none.",
+    )
+    iterations: Annotated[int, Expected("a whole number from 1 to 100")] = Field(
+        1,
+        ge=1,
+        le=100,
+        strict=True,
+        description="Maximum number of iterations of the low flight, each time onto "
+        "the coordinates that it gave, with control held.",
+    )
+    model_deformation: Literal["modelled", "tested", "ignored"] = Field(
+        "modelled",
+        description="With method simultaneous: deformations that all models of a "
+        "flight share are modelled where a test finds them, only tested, or neither.",
+    )
+    variance_components: Literal["given", "estimated"] = Field(
+        "given",
+        description="With method simultaneous: errors of control and flights as they "
+        "were given, or as the residuals show them.",
+    )
+    significance: Probability = Field(
+        0.001,
+        gt=0.0,
+        lt=1.0,
+        description="Probability with which a model or point without gross errors is "
+        "suspect.",
     )
     residual_distribution: Literal[
         "none", "natural_neighbour", "inverse_distance", "multiquadric"
-    ] = "none"
-    tolerance: str | float = Field(
-        NO_TOLERANCE,
-        description=f"{', '.join(TOLERANCES)}, or a number of metres above 0, at most "
-        f"{LARGEST_TOLERANCE:g}",
+    ] = Field(
+        "none",
+        description="Distribute the residuals of control points to the points between "
+        "them, for a cadastre that must fit.",
     )
-    confidence: float = Field(
-        0.95, gt=0.0, lt=1.0, description="a probability above 0 and below 1"
+    tolerance: Annotated[
+        str | float,
+        Expected(
+            f"{', '.join(TOLERANCES)}, or a number of metres above 0, at most "
+            f"{LARGEST_TOLERANCE:g}"
+        ),
+    ] = Field(
+        NO_TOLERANCE,
+        description="Total standard error that a point may have: metres, or "
+        f"{', '.join(TOLERANCES)}.",
+    )
+    confidence: Probability = Field(
+        0.95,
+        gt=0.0,
+        lt=1.0,
+        description="Probability with which the confidence ellipses hold the true "
+        "point.",
     )
 
     def __init__(self, **fields):
-        checked(super().__init__, fields, section="settings", names=type(self))
+        for key, former in FORMER_WORDS.items():
+            word = fields.get(key)
+            if isinstance(word, str) and word in former:
+                warnings.warn(
+                    f'{key} = "{word}" is now called "{former[word]}"',
+                    DeprecationWarning,
+                    stacklevel=2,
+                )
+        checked(
+            super().__init__,
+            with_present_words(fields),
+            section="settings",
+            names=type(self),
+        )
 
     @field_validator("tolerance", mode="before")
     @classmethod
@@ -119,7 +196,7 @@ class Settings(BaseModel):
             raise PydanticCustomError("literal_error", "an unknown tolerance", said)
         metres = float(value) if isinstance(value, str) else value
         is_number_of = isinstance(metres, Real) and not isinstance(metres, bool)
-        if not is_number_of or not 0.0 < metres < np.inf:
+        if not is_number_of or not 0.0 < metres < inf:
             raise PydanticCustomError("value_error", "no tolerance")
         if metres > LARGEST_TOLERANCE:
             raise PydanticCustomError("less_than_equal", "too large")
@@ -129,6 +206,63 @@ class Settings(BaseModel):
     def averaging(self):
         """How the values of a point are averaged, as arguments."""
         return {"coverage_mean": self.coverage_mean, "weighting": self.weighting}
+
+    def updated(self, given):
+        """Give the settings with some fields replaced, checked as on construction.
+
+        Parameters
+        ----------
+        given : Mapping
+
+        Returns
+        -------
+        Settings
+        """
+        return type(self)(**{**self.model_dump(), **given})
+
+
+def words_of(name):
+    """Words that a field of Settings allows, as they are written now.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    tuple of str
+        Empty for fields that take numbers.
+
+    Examples
+    --------
+    >>> words_of("weighting"), words_of("confidence")
+    (('plain', 'weighted'), ())
+    """
+    annotation = Settings.model_fields[name].annotation
+    return tuple(word for word in get_args(annotation) if isinstance(word, str))
+
+
+def with_present_words(fields):
+    """Replace the words of earlier versions, as results of these have them.
+
+    Parameters
+    ----------
+    fields : Mapping
+
+    Returns
+    -------
+    dict
+
+    Examples
+    --------
+    >>> with_present_words({"method": "pipeline", "iterations": 2})
+    {'method': 'two_step', 'iterations': 2}
+    """
+    present = dict(fields)
+    for key, former in FORMER_WORDS.items():
+        if isinstance(present.get(key), str):
+            present[key] = former.get(present[key], present[key])
+    return present
 
 
 def checked(build, fields, *, section, names, file=None):
@@ -172,8 +306,8 @@ def setting_problem(fault, section, names, *, file=None):
     section : str
         Section of block.toml, said in the message.
     names : type
-        The model: its fields are the known keys, their descriptions are said as what
-        was expected.
+        The model: its fields are the known keys. What was expected is the field's
+        Expected, the words of a choice, or the field's description.
     file : str, optional
 
     Returns
@@ -215,7 +349,12 @@ def setting_problem(fault, section, names, *, file=None):
 
 
 def _expected(fault, known):
-    if known is not None and known.description:
+    facts = [] if known is None else known.metadata
+    expected = [fact.text for fact in facts if isinstance(fact, Expected)]
+    if expected:
+        return expected[0]
+    # of a choice pydantic lists the words
+    if fault["type"] != "literal_error" and known is not None and known.description:
         return known.description
     said = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     return f"{said[:1].lower()}{said[1:]}"
@@ -240,4 +379,11 @@ def _decimal_point(value):
     return describe_fault(value, "")[2] if is_comma else ""
 
 
-__all__ = ["Field", "Settings", "checked", "setting_problem"]
+__all__ = [
+    "Field",
+    "Settings",
+    "checked",
+    "setting_problem",
+    "with_present_words",
+    "words_of",
+]

@@ -14,6 +14,7 @@ import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.batch import batch_run, block_run
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.interfaces.batch.block_state import look_at
 from einschalt.interfaces.files import atomic
 from einschalt.pipeline.batch.local_engine import Answer, EngineError
 from einschalt.pipeline.densify import densify
@@ -207,6 +208,21 @@ def test_settings_and_version_count(folder, tmp_path, run, monkeypatch):
     )
     plan = plan_batch([folder / "block_00"], out, given=given)
     assert plan.reasons["block_00"].startswith("computed by version 0.")
+
+
+def test_results_of_a_former_word_are_not_computed_again(folder, tmp_path, run):
+    """What was called "pipeline" is "two_step": the result is of the same settings."""
+    out = tmp_path / "out"
+    run(folder, out)
+    for file in [*out.glob("*/provenance.json"), *out.glob("*/failure.json")]:
+        text = file.read_text(encoding="utf-8")
+        assert '"method": "two_step"' in text
+        former = text.replace('"method": "two_step"', '"method": "pipeline"')
+        file.write_text(former, encoding="utf-8")
+    plan = plan_batch([folder / "block_00", folder / "no_number"], out)
+    assert plan.rows["block_00"]["outcome"] == "skipped"
+    broken = look_at("no_number", folder / "no_number", out / "no_number", {})
+    assert broken.failure is not None
 
 
 @pytest.mark.parametrize("name", ["points.csv", "block.gpkg", "provenance.json"])

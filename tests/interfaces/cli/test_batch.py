@@ -1,6 +1,5 @@
 """``einschalt batch``."""
 
-import inspect
 import os
 import signal
 import subprocess
@@ -11,7 +10,6 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.batch.folder_lock import locked
-from einschalt.interfaces.cli import batch as command
 from einschalt.interfaces.cli.progress import batch_line
 
 
@@ -77,15 +75,6 @@ def test_settings_are_options(first, invoke, blocks):
     options = ["--coverage-mean", "most_central", "--dry-run"]
     said = invoke("batch", blocks, "-o", output, *options).stdout
     assert "run   north: the settings changed" in said
-
-
-def test_settings_that_densify_takes_are_options():
-    from einschalt.interfaces.cli.densify import densify
-    from einschalt.pipeline.settings import Settings
-
-    settings = set(inspect.signature(densify).parameters) & set(Settings.model_fields)
-    assert settings
-    assert settings <= set(inspect.signature(command.batch).parameters)
 
 
 @pytest.mark.parametrize(

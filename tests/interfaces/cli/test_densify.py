@@ -5,15 +5,13 @@ import shutil
 import signal
 import subprocess
 import sys
-import typing
 from pathlib import Path
 
 import pandas as pd
 import pyogrio
 import pytest
 
-from einschalt.interfaces.cli import densify as command
-from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.settings import Settings, words_of
 
 ROOT = Path(__file__).parents[3]
 FILES = {
@@ -24,21 +22,25 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize(
-    ("field", "choices"),
-    [
-        ("method", command.Method),
-        ("coverage_mean", command.CoverageMean),
-        ("weighting", command.Weighting),
-        ("outliers", command.Outliers),
-        ("model_deformation", command.ModelDeformation),
-        ("variance_components", command.VarianceComponents),
-        ("residual_distribution", command.Distribution),
-    ],
-)
-def test_options_are_those_of_settings(field, choices):
-    allowed = typing.get_args(Settings.model_fields[field].annotation)
-    assert typing.get_args(choices) == allowed
+@pytest.mark.parametrize("command", ["densify", "batch"])
+@pytest.mark.parametrize("name", Settings.model_fields)
+def test_every_setting_is_an_option_with_its_words_and_its_help(invoke, command, name):
+    shown = " ".join(invoke(command, "--help").output.split())
+    option = f"--{name.replace('_', '-')} <{'|'.join(words_of(name))}"
+    assert option in shown
+    assert f"> {Settings.model_fields[name].description} [default: (that of" in shown
+
+
+def test_the_former_word_of_a_method_is_understood(invoke, block_folder, tmp_path):
+    options = ["--output", tmp_path, "--quiet", "--method"]
+    shown = invoke("densify", block_folder, *options, "pipeline")
+    assert shown.exit_code == 0
+    assert shown.stderr == "einschalt: method pipeline is now called two_step\n"
+    provenance = (tmp_path / "provenance.json").read_text(encoding="utf-8")
+    assert '"method": "two_step"' in provenance
+    shown = invoke("densify", block_folder, *options, "one_step")
+    assert shown.exit_code == 2
+    assert "'one_step' is not one of 'two_step', 'simultaneous'" in shown.stderr
 
 
 def test_results_are_written_and_said(spawn, block_folder, tmp_path):

@@ -58,6 +58,14 @@ def said_of(tmp_path, text):
     ]
 
 
+def test_the_former_word_of_a_method_is_understood(tmp_path):
+    text = '[settings]\nmethod = "pipeline"\n'
+    with pytest.warns(DeprecationWarning, match='"pipeline" is now called "two_step"'):
+        toml = read_block_toml(written(tmp_path, text))
+    assert toml.settings.method == "two_step"
+    assert toml.problems == []
+
+
 def test_every_key_is_read(tmp_path):
     toml = read_block_toml(written(tmp_path, WHOLE))
     assert toml.problems == []

@@ -73,8 +73,8 @@ def test_settings_are_averaged_as_if_their_means_had_been_given(result):
 @pytest.mark.parametrize(
     ("kind", "scale", "method"),
     [
-        ("affine", 1.0, "pipeline"),
-        ("helmert", 2.5, "pipeline"),
+        ("affine", 1.0, "two_step"),
+        ("helmert", 2.5, "two_step"),
         ("affine", 2.5, "simultaneous"),
     ],
 )

@@ -11,7 +11,6 @@ from time import perf_counter
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.block_state import FAILURE, read_json, result_since
-from einschalt.interfaces.batch.block_task import with_settings
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
     read_changes,
@@ -116,8 +115,7 @@ def _run(task, progress):
 def _compute(task, progress):
     progress(Stage.READING)
     block = read_block(task.block)
-    settings = with_settings(block.settings, task.given)
-    result = densify(block, settings, progress=progress)
+    result = densify(block, block.settings.updated(task.given), progress=progress)
     progress(Stage.WRITING)
     compare_with_previous(result.points, task.folder)
     write_result(result, task.folder)

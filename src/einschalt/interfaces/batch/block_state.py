@@ -16,6 +16,7 @@ from einschalt.interfaces.batch.block_task import (
     task_of,
 )
 from einschalt.interfaces.files.result_folder import PROVENANCE
+from einschalt.pipeline.settings import with_present_words
 
 FAILURE = "failure.json"
 NO_RESULT = "no result yet"
@@ -100,7 +101,16 @@ def result_since(task) -> dict | None:
 
 
 def _is_of(failure, task):
-    return failure is not None and failure.get("signature") == task.signature
+    if failure is None or not isinstance(failure.get("signature"), dict):
+        return False
+    signature = failure["signature"]
+    settings = _present(signature.get("settings"))
+    return {**signature, "settings": settings} == task.signature
+
+
+def _present(settings):
+    """Settings of an earlier run in the words of today; what is none, as it is."""
+    return with_present_words(settings) if isinstance(settings, dict) else settings
 
 
 def whole_result(folder) -> dict | None:
@@ -178,6 +188,6 @@ def _why(provenance, task):
         if known.get(table) != signature["inputs"].get(table):
             file = inputs.get(table, {}).get("file", table)
             return f"{file} changed"
-    if provenance.get("settings") != signature["settings"]:
+    if _present(provenance.get("settings")) != signature["settings"]:
         return "the settings changed"
     return ""

@@ -66,7 +66,7 @@ def task_of(name, block, folder, given) -> BlockTask:
     """
     files, settings = _inputs_of(block)
     if settings is not None:
-        settings = with_settings(settings, given).model_dump(mode="json")
+        settings = settings.updated(given).model_dump(mode="json")
     signature = {
         "version": metadata.version("einschalt"),
         "settings": settings,
@@ -74,21 +74,6 @@ def task_of(name, block, folder, given) -> BlockTask:
     }
     size = sum(_size(path) for path in files.values())
     return BlockTask(name, block, folder, given, signature, size)
-
-
-def with_settings(settings, given):
-    """Settings with some fields replaced.
-
-    Parameters
-    ----------
-    settings : Settings
-    given : dict
-
-    Returns
-    -------
-    Settings
-    """
-    return type(settings)(**{**settings.model_dump(), **given})
 
 
 def _inputs_of(block):

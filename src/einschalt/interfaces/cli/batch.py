@@ -7,29 +7,13 @@ from typing import Annotated
 import typer
 
 from einschalt.foundations.display_names import printable
-from einschalt.interfaces.cli.densify import (
-    TOLERANCE,
-    CoverageMean,
-    Distribution,
-    Method,
-    ModelDeformation,
-    Outliers,
-    Screening,
-    VarianceComponents,
-    Weighting,
-)
 from einschalt.interfaces.cli.exits import print_error, print_out, with_exit_status
 from einschalt.interfaces.cli.paths import given_path, output_option
 from einschalt.interfaces.cli.progress import batch_progress
+from einschalt.interfaces.cli.settings_options import with_settings_options
 
 SOME_FAILED = 1
 MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
-
-
-def _setting(kind, text):
-    return Annotated[
-        kind | None, typer.Option(show_default="that of each block.toml", help=text)
-    ]
 
 
 def _flag(name, text):
@@ -37,6 +21,7 @@ def _flag(name, text):
 
 
 @with_exit_status
+@with_settings_options("that of each block.toml")
 def batch(
     folder: Annotated[
         Path,
@@ -47,6 +32,7 @@ def batch(
         ),
     ],
     output: Annotated[Path, output_option("Folder for the results.")],
+    *,
     workers: Annotated[
         int | None,
         typer.Option(show_default="one per core", help="Processes at the same time."),
@@ -71,24 +57,7 @@ def batch(
     ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
-    method: _setting(Method, "How blocks are computed.") = None,
-    coverage_mean: _setting(CoverageMean, "Values that make a point's mean.") = None,
-    weighting: _setting(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
-    outliers: _setting(Outliers, "What happens to gross errors.") = None,
-    screening: _setting(Screening, "Limits of differences of coverages.") = None,
-    iterations: _setting(int, "Passes of the low flight at most.") = None,
-    model_deformation: _setting(
-        ModelDeformation, "With method simultaneous: deformations of a flight."
-    ) = None,
-    variance_components: _setting(
-        VarianceComponents, "With method simultaneous: errors as given, or as shown."
-    ) = None,
-    significance: _setting(float, "Of the tests for gross errors.") = None,
-    residual_distribution: _setting(
-        Distribution, "How residuals of control points are distributed."
-    ) = None,
-    tolerance: _setting(str, TOLERANCE) = None,
-    confidence: _setting(float, "Of the confidence ellipses.") = None,
+    given: dict,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -110,20 +79,6 @@ def batch(
     from einschalt.interfaces.batch.block_search import find_blocks  # noqa: PLC0415
 
     started = perf_counter()
-    given = _given(
-        method=method,
-        coverage_mean=coverage_mean,
-        weighting=weighting,
-        outliers=outliers,
-        screening=screening,
-        iterations=iterations,
-        model_deformation=model_deformation,
-        variance_components=variance_components,
-        significance=significance,
-        residual_distribution=residual_distribution,
-        tolerance=tolerance,
-        confidence=confidence,
-    )
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)
     blocks = find_blocks(folder, output)
     if dry_run:
@@ -156,10 +111,6 @@ def _end(table, seconds, output, *, is_quiet):
         say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
     if has_failed:
         raise typer.Exit(SOME_FAILED)
-
-
-def _given(**settings):
-    return {name: value for name, value in settings.items() if value is not None}
 
 
 def _mode(**flags):

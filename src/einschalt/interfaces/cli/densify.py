@@ -1,91 +1,27 @@
 """``einschalt densify``: a block's coordinates, with tables, map and report."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from einschalt.interfaces.cli.exits import print_out, with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 from einschalt.interfaces.cli.progress import stage_progress
+from einschalt.interfaces.cli.settings_options import with_settings_options
 from einschalt.pipeline.progress import Stage
-
-# the values that Settings allows: it is not imported here, so that help comes at once
-Method = Literal["pipeline", "simultaneous"]
-CoverageMean = Literal["all", "most_central"]
-Weighting = Literal["plain", "weighted"]
-ModelDeformation = Literal["modelled", "tested", "ignored"]
-VarianceComponents = Literal["given", "estimated"]
-Outliers = Literal["keep", "snoop", "huber", "tukey"]
-Distribution = Literal["none", "natural_neighbour", "inverse_distance", "multiquadric"]
-Screening = Literal["propagated", "practice_1968", "off"]
-TOLERANCE = (
-    "Total standard error that a point may have: metres, or vermv_1994, vermv_2010, "
-    "vermv_2016."
-)
-
-
-def _option(kind, text):
-    return Annotated[
-        kind | None, typer.Option(show_default="that of block.toml", help=text)
-    ]
 
 
 @with_exit_status
+@with_settings_options("that of block.toml")
 def densify(
     block: Annotated[
         Path,
         typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
     ],
     output: Annotated[Path, output_option("Folder for the results.")],
-    method: _option(
-        Method,
-        "The two-step way of 1971, or all models of all flights in one adjustment.",
-    ) = None,
-    coverage_mean: _option(
-        CoverageMean,
-        "Values that make a point's mean: of every model, or per coverage of the most "
-        "central one (1971).",
-    ) = None,
-    weighting: _option(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
-    outliers: _option(
-        Outliers,
-        "Gross errors of the low flight: named only, taken out one by one, or given "
-        "less weight by a robust norm.",
-    ) = None,
-    screening: _option(
-        Screening,
-        "Limits of the differences of a point's coverages: from the propagated "
-        "precision, three standard errors as in 1968, or none.",
-    ) = None,
-    iterations: _option(
-        int,
-        "How often the low flight is transformed at most, each time onto the "
-        "coordinates that it gave, with control held.",
-    ) = None,
-    model_deformation: _option(
-        ModelDeformation,
-        "With method simultaneous: deformations that all models of a flight share are "
-        "modelled where a test finds them, only tested, or neither.",
-    ) = None,
-    variance_components: _option(
-        VarianceComponents,
-        "With method simultaneous: errors of control and flights as they were given, "
-        "or as the residuals show them.",
-    ) = None,
-    significance: _option(
-        float,
-        "Probability with which a model or point without gross errors is suspect.",
-    ) = None,
-    residual_distribution: _option(
-        Distribution,
-        "Distribute the residuals of control points to the points between them, for a "
-        "cadastre that must fit.",
-    ) = None,
-    tolerance: _option(str, TOLERANCE) = None,
-    confidence: _option(
-        float, "Probability with which the confidence ellipses hold the true point."
-    ) = None,
+    *,
+    given: dict,
     ellipse_scale: Annotated[
         float | None,
         typer.Option(
@@ -116,22 +52,7 @@ def densify(
     refuse_block_folder(output)
     require_scale(ellipse_scale)
     read = python_api.read_block(block)
-    chosen = {
-        "method": method,
-        "coverage_mean": coverage_mean,
-        "weighting": weighting,
-        "outliers": outliers,
-        "screening": screening,
-        "iterations": iterations,
-        "model_deformation": model_deformation,
-        "variance_components": variance_components,
-        "significance": significance,
-        "residual_distribution": residual_distribution,
-        "tolerance": tolerance,
-        "confidence": confidence,
-    }
-    given = {name: value for name, value in chosen.items() if value is not None}
-    settings = type(read.settings)(**{**read.settings.model_dump(), **given})
+    settings = read.settings.updated(given)
     with stage_progress(is_quiet=quiet) as progress:
         result = python_api.densify(read, settings, progress=progress)
         progress(Stage.WRITING, Stage.WRITING.fraction)

@@ -90,7 +90,7 @@ def require_iterable(block, settings):
         raise SettingsError(
             f'{said}, but method = "simultaneous" adjusts all models at once',
             expected="iterations = 1 with it",
-            remedy='Take iterations out, or set method = "pipeline"',
+            remedy='Take iterations out, or set method = "two_step"',
         )
     kind = block.low_flight.transformation
     if len(KINDS[kind].target) > len(PLAN):

@@ -191,7 +191,7 @@ def require_adjustable(block):
             raise SettingsError(
                 f'[{name}] transformation = {kind!r} with method = "simultaneous"',
                 expected=" or ".join(allowed),
-                remedy='Write one of these, or set method = "pipeline"',
+                remedy='Write one of these, or set method = "two_step"',
             )
     if SPATIAL in kinds.values() and len(set(kinds.values())) > 1:
         said = ", ".join(f"[{name}] {kind}" for name, kind in kinds.items())
@@ -199,7 +199,7 @@ def require_adjustable(block):
             f"spatial and plane models in one adjustment: {said}",
             expected="the same kind of models in both flights",
             remedy=f'Write transformation = "{SPATIAL}" in both, or a plane one in '
-            'both, or set method = "pipeline"',
+            'both, or set method = "two_step"',
         )
 
 
@@ -228,7 +228,7 @@ def _require_control(block):
         raise SettingsError(
             "the block has no control points",
             expected="control_points that hold the adjusted models",
-            remedy='Give control_points, or set method = "pipeline"',
+            remedy='Give control_points, or set method = "two_step"',
         )
 
 

@@ -267,7 +267,7 @@ def simultaneous_adjustment(tables, options=None):
             "The simultaneous adjustment of the spatial models does not converge",
             expected="models that stand upright but for some degrees, without "
             "exchanged names of points",
-            remedy='Set method = "pipeline", and look at the residuals of its models',
+            remedy='Set method = "two_step", and look at the residuals of its models',
             stage=STAGE,
         ) from error
 
