@@ -9,8 +9,8 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.stages.model_screening import (
     OUTLIERS,
     screen_models,
+    suspect_rows,
     without_gross_errors,
-    without_suspects,
 )
 
 NOISE = 0.02
@@ -116,7 +116,7 @@ def test_robust_norms_leave_gross_errors_little_weight(transformation, outliers)
 def test_values_of_suspects_go_where_others_remain(transformation, flight):
     screened = screen_models(transformation, "snoop")
     values = screened.values(flight)
-    found = without_suspects(values, screened)
+    found = without_gross_errors(values, suspect_rows(values, screened))
     is_gone = found["easting"].isna()
     gone = found.loc[is_gone, ["model_id", "point_id"]]
     # point 0004 lies in one model only: nothing is better than its value

@@ -39,33 +39,6 @@ def rotation_from_angles(omega, phi, kappa):
     return about_z @ about_y @ about_x
 
 
-def rotation_derivatives(omega, phi, kappa):
-    """Derivatives of the rotation matrix with respect to its three angles.
-
-    Parameters
-    ----------
-    omega, phi, kappa : float or ndarray, shape (...)
-        [rad]
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3, 3)
-        The first of the last three axes counts the angles: entry ``[..., 1, :, :]``
-        is the derivative with respect to phi.
-    """
-    about_x, about_y, about_z = _elementary(omega, phi, kappa)
-    # dR(angle) / dangle = R(angle) @ -cross(axis), the camera turning right-handed
-    turn_x, turn_y, turn_z = -cross_matrix(np.eye(3))
-    return np.stack(
-        [
-            about_z @ about_y @ about_x @ turn_x,
-            about_z @ about_y @ turn_y @ about_x,
-            about_z @ turn_z @ about_y @ about_x,
-        ],
-        axis=-3,
-    )
-
-
 def angles_from_rotation(matrix):
     """Angles of a rotation matrix.
 
@@ -159,31 +132,6 @@ def rotation_by_vector(vector):
         + np.sinc(angle / np.pi) * cross
         + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * (cross @ cross)
     )
-
-
-def rotation_angle(matrix):
-    """Angle of a rotation, whatever its axis.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (..., 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (...)
-        From 0 to pi [rad], accurate for small angles too.
-    """
-    m = np.asarray(matrix, dtype=float)
-    axis = np.stack(
-        [
-            m[..., 2, 1] - m[..., 1, 2],
-            m[..., 0, 2] - m[..., 2, 0],
-            m[..., 1, 0] - m[..., 0, 1],
-        ],
-        axis=-1,
-    )
-    trace = np.trace(m, axis1=-2, axis2=-1)
-    return np.arctan2(np.linalg.norm(axis, axis=-1), trace - 1.0)
 
 
 def cross_matrix(vector):

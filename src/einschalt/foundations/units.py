@@ -9,7 +9,6 @@ METRES_PER_UM = 1e-6
 METRES_PER_MM = 1e-3
 METRES_PER_UNIT = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 RADIANS_PER_GON = np.pi / 200.0
-RADIANS_PER_ARCSECOND = np.pi / 648000.0
 
 
 def ground_from_image_um(length_um, scale_number):

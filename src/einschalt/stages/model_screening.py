@@ -138,25 +138,6 @@ def without_gross_errors(values, is_gross):
     return screened
 
 
-def without_suspects(values, transformation):
-    """Take the coordinates of suspects from their values, where others remain.
-
-    Parameters
-    ----------
-    values : DataFrame
-        Row for row as the model points that were transformed.
-    transformation : ModelTransformation
-
-    Returns
-    -------
-    DataFrame
-        NaN in the coordinates of a suspect whose point has a value that is not one. A
-        point that is suspect everywhere keeps all its values: then it is not they that
-        are wrong.
-    """
-    return without_gross_errors(values, suspect_rows(values, transformation))
-
-
 class _Tested:
     """A transformation, and the fit in which its points are tested."""
 

@@ -14,7 +14,6 @@ from einschalt.theory.adjustment.reliability import (
     joint_prediction_tests,
     minimal_detectable_bias,
     noncentrality,
-    prediction_residuals,
     redundancy_numbers,
     standardized_residuals,
     tau_p_value,
@@ -82,7 +81,6 @@ def test_standardized_residuals_are_those_of_statsmodels():
 
 def test_unchecked_observations_have_no_statistic():
     assert np.isnan(standardized_residuals(0.1, 0.0, 1.0))
-    assert np.isnan(prediction_residuals(np.array([0.1]), np.array([0.0])))[0]
     assert np.isnan(external_t(1.0, 1))
     assert np.isnan(tau_p_value(0.5, 1))
     assert np.isinf(minimal_detectable_bias(0.1, 0.0))
@@ -124,16 +122,6 @@ def test_prediction_test_is_the_same_test(weighted_model):
     squares = np.sum(miss**2, axis=1) / cofactor
     predicted = joint_prediction_tests(squares, less.sum_of_squares, less.redundancy)
     assert predicted.p_value[0] == pytest.approx(tests.p_value[4], rel=1e-6)
-
-
-def test_prediction_residual_is_that_of_a_fit_without_the_point(weighted_model):
-    fit_of, xy, en, weights = weighted_model
-    fit = fit_of(xy, en, weights, np.array([0, 9]))
-    predicted = prediction_residuals(fit.residuals, redundancy_numbers(fit.leverage))
-    for place in range(9):
-        less = fit_of(*without(place, xy, en, weights), np.array([0, 8]))
-        miss = less.apply(np.array([0]), xy[[place]]) - en[[place]]
-        np.testing.assert_allclose(predicted[place], miss[0], atol=1e-8)
 
 
 def test_too_little_redundancy_is_not_tested():

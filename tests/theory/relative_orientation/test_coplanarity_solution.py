@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from einschalt.foundations.rotations import rotation_angle, rotation_by_vector
+from einschalt.foundations.rotations import rotation_by_vector
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     FIRST_ORDER,
     GAUSS_HELMERT,
@@ -46,7 +47,7 @@ def pose_of(base, rotation):
 
 
 def turned(pose, rotation):
-    return rotation_angle(np.reshape(pose[1], (3, 3)) @ rotation)
+    return Rotation.from_matrix(np.reshape(pose[1], (3, 3)) @ rotation).magnitude()
 
 
 @pytest.mark.parametrize("seed", range(20))

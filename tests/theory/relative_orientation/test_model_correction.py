@@ -15,7 +15,7 @@ from einschalt.theory.relative_orientation.parallax_equations import (
     DEPENDENT_LEFT,
     DEPENDENT_RIGHT,
     INDEPENDENT,
-    predict_parallaxes,
+    design_matrix,
 )
 
 BASE = 92.0
@@ -189,7 +189,7 @@ def test_exact_parallax_begins_with_the_linear_one(case, hilly_points):
     for angle in (2e-3, 1e-3):
         elements = elements_of(case, angle)
         exact = parallaxes_to_clear(hilly_points, BASE, elements, case)
-        linear = predict_parallaxes(hilly_points, BASE, elements, case)
+        linear = design_matrix(hilly_points, BASE, case) @ elements
         wrong.append(np.abs(exact - linear).max())
     np.testing.assert_allclose(wrong[0] / wrong[1], 4.0, rtol=0.03)
 

@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 
 from einschalt.theory.relative_orientation.base_normal_planes import examine_planes
+from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.valley_flights import (
     critical_depth,
-    critical_wing_heights,
     standard_points,
     valley_depths,
-    valley_inflation,
-    valley_over_correction,
 )
 
 
@@ -22,45 +20,34 @@ def test_critical_depths_of_three_cameras(principal_distance, printed):
     assert critical_depth(100.0, principal_distance) == pytest.approx(printed, abs=5e-3)
 
 
-def test_valleys_at_the_critical_depth():
-    critical = critical_depth(100.0, 152.0)
-    assert valley_inflation(critical, critical) == np.inf
-    assert abs(valley_over_correction(critical, critical)) == np.inf
-    inflation = valley_inflation(np.array([-0.5, 0.0, 0.5, 0.9]) * critical, critical)
-    np.testing.assert_allclose(inflation, [1 / 1.5, 1.0, 2.0, 10.0])
-
-
-def test_over_correction_changes_sign_beyond_the_critical_depth():
-    critical = critical_depth(100.0, 152.0)
-    n = valley_over_correction(np.array([0.0, 0.25, 0.35, 0.5]), critical)
-    assert (np.sign(n) == [1, 1, -1, -1]).all()
-    np.testing.assert_allclose(n[0], (1 + 152.0**2 / 100.0**2) / 2)
+def test_formulas_of_the_docs_hold_in_symmetrical_valleys():
+    """Inflation and over-correction of the page on valley flights, by adjustment."""
+    flying_height, critical = 1000.0, critical_depth(100.0, 152.0)
+    delta = np.array([-0.5, 0.0, 0.5, 0.9, 1.2, 2.0]) * critical
+    heights = np.repeat([[0.0, 1.0]], len(delta), axis=0).repeat([2, 4], axis=1)
+    heights *= flying_height * delta[:, None]
+    altitude = np.full(len(delta), flying_height)
+    xyz, base = standard_points(heights, altitude, 0.152, 0.1, 0.092)
+    start = 6 * np.arange(len(delta) + 1)
+    found = examine_surfaces(xyz.reshape(-1, 3), base, start)
+    np.testing.assert_allclose(
+        found.inflation, 1.0 / np.abs(1.0 - delta / critical), rtol=1e-7
+    )
+    n = (1.0 - delta) / (2.0 * (critical - delta))
+    assert (np.sign(n) == [1, 1, 1, 1, -1, -1]).all()
+    for plane in (0, 1):
+        np.testing.assert_allclose(found.planes.over_correction_n[:, plane], n)
+        np.testing.assert_allclose(found.planes.gap[:, plane], 1.0 / (2.0 * n))
 
 
 def test_wings_at_the_critical_height_lie_on_the_circle():
     distance, flying_height = 400.0, np.array([801.0, 1000.0, 3000.0])
-    for heights in critical_wing_heights(distance, flying_height):
+    reach = np.sqrt(flying_height**2 - 4.0 * distance**2)
+    for heights in ((flying_height - reach) / 2.0, (flying_height + reach) / 2.0):
         for height, depth in zip(heights, flying_height, strict=True):
             wing = [distance, height - depth]
             plane = [[0.0, -depth], wing, [-wing[0], wing[1]]]
             assert abs(examine_planes(np.array(plane)).gap) < 1e-12
-
-
-def test_no_height_is_critical_for_wings_beyond_half_of_the_flying_height():
-    low, high = critical_wing_heights(500.001, 1000.0)
-    assert np.isnan([low, high]).all()
-    low, high = critical_wing_heights(500.0, 1000.0)
-    assert low == high == 500.0
-
-
-def test_both_ways_to_the_critical_depth_agree():
-    # seen under the same angle, and at the same distance on the ground
-    tan_beta, flying_height = 100.0 / 152.0, 1000.0
-    depth = critical_depth(100.0, 152.0) * flying_height
-    distance = tan_beta * (flying_height - depth)
-    np.testing.assert_allclose(
-        critical_wing_heights(distance, flying_height)[0], depth, rtol=1e-12
-    )
 
 
 def test_standard_points_are_seen_where_they_should():

@@ -308,23 +308,3 @@ def external_reliability(bias, redundancy_number):
         (1 − r) · bias [m].
     """
     return (1.0 - np.asarray(redundancy_number, dtype=float)) * bias
-
-
-def prediction_residuals(residuals, redundancy_number):
-    """By how much a point would be missed if it had been left out: v / (1 − h).
-
-    Exact for affine and helmert transformations without a new adjustment, both
-    coordinates being left out together.
-
-    Parameters
-    ----------
-    residuals, redundancy_number : ndarray
-        Of one shape.
-
-    Returns
-    -------
-    ndarray
-        NaN where the point alone fixes its model.
-    """
-    r = np.asarray(redundancy_number, dtype=float)
-    return residuals / np.where(r > LEAST_REDUNDANCY_NUMBER, r, np.nan)

@@ -129,47 +129,6 @@ def examine_planes(yz):
         )
 
 
-def inverted(yz):
-    """Points inverted in the unit circle about the projection centre.
-
-    Circles through the centre become lines, so that centre and points lie on a circle
-    when, and only when, their images are collinear: the circle test without a circle.
-
-    Parameters
-    ----------
-    yz : ndarray, shape (..., 2)
-        Origin in the projection centre.
-
-    Returns
-    -------
-    ndarray, shape (..., 2)
-        (y, z) / (y² + z²).
-    """
-    yz = np.asarray(yz, dtype=float)
-    return yz / np.sum(yz**2, axis=-1, keepdims=True)
-
-
-def collinearity(u):
-    """Twice the signed area of the triangle of three points, 0 on a line.
-
-    Parameters
-    ----------
-    u : ndarray, shape (..., 3, 2)
-
-    Returns
-    -------
-    ndarray, shape (...)
-        det [u, 1]. Of three inverted points it is N / (r_i² r_j² r_l²).
-
-    Examples
-    --------
-    >>> on_circle = np.array([[0.0, -2.0], [1.0, -1.0], [-1.0, -1.0]])
-    >>> float(collinearity(inverted(on_circle)))
-    0.0
-    """
-    return _opposite_crosses(u[..., 0], u[..., 1]).sum(axis=-1)
-
-
 def _opposite_crosses(y, z):
     """Cross products c_jl, c_li, c_ij, each in the place of the third point."""
     following, last = [1, 2, 0], [2, 0, 1]

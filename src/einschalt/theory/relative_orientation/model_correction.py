@@ -58,7 +58,7 @@ def correct_model(xyz_machine, base, elements, case):
 def parallaxes_to_clear(xyz_machine, base, elements, case):
     """Y-parallaxes that the elements clear exactly, as the corrected rays meet.
 
-    What :func:`~.parallax_equations.predict_parallaxes` gives is their linear part;
+    What :func:`~.parallax_equations.design_matrix` times them gives is the linear part;
     the difference tells whether the elements are still small enough for it.
 
     Parameters

@@ -84,26 +84,6 @@ def design_matrix(xyz, base, case):
     return np.stack(columns, axis=-1)
 
 
-def predict_parallaxes(xyz, base, elements, case):
-    """Y-parallaxes that these corrections, still to be made, would clear.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Model coordinates, origin in the left projection centre, z < 0.
-    base : float or ndarray, shape (n_points,)
-    elements : ndarray, shape (5,) or (n_points, 5)
-        In the order of ``ELEMENTS[case]`` [rad, unit of the coordinates].
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        ``y(moved) - y(fixed)``, to first order, in the unit of the coordinates.
-    """
-    return np.einsum("...i,...i->...", design_matrix(xyz, base, case), elements)
-
-
 def element_scale(height, case):
     """Length of the unit vector of each element: the height for angles, 1 for shifts.
 
@@ -124,44 +104,6 @@ def element_scale(height, case):
     return np.where(is_angle, np.asarray(height, dtype=float)[..., np.newaxis], 1.0)
 
 
-def dependent_from_independent(base, case):
-    """Matrix from independent elements to the dependent ones of the same model.
-
-    Parameters
-    ----------
-    base : float or ndarray, shape (n_models,)
-    case : {"dependent_left", "dependent_right"}
-        Which bundle moves.
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        T in ``dependent = T @ independent`` and ``Q_dependent = T @ Q @ T.T``.
-
-    Notes
-    -----
-    "Same model" means the same model up to a rotation, shift and change of scale of
-    the whole, hence the same parallaxes, up to the sign of p of ``dependent_right``.
-
-    Examples
-    --------
-    >>> dependent_from_independent(2.0, "dependent_right") @ np.arange(1.0, 6.0)
-    array([-1.,  1.,  1., -8.,  4.])
-    """
-    base = np.asarray(base, dtype=float)
-    matrix = np.zeros((*base.shape, N_ELEMENTS, N_ELEMENTS))
-    is_left = case == DEPENDENT_LEFT
-    moved, fixed = (0, 1) if is_left else (1, 0)
-    sign = 1.0 if is_left else -1.0
-    matrix[..., 0, 0] = sign
-    for element, first_column in ((1, 1), (2, 3)):
-        matrix[..., element, first_column + moved] = 1.0
-        matrix[..., element, first_column + fixed] = -1.0
-    matrix[..., 3, 3 + fixed] = sign * base
-    matrix[..., 4, 1 + fixed] = -sign * base
-    return matrix
-
-
 def independent_from_dependent(base, case):
     """Matrix from dependent elements to the independent ones of the same model.
 
@@ -174,7 +116,12 @@ def independent_from_dependent(base, case):
     Returns
     -------
     ndarray, shape (..., 5, 5)
-        The inverse of :func:`dependent_from_independent`.
+        T in ``independent = T @ dependent`` and ``Q_independent = T @ Q @ T.T``.
+
+    Notes
+    -----
+    "Same model" means the same model up to a rotation, shift and change of scale of
+    the whole, hence the same parallaxes, up to the sign of p of ``dependent_right``.
     """
     base = np.asarray(base, dtype=float)
     matrix = np.zeros((*base.shape, N_ELEMENTS, N_ELEMENTS))

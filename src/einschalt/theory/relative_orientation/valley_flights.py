@@ -53,69 +53,6 @@ def critical_depth(wing, principal_distance):
     return wing**2 / (wing**2 + principal_distance**2)
 
 
-def valley_inflation(relative_depth, critical):
-    """Standard error of omega in a valley over that in flat terrain.
-
-    Parameters
-    ----------
-    relative_depth, critical : float or ndarray
-        Depth of the valley, and :func:`critical_depth`, both in flying heights.
-
-    Returns
-    -------
-    float or ndarray
-        For equal errors of all model parallaxes; infinite at the critical depth.
-    """
-    with np.errstate(divide="ignore"):
-        return 1.0 / np.abs(1.0 - np.divide(relative_depth, critical))
-
-
-def valley_over_correction(relative_depth, critical):
-    """Factor n on the turn that would just clear a point in the wing; k = n - 1.
-
-    Parameters
-    ----------
-    relative_depth, critical : float or ndarray
-        As in :func:`valley_inflation`.
-
-    Returns
-    -------
-    float or ndarray
-        Negative beyond the critical depth, infinite at it.
-    """
-    with np.errstate(divide="ignore"):
-        return np.divide(
-            1.0 - relative_depth, 2.0 * np.subtract(critical, relative_depth)
-        )
-
-
-def critical_wing_heights(ground_distance, flying_height):
-    """Heights of the wings above the middle at which they lie on the circle.
-
-    Parameters
-    ----------
-    ground_distance : float or ndarray
-        Of the wings from the base line.
-    flying_height : float or ndarray
-        Above the middle, in the same unit.
-
-    Returns
-    -------
-    tuple of two ndarrays
-        The lower and the higher place; NaN where the wings are farther from the base
-        than half of the flying height, so that no circle reaches them.
-
-    Examples
-    --------
-    >>> [float(h) for h in critical_wing_heights(400.0, 1000.0)]
-    [200.0, 800.0]
-    """
-    half = np.divide(flying_height, 2.0)
-    with np.errstate(invalid="ignore"):
-        reach = np.sqrt(half**2 - np.square(ground_distance))
-    return half - reach, half + reach
-
-
 def standard_points(heights, altitude, principal_distance, wing, image_base):
     """Model coordinates of the six standard points of models that are yet to be flown.
 
