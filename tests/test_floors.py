@@ -23,7 +23,7 @@ ROOMS = [
     "simulation",
     "planning",
 ]
-MOST_FILES_IN_A_ROOM = 14
+MOST_FILES_IN_A_ROOM = 12
 MOST_LINES_IN_A_FUNCTION = 40
 MOST_LINES_IN_A_MODULE = 300
 FORBIDDEN_NAMES = {"utils", "helpers", "common", "misc", "util", "helper"}
