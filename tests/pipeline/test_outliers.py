@@ -5,15 +5,15 @@ import pandas as pd
 import pytest
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.assessment.findings.suspects import (
+    gross_measurements,
+    suspect_observations,
+)
 from einschalt.pipeline.densification.gross_errors import no_gross_measurements
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.suggestions.suspects import (
-    gross_measurements,
-    suspect_observations,
-)
 
 KEY = ["flight", "coverage", "model_id", "point_id"]
 
@@ -50,12 +50,12 @@ def test_gross_errors_are_named_worst_first(block):
     # models alone find three of four (six seeds); less two binomial errors of forty
     assert len(found & gross) >= 0.61 * len(gross)
     assert len(found - gross) <= 2
-    said = suspect_observations(result)
+    named = suspect_observations(result)
     rows = result.residuals.loc[result.residuals["is_suspect"]]
     worst = rows.loc[rows["p_value"].idxmin()]
-    first = f"low {worst['coverage']} {worst['model_id']} {worst['point_id']}"
-    assert f"(flight, coverage, model, point): {first}" in said.problem
-    assert said.remedy == 'Measure them again, or set outliers = "snoop"'
+    assert named.facts["observations"][0] == tuple(worst[KEY])
+    assert named.facts["n_observations"] == len(rows)
+    assert named.remedy == "measure_again_or_snoop"
 
 
 @pytest.mark.parametrize("outliers", ["snoop", "huber", "tukey"])
@@ -63,15 +63,15 @@ def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers
     screened = densify(block, Settings(outliers=outliers))
     assert rms(screened, block.truth) < 1.05 * rms(densify(clean), clean.truth)
     assert rms(densify(block), block.truth) > 1.04 * rms(screened, block.truth)
-    said = gross_measurements(screened)
+    named = gross_measurements(screened)
     found = screened.gross_measurements
-    assert said.problem.startswith(f"{len(found)} measurements, off by up to ")
+    assert named.facts["n_observations"] == len(found)
     worst = found.loc[found["p_value"].astype(float).idxmin()]
-    first = f"low {worst['coverage']} {worst['model_id']} {worst['point_id']}"
-    assert f"(flight, coverage, model, point): {first}" in said.problem
-    assert said.remedy == "Measure them again; all stand in gross_measurements.csv"
-    # what was said once is not said again
-    assert first not in str(suspect_observations(screened))
+    assert named.facts["observations"][0] == tuple(worst[KEY])
+    assert named.remedy == "measure_rejected_again"
+    # what was named once is not named again
+    again = suspect_observations(screened)
+    assert again is None or tuple(worst[KEY]) not in again.facts["observations"]
 
 
 def test_suspects_do_not_enter_the_mean(block):

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from einschalt.pipeline.assessment.findings.suspects import coverages_that_differ
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.suggestions.suspects import coverages_that_differ
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 SEEDS = range(7)
 
@@ -68,7 +69,10 @@ def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
     point = result.points.set_index("point_id").loc[name]
     np.testing.assert_allclose(point[["easting", "northing"]].astype(float), mean)
     assert np.hypot(*kept[["difference_easting", "difference_northing"]].iloc[0]) > 0.2
-    said = str(coverages_that_differ(result))
+    found = coverages_that_differ(result)
+    assert found.names[0] == name
+    assert 0.2 < found.observed == found.facts["largest"]
+    said = str(suggestion_of(found))
     assert re.match(r"\d points? with coverages that differ by up to \d+ cm", said)
     assert f"more than they may: {name}" in said
     assert "coverages.csv" in said
@@ -79,7 +83,7 @@ def test_practice_of_1968_finds_it_too_and_off_marks_nothing():
     block, name = with_gross_error(simulate_block("demo", seed=1), 2)
     practice = densify(block, Settings(screening="practice_1968"))
     assert practice.points.set_index("point_id")["is_suspect"][name]
-    assert name in str(coverages_that_differ(practice))
+    assert name in coverages_that_differ(practice).names
     off = densify(block, Settings(screening="off"))
     assert not off.points["is_suspect"].any()
     assert len(off.coverages) == len(practice.coverages)

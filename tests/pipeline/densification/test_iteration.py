@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.pipeline.assessment.findings.iterations import drift
 from einschalt.pipeline.block.block import Block, Flight, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.sections import iterations as iterations_section
-from einschalt.pipeline.summary.suggestions.iterations import drift
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages
 
@@ -141,9 +141,9 @@ def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
     central = {"coverage_mean": "most_central"}
     result = densify(block, Settings(iterations=40, **central))
-    said = str(drift(result))
-    assert "no control point holds it: the block drifts" in said
-    assert "Set iterations = 1" in said
+    found = drift(result)
+    assert found.code == "drift_without_control"
+    assert found.remedy == "one_pass_or_measure_control"
     text = " ".join(iterations_section.section(result).text().split())
     assert "0 control points held" in text
     # theory: best after some passes, then worse and worse
@@ -159,9 +159,10 @@ def test_iterations_that_make_points_worse_are_told(demo_block):
     low = replace(demo_block.low_flight, model_points=points)
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
     settings = Settings(iterations=60, coverage_mean="most_central")
-    said = str(drift(densify(block, settings)))
-    assert "The iterations make the points worse" in said
-    assert "of the low flight hold control" in said
+    found = drift(densify(block, settings))
+    assert found.code == "iterations_that_spoil"
+    assert found.observed > found.expected > 0.0
+    assert 0 < found.facts["n_models_held"] < found.facts["n_models"]
 
 
 def test_given_approximations_can_be_iterated(demo_block):
@@ -185,14 +186,14 @@ def test_given_approximations_without_control_drift(demo_block):
     truth = demo_block.truth[["point_id", *PLAN]]
     block = Block(low_flight=low, approximate_points=truth)
     result = densify(block, Settings(iterations=2))
-    assert "no control point holds it" in str(drift(result))
+    assert drift(result).code == "drift_without_control"
 
 
 def test_thin_control_without_a_figure_is_told(demo_block):
     block = onto_given_approximations(demo_block, own_error=0.1, seed=3)
     control = block.control_points.iloc[:1]
     result = densify(replace(block, control_points=control), Settings(iterations=3))
-    assert "no propagated figure tells" in str(drift(result))
+    assert drift(result).code == "drift_that_nothing_tells"
 
 
 def test_what_cannot_be_iterated_is_refused(demo_block):

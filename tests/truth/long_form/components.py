@@ -10,10 +10,10 @@ import numpy as np
 from scipy.stats import binom
 from tests.truth.long_form.figures import Figure, Table, of_blocks
 
+from einschalt.pipeline.assessment.findings.suspects import wrong_measuring_errors
 from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.suggestions.suspects import wrong_measuring_errors
 
 N_BLOCKS = 50
 WRONG_BY = 1.5
@@ -87,8 +87,8 @@ def study(seed):
     found["right"] = wrong_measuring_errors(result) is not None
     for name in FLIGHTS:
         for key, factor in (("low", 1.0 / WRONG_BY), ("high", WRONG_BY)):
-            said = wrong_measuring_errors(densify(typed(block, name, factor)))
-            found[name, key] = f"m_g_um of the {name.replace('_', ' ')} is" in str(said)
+            wrong = wrong_measuring_errors(densify(typed(block, name, factor)))
+            found[name, key] = wrong is not None and name in wrong.names
     return found
 
 

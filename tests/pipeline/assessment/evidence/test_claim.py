@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from einschalt.interfaces.reports.correlogram_figure import correlogram_figure
+from einschalt.pipeline.assessment.findings.claim import claim_that_does_not_stand
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import BlockNoise, simulate_block
-from einschalt.pipeline.summary.suggestions.claim import claim_that_does_not_stand
 from einschalt.pipeline.summary.summary import summarize
 
 COVERAGES = "coverage differences"
@@ -75,11 +75,11 @@ def test_errors_that_photographs_share_are_called_out(shared):
     assert (
         claim.of("control points").observed > 1.2 * claim.of("control points").predicted
     )
-    said = str(claim_that_does_not_stand(shared))
-    assert said.startswith("The claimed figure does not stand: ")
-    assert "residuals of neighbours are alike (correlation -0.0" in said
-    assert "the size of the residuals is only" in said
-    assert "they share errors, as those of one orientation do" in said
+    found = claim_that_does_not_stand(shared)
+    parts = {part["kind"]: part for part in found.facts["rejected"]}
+    assert -0.1 < parts["correlation"]["observed"] < -0.0
+    assert parts["residuals"]["observed"] < parts["residuals"]["predicted"]
+    assert found.remedy == "doubt_independence"
     first = summarize(shared).splitlines()[0]
     assert first.endswith("cm or worse (total, mean of two coverages)")
 
@@ -100,9 +100,11 @@ def test_a_measuring_error_that_was_given_too_small_does_not_stand(block):
     names = [test.name for test in result.claim.rejected]
     assert COVERAGES in names
     assert 1.1 < result.claim.enlargement < 1.5
-    said = str(claim_that_does_not_stand(result))
-    assert "RMS of coverage differences is" in said
-    assert "wrong sizes of errors" in said
+    found = claim_that_does_not_stand(result)
+    parts = {part["quantity"]: part for part in found.facts["rejected"]}
+    assert parts[COVERAGES]["kind"] == "rms"
+    assert parts[COVERAGES]["observed"] > parts[COVERAGES]["predicted"]
+    assert found.remedy == "doubt_sizes_of_errors"
 
 
 def test_film_that_no_helmert_transformation_takes_up_does_not_stand():

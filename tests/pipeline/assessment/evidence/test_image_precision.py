@@ -9,10 +9,12 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     common_sigma_0,
     image_component,
 )
+from einschalt.pipeline.assessment.findings.orientations import (
+    image_points_worse_than_given,
+)
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.pipeline.summary.suggestions import catalogue as sg
 
 
 @pytest.fixture(scope="module")
@@ -37,18 +39,22 @@ def test_image_points_have_the_m_g_that_was_simulated(images):
         shown = image_component(rows_of(result, flight), images.flights[flight])
         assert abs(shown.estimated - simulated) < 3.0 * shown.standard_error
         assert shown.standard_error < 0.15 * simulated
-    assert sg.image_points_worse_than_given(result) is None
+    assert image_points_worse_than_given(result) is None
 
 
 def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
     result = computed(images, low_m_g_um=3.3)
+    found = image_points_worse_than_given(result)
+    assert found.names == ("low_flight",)
+    assert found.expected == found.facts["flights"][0]["given_um"] == 3.3
+    assert found.observed > 4.0
     said = " ".join(result.summary().split())
     assert "m_g_um of the low flight is given as 3.3, but the residuals of the" in said
     assert "Give that figure or a larger one" in said
 
 
 def test_a_larger_m_g_is_not_contradicted_by_y_parallaxes(images):
-    assert sg.image_points_worse_than_given(computed(images, low_m_g_um=9.0)) is None
+    assert image_points_worse_than_given(computed(images, low_m_g_um=9.0)) is None
 
 
 def test_models_without_redundancy_say_nothing(images):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.findings.suspects import control_that_contradicts
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.pipeline.summary.sections import known_points
-from einschalt.pipeline.summary.suggestions.suspects import control_that_contradicts
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
@@ -162,10 +162,10 @@ def test_a_wrong_control_point_is_named(demo_block):
     result = densify(replace(demo_block, control_points=control))
     table = result.control_left_out
     assert table.loc[table["p_value"].idxmin(), "point_id"] == name
-    said = str(control_that_contradicts(result))
-    assert f"worst first: {name}" in said
-    assert "more than chance explains" in said
-    assert "a wrong one spoils the others" in said
+    found = control_that_contradicts(result)
+    assert found.names[0] == name
+    assert found.probability < 0.001
+    assert found.remedy == "check_worst_control"
     assert control_that_contradicts(densify(demo_block)) is None
 
 

@@ -6,23 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.evidence import systematic_errors
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     NetworkStrain,
     SystematicPatterns,
+)
+from einschalt.pipeline.assessment.findings.systematic_errors import (
+    contradicting_control,
+    film_affinity,
+    strained_network,
+    strained_network_of_adjustment,
 )
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.sections import control_strain, patterns
-from einschalt.pipeline.summary.suggestions.systematic_errors import (
-    film_affinity,
-    network_strain,
-)
 
 PLAN = ["easting", "northing"]
+
+
+def network_strain(result):
+    """What is found of the network, whichever of the two it is."""
+    return strained_network(result) or contradicting_control(result)
 
 
 def computed(
@@ -59,11 +65,11 @@ def test_affinity_has_the_standard_error_that_is_said(kinds, affinity):
 
 def test_helmert_is_told_to_become_affine():
     result = computed(kinds=("helmert", "helmert"), film_affinity=3e-4)
-    said = film_affinity(result)
-    assert "Film or machine has an affinity" in said.problem
-    assert "in the low flight x is longer than y by" in said.problem
-    assert said.remedy.startswith('Set transformation = "affine" in [')
+    found = film_affinity(result)
     low = result.patterns.affinities[1]
+    of_flight = {part["flight"]: part for part in found.facts["flights"]}
+    assert of_flight["low_flight"]["stretch"] == low.stretch
+    assert found.remedy == "set_affine"
     # δ √(v_x v_y / (v_x + v_y)) of a model of 138 x 230 mm at 1:8000
     v_x, v_y = (0.138 * 8000) ** 2 / 12, (0.230 * 8000) ** 2 / 12
     expected = low.stretch * np.sqrt(v_x * v_y / (v_x + v_y))
@@ -87,14 +93,17 @@ def test_strain_of_neukirchen_is_called_out():
     result = densify(block)
     strain = result.patterns.strain
     assert strain.is_smooth
-    said = network_strain(result)
-    assert "The control network is strained" in said.problem
-    assert f", most at {strain.displacements['point_id'].iloc[0]} (" in said.problem
-    assert 'method = "simultaneous" suffers less' in said.remedy
+    found = network_strain(result)
+    assert found.code == "strained_network"
+    assert found.names[0] == strain.displacements["point_id"].iloc[0]
+    assert found.facts["displacements"][0][0] == found.names[0]
+    assert found.remedy == "check_network_or_adjust"
     # what the points have: the claim, and the strain beside it
     new = result.points[result.points["role"] == "new"]
     total = np.sqrt(np.mean(new["standard_error_total"] ** 2))
-    assert f"reckon with {length(np.hypot(total, strain.size))}, not" in said.problem
+    assert found.facts["claimed"] == pytest.approx(total)
+    reckoned = found.facts["claimed_with_strain"]
+    assert reckoned == pytest.approx(np.hypot(total, strain.size))
     true = block.truth.set_index("point_id").loc[new["point_id"], PLAN].to_numpy()
     error = np.sqrt(np.mean(((new[PLAN].to_numpy() - true) ** 2).sum(axis=1)))
     assert np.hypot(total, strain.size) == pytest.approx(error, rel=0.15)
@@ -122,7 +131,7 @@ def test_displacements_point_where_the_strain_does():
     assert not result.simultaneous.control["is_suspect"].any()
     rows = control_strain.section(result).rows
     assert [row[0] for row in rows] == found.index[: len(rows)].tolist()
-    assert 'method = "simultaneous"' not in network_strain(result).remedy
+    assert strained_network_of_adjustment(result).remedy == "check_network"
 
 
 def test_a_wrong_m_g_does_not_pass_for_a_pattern():
@@ -135,9 +144,9 @@ def test_control_that_is_worse_than_was_said():
     block = simulate_block("neukirchen", noise=BlockNoise(control_standard_error=0.08))
     control = block.control_points.assign(standard_error_m=0.03)
     result = densify(replace(block, control_points=control))
-    said = str(network_strain(result))
-    assert "contradict each other by more than their standard errors" in said
-    assert "raise standard_error_m" in said
+    found = network_strain(result)
+    assert found.code == "contradicting_control"
+    assert found.remedy == "look_for_wrong_control_or_raise_errors"
     assert "single points" in patterns.section(result).text()
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from einschalt.pipeline.assessment.evidence.variance_components import Component
+from einschalt.pipeline.assessment.findings.suspects import wrong_measuring_errors
 from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.sections.flights import measured_errors
-from einschalt.pipeline.summary.suggestions.suspects import wrong_measuring_errors
 
 SEEDS = range(20)
 TRUE = {"control": 0.03, "high_flight": 7.5, "low_flight": 5.0}
@@ -91,9 +91,16 @@ def test_one_coverage_of_single_models_is_too_small_to_tell():
 def test_a_wrong_m_g_is_called_out(good_result):
     wrong = with_flights(good_result.block, low_flight={"m_g_um": 7.5})
     result = densify(wrong)
-    said = str(wrong_measuring_errors(result))
-    assert "m_g_um of the low flight is given as 7.5, but the measurements show" in said
-    assert "Give that figure" in said
+    found = wrong_measuring_errors(result)
+    assert found.names == ("low_flight",)
+    low = result.components.low_flight
+    assert found.facts["flights"][0] == {
+        "flight": "low_flight",
+        "given_um": 7.5,
+        "estimated_um": low.estimated,
+        "standard_error_um": low.standard_error,
+    }
+    assert found.remedy == "give_that_m_g"
     assert wrong_measuring_errors(good_result) is None
 
 
@@ -108,8 +115,8 @@ def test_far_too_large_errors_are_gross_ones():
     fine = Component(5.0, 5.0, 0.2)
     wild = Component(5.0, 90.0, 3.0)
     components = SimpleNamespace(high_flight=fine, low_flight=wild)
-    said = wrong_measuring_errors(SimpleNamespace(components=components))
-    assert said.remedy == "Look for gross errors"
+    found = wrong_measuring_errors(SimpleNamespace(components=components))
+    assert found.remedy == "look_for_gross_errors"
     small = replace(wild, estimated=5.3, standard_error=0.01)
     components = SimpleNamespace(high_flight=fine, low_flight=small)
     assert wrong_measuring_errors(SimpleNamespace(components=components)) is None

@@ -1,119 +1,113 @@
-"""Mistakes of stage 2 that only the ground can show, each with a block that has it."""
+"""Words for findings on relative orientations, made by hand."""
 
-from dataclasses import replace
+import math
 
-import numpy as np
 import pytest
 
-from einschalt.foundations.errors import BlockError
-from einschalt.pipeline.block.block import Block
-from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.pipeline.summary.suggestions import catalogue as sg
-from einschalt.stages.relative_orientation.orient_from_images import orient_from_images
-from einschalt.stages.stage2_relative_orientation import image_pairs
+from einschalt.pipeline.assessment.finding import Finding, Subject
+from einschalt.pipeline.summary.suggestions import orientations
 
 
-def block_of(measurement):
-    geometry = replace(PRESETS["demo"].geometry, measurement=measurement)
-    return simulate_block("demo", seed=5, geometry=geometry)
+def models_of(*names):
+    models = tuple(("high_flight", name) for name in names)
+    return {"n_models": len(names), "models": models}
 
 
-@pytest.fixture(scope="module")
-def from_images():
-    return block_of("images")
+def finding(remedy, facts):
+    return Finding("orientation", Subject.MODEL, remedy=remedy, facts=facts)
 
 
-@pytest.fixture(scope="module")
-def from_parallaxes():
-    return block_of("parallaxes")
+def test_orientations_that_did_not_converge_are_named():
+    found = finding("look_for_gross_errors_of_orientation", models_of("7/8"))
+    said = orientations.orientations_without_convergence(found)
+    assert said.problem == (
+        "1 model with a relative orientation that did not converge: high 7/8"
+    )
 
 
-def with_low_flight(block, **changes):
-    """The block with another low flight, checked anew."""
-    fields = {name: getattr(block, name) for name in Block.__dataclass_fields__}
-    return Block(**fields | {"low_flight": replace(block.low_flight, **changes)})
+@pytest.mark.parametrize(
+    ("inflation", "known"),
+    [
+        (12.34, "up to 12.3 times as uncertain as on flat terrain"),
+        (math.inf, "not determined"),
+    ],
+)
+def test_models_near_a_dangerous_surface_are_named(inflation, known):
+    facts = {"critical": models_of("b"), "weak": models_of("a", "c")}
+    facts["inflation"] = inflation
+    found = finding("measure_points_elsewhere", facts)
+    assert str(orientations.models_near_a_dangerous_surface(found)) == (
+        "Relative orientation near a dangerous surface: 1 model critical (high b), 2 "
+        f"models weak (high a, high c); omega is {known}. Measure points in them that "
+        "lie higher or lower, or farther apart."
+    )
 
 
-def with_image_points(block, change):
-    points = block.low_flight.image_points.copy()
-    change(points)
-    return densify(with_low_flight(block, image_points=points))
+def test_a_verdict_that_no_model_has_is_not_said():
+    facts = {"critical": models_of(), "weak": models_of("a"), "inflation": 2.5}
+    found = finding("measure_points_elsewhere", facts)
+    said = orientations.models_near_a_dangerous_surface(found).problem
+    assert ": 1 model weak (high a); omega" in said
 
 
-@pytest.mark.parametrize("axis", ["x", "y"])
-def test_mirrored_images_turn_flat_terrain_over(from_images, axis):
-    def mirror(points):
-        points[axis] *= -1.0
+def test_pairs_that_fit_twice_are_named():
+    found = finding("measure_more_points", models_of("a", "b"))
+    said = orientations.ambiguous_orientations(found).problem
+    assert said.startswith("2 models with a second relative orientation that fits abou")
 
-    result = with_image_points(from_images, mirror)
-    # every pair can be oriented: nothing but the ground knows left from right
-    assert result.failures.empty
-    said = str(sg.models_upside_down(result))
-    assert said.startswith("23 spatial models upside down: low 1/1, low 1/2")
+
+def test_large_sigma_0_is_said_with_the_largest():
+    facts = {**models_of("a"), "times_usual": 3.0, "largest_sigma_0": 4.2e-5}
+    found = finding("look_for_gross_errors_of_orientation", facts)
+    said = orientations.orientations_with_large_sigma_0(found).problem
+    assert said == (
+        "1 model with sigma_0 of the relative orientation more than 3 times the median "
+        "of the flight: high a; up to 42 µm"
+    )
+
+
+def test_both_figures_of_image_points_are_said():
+    flight = {"flight": "low_flight", "given_um": 3.3}
+    flight |= {"estimated_um": 5.04, "standard_error_um": 0.21}
+    found = finding("give_that_m_g_or_a_larger_one", {"flights": (flight,)})
+    said = orientations.image_points_worse_than_given(found)
+    assert said.problem == (
+        "m_g_um of the low flight is given as 3.3, but the residuals of the image "
+        "points show 5.04 ± 0.21"
+    )
+    assert said.remedy.startswith("Give that figure or a larger one")
+
+
+def test_parallaxes_of_the_wrong_sign_are_said():
+    facts = {"m_0_corrected": 0.2, "m_0_uncorrected": 0.1}
+    facts["flight"] = "low_flight"
+    found = finding("turn_sign_of_y_parallax", facts)
+    said = str(orientations.corrections_that_spoil(found))
+    assert said.startswith(
+        "The corrections by y-parallaxes make the low flight fit worse: m_0 20 cm, "
+        "without them 10 cm. Turn the sign of y_parallax: y of the moved bundle less y "
+        "of the fixed one"
+    )
+
+
+def test_mirrored_images_are_said():
+    names = [f"1/{k}" for k in range(1, 24)]
+    said = str(
+        orientations.models_upside_down(
+            finding("turn_sign_of_x_or_y", models_of(*names))
+        )
+    )
+    assert said.startswith("23 spatial models upside down: high 1/1, high 1/2")
+    assert "and 18 more" in said
     assert "Turn the sign of x or y in their image" in said
 
 
-def test_upright_models_are_not_named(from_images, from_parallaxes, good_result):
-    for result in (densify(from_images), densify(from_parallaxes), good_result):
-        assert sg.models_upside_down(result) is None
-        assert sg.corrections_that_spoil(result) is None
-        assert sg.orientations_with_large_sigma_0(result) is None
-
-
-def test_bad_image_coordinates_stand_out(from_images):
-    def spoil(points):
-        first = points["image_id"] == points["image_id"].iloc[100]
-        rng = np.random.default_rng(1)
-        points.loc[first, "y"] += rng.normal(scale=0.05, size=first.sum())
-
-    result = with_image_points(from_images, spoil)
-    said = str(sg.orientations_with_large_sigma_0(result))
-    assert "with sigma_0 of the relative orientation more than 3 times the" in said
-    image = from_images.low_flight.image_points["image_id"].iloc[100]
-    models = from_images.low_flight.models
-    is_in = (models["left_image"] == image) | (models["right_image"] == image)
-    for model_id in models.loc[is_in, "model_id"]:
-        assert f"low {model_id}" in said
-
-
-def test_pairs_that_fit_twice_are_named(from_images):
-    block = from_images
-    pairs = image_pairs(block.low_flight.image_coordinates(), block.low_flight.models)
-    five = pairs.groupby(["coverage", "model_id"], sort=False).head(5)
-    # five points have several orientations, whatever is measured
-    distance = block.low_flight.principal_distance_mm
-    alone = orient_from_images(five, distance).orientations
-    n_twice = int((alone["is_ambiguous"] & alone["is_converged"]).sum())
-    assert n_twice > len(alone) // 2
-    result = densify(block)
-    rows = alone.assign(flight="low_flight")
-    said = str(sg.ambiguous_orientations(replace(result, orientations=rows)))
-    assert said.startswith(f"{n_twice} models with a second relative orientation that")
-    rows = rows.assign(is_ambiguous=False)
-    assert sg.ambiguous_orientations(replace(result, orientations=rows)) is None
-    assert "is_ambiguous" in result.orientations
-
-
-@pytest.mark.parametrize("mistake", ["sign", "case"])
-def test_parallaxes_of_the_wrong_sign_are_said(from_parallaxes, mistake):
-    parallaxes = from_parallaxes.low_flight.y_parallaxes
-    turned = parallaxes.assign(y_parallax=-parallaxes["y_parallax"])
-    # parallaxes of a dependent_right pair count the other way
-    changes = {
-        "sign": {"y_parallaxes": turned},
-        "case": {"orientation_case": "dependent_right"},
-    }[mistake]
-    result = densify(with_low_flight(from_parallaxes, **changes))
-    said = str(sg.corrections_that_spoil(result))
-    assert said.startswith("The corrections by y-parallaxes make the low flight fit w")
-    assert "Turn the sign of y_parallax: y of the moved bundle less y of" in said
-    both = {"y_parallaxes": turned, "orientation_case": "dependent_right"}
-    right = densify(with_low_flight(from_parallaxes, **both))
-    assert sg.corrections_that_spoil(right) is None
-
-
-def test_images_that_nobody_measured_are_said(from_images):
-    models = from_images.low_flight.models.assign(right_image="nope")
-    with pytest.raises(BlockError, match="right_image 'nope' has no image points"):
-        with_low_flight(from_images, models=models)
+def test_image_points_that_contradict_are_named():
+    points = tuple(("low_flight", "7/8", f"P{k}") for k in range(6))
+    found = finding("taken_out", {"n_points": 6, "image_points": points})
+    said = orientations.image_points_that_contradict(found)
+    assert said.problem == (
+        "6 image points that contradict their pair, worst first (flight, model, "
+        "point): low 7/8 P0, low 7/8 P1, low 7/8 P2, low 7/8 P3 and 2 more"
+    )
+    assert said.remedy.startswith("They were taken out of the orientation")

@@ -1,0 +1,122 @@
+"""Points that were set several times: m_g from their settings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from tests.pipeline.block.repeated_settings import (
+    KEY,
+    M_G_UM,
+    rows_of_settings,
+    set_again,
+    with_low_flight,
+)
+
+import einschalt as es
+from einschalt.interfaces.reports.html_report import render
+from einschalt.pipeline.assessment.findings.suspects import (
+    scattered_points,
+    settings_that_scatter,
+)
+from einschalt.pipeline.summary.sections import repeated_settings
+
+
+@pytest.fixture(scope="module")
+def result():
+    return es.densify(set_again())
+
+
+@pytest.mark.parametrize(
+    ("kind", "scale", "method"),
+    [
+        ("affine", 1.0, "pipeline"),
+        ("helmert", 2.5, "pipeline"),
+        ("affine", 2.5, "simultaneous"),
+    ],
+)
+def test_settings_give_back_the_m_g_that_made_them(kind, scale, method):
+    z = []
+    for seed in range(8):
+        block = set_again(seed, scale=scale, transformation=kind)
+        found = es.densify(block, es.Settings(method=method)).repeated_settings
+        assert found["flight"].tolist() == ["low_flight"]
+        row = found.iloc[0]
+        assert row["redundancy"] == 2 * row["n_points"]
+        z.append((row["m_g_settings_um"] - M_G_UM) / row["standard_error_um"])
+        assert not row["is_larger"]
+        assert row["p_value"] > 0.001
+    # 8 blocks: mean within 3.3 / √8, standard deviation within 3 / √16
+    assert abs(np.mean(z)) < 1.17
+    assert 0.25 < np.std(z) < 1.75
+
+
+def test_p_values_are_even_where_the_given_m_g_is_right():
+    p = [
+        es.densify(set_again(seed)).repeated_settings["p_value"].iloc[0]
+        for seed in range(20, 32)
+    ]
+    # uniform: mean 1/2 within 3.3 / √(12 · 12)
+    assert np.mean(p) == pytest.approx(0.5, abs=0.275)
+
+
+def test_summary_and_report_say_both_figures(result):
+    text = result.summary()
+    assert "Repeated settings (m_g of one setting, total)" in text
+    assert "no contradiction" in text
+    assert "5.0 µm" in repeated_settings.section(result).text()
+    assert "Repeated settings" in render(result)
+    assert settings_that_scatter(result) is None
+    assert scattered_points(result) is None
+
+
+def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
+    larger = es.densify(set_again(m_g_um=M_G_UM / 1.5))
+    assert larger.repeated_settings["is_larger"].all()
+    found = settings_that_scatter(larger)
+    assert found.names == ("low_flight",)
+    assert found.expected == M_G_UM / 1.5
+    assert found.observed == pytest.approx(M_G_UM, abs=0.15)
+    assert found.probability < 0.001
+    assert found.remedy == "give_at_least_that_m_g"
+    # all are too wide: single ones are not named
+    assert scattered_points(larger) is None
+    assert "larger" in repeated_settings.section(larger).text()
+    smaller = es.densify(set_again(m_g_um=M_G_UM * 1.5))
+    assert smaller.repeated_settings["p_value"].iloc[0] > 0.99
+    assert settings_that_scatter(smaller) is None
+    # √(7.5² − 5² (1 − 1/3)) instead of 7.5 / √3
+    said = " ".join(repeated_settings.section(smaller).text().split())
+    assert smaller.repeated_settings["is_smaller"].all()
+    assert "a mean of 3 settings has 6.3 µm and not 4.3; m_g_um = 11 makes" in said
+
+
+def test_one_wrong_setting_is_named():
+    rows = rows_of_settings()
+    rows.loc[4, "x"] += 0.05
+    low = replace(set_again().low_flight, model_points=rows)
+    block = with_low_flight(set_again(), low)
+    result = es.densify(block)
+    assert settings_that_scatter(result) is None
+    found = scattered_points(result)
+    assert found.facts["n_points"] == 1
+    assert found.facts["observations"] == (("low_flight", *rows.loc[4, KEY]),)
+    assert found.remedy == "set_again"
+
+
+def test_means_with_their_spread_say_the_same(result, tmp_path):
+    result.block.write(tmp_path / "block")
+    again = es.densify(es.read_block(tmp_path / "block"))
+    pd.testing.assert_frame_equal(
+        again.repeated_settings, result.repeated_settings, rtol=1e-6
+    )
+    result.write(tmp_path / "out")
+    written = pd.read_csv(tmp_path / "out" / "repeated_settings.csv")
+    assert written["n_points"].tolist() == result.repeated_settings["n_points"].tolist()
+
+
+def test_blocks_without_repeats_have_no_section(good_result):
+    assert good_result.repeated_settings.empty
+    assert not repeated_settings.section(good_result).rows
+    assert settings_that_scatter(good_result) is None
+    assert scattered_points(good_result) is None

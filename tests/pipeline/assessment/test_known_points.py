@@ -1,0 +1,67 @@
+"""Known points against the claim."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from einschalt.pipeline.assessment.known_points import (
+    KnownPoints,
+    check_points,
+    check_points_exceed,
+    control_points,
+)
+
+
+def known(ratio, n=10):
+    """Points whose differences are that many times the 5 cm claimed."""
+    differences = np.full((n, 2), 0.05 * ratio / np.sqrt(2.0))
+    return KnownPoints(
+        np.array([f"{k}" for k in range(n)], dtype=object), differences, 0.05
+    )
+
+
+@pytest.mark.parametrize("n", [1, 6, 40])
+def test_limits_are_those_of_chance(n):
+    high = np.sqrt(chi2.isf(0.001, 2 * n) / (2 * n))
+    assert known(1.01 * high, n).are_beyond
+    assert not known(0.99 * high, n).are_beyond
+    low = np.sqrt(chi2.ppf(0.001, 2 * n) / (2 * n))
+    assert known(0.99 * low, n).are_too_small
+    assert not known(1.01 * low, n).are_too_small
+    assert known(high, n).p_value == pytest.approx(0.001)
+
+
+def test_a_quarter_more_or_less_is_not_worth_a_word():
+    """However many points there are."""
+    assert not known(1.24, 100_000).are_beyond
+    assert known(1.26, 100_000).are_beyond
+    assert not known(0.81, 100_000).are_too_small
+    assert known(0.79, 100_000).are_too_small
+
+
+def test_no_points_say_nothing():
+    none = known(1.0, 0)
+    assert np.isnan(none.rms)
+    assert not none.are_beyond
+    assert not none.are_too_small
+
+
+def test_differences_are_those_of_the_figures(good_result):
+    assert check_points(good_result).rms == pytest.approx(good_result.figures.check_rms)
+    control = control_points(good_result)
+    assert control.rms == pytest.approx(good_result.figures.control_rms)
+    # both coordinates have errors
+    rows = good_result.points[good_result.points["role"] == "control"]
+    square = np.mean(rows["standard_error_total"] ** 2) + 0.03**2
+    assert control.claimed == pytest.approx(np.sqrt(square))
+
+
+def test_check_points_that_exceed_are_beyond(good_result):
+    points = good_result.points.assign(
+        difference_easting=4.0 * good_result.points["difference_easting"],
+        difference_northing=4.0 * good_result.points["difference_northing"],
+    )
+    assert not check_points_exceed(good_result)
+    assert check_points_exceed(replace(good_result, points=points))

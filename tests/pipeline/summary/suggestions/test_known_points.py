@@ -1,0 +1,52 @@
+"""Words for known points that do not agree, of findings made by hand."""
+
+import pytest
+
+from einschalt.pipeline.assessment.finding import Finding, Subject
+from einschalt.pipeline.summary.suggestions import known_points
+
+COMPARED = {"n_points": 6, "rms": 0.2, "claimed": 0.08, "ratio": 2.5}
+
+
+@pytest.mark.parametrize(
+    ("remedy", "says"),
+    [
+        ("trust_check_points", "Trust them more"),
+        ("give_smaller_errors", "too cautious"),
+    ],
+)
+def test_check_points_beside_the_claim(remedy, says):
+    found = Finding("check_points", Subject.BLOCK, remedy=remedy, facts=COMPARED)
+    said = known_points.check_points(found)
+    assert said.problem == (
+        "The differences at 6 check points are 20 cm (total, RMS), 2.5 times the "
+        "8.0 cm claimed for them"
+    )
+    assert says in said.remedy
+
+
+def test_the_three_worst_control_points_are_named():
+    found = Finding(
+        "control_points_beyond_claim",
+        Subject.CONTROL,
+        names=("d", "c", "b", "a"),
+        remedy="look_for_wrong_control",
+        facts=COMPARED,
+    )
+    said = known_points.control_points_beyond_claim(found)
+    assert said.problem.endswith("claimed for them; largest at d, c, b")
+
+
+def test_a_shift_has_a_direction():
+    facts = {"role": "check", "n_points": 6, "easting": 0.02, "northing": -0.5}
+    found = Finding(
+        "shifted_block",
+        Subject.BLOCK,
+        remedy="look_at_reference_system",
+        facts=facts,
+    )
+    assert str(known_points.shifted_block(found)) == (
+        "The block is shifted: the mean difference at 6 check points is easting "
+        "2.0 cm, northing -50 cm. Look at the reference system and the age of the "
+        "given coordinates."
+    )

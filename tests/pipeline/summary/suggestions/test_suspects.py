@@ -1,0 +1,136 @@
+"""Words for gross errors and wrong sizes of errors, of findings made by hand."""
+
+import pytest
+
+from einschalt.pipeline.assessment.finding import Finding, Subject
+from einschalt.pipeline.summary.suggestions import suspects
+
+ROWS = tuple(("low_flight", "1", "7/8", f"P{k}") for k in range(6))
+
+
+def finding(remedy, names=(), **facts):
+    return Finding("suspect", Subject.POINT, names=names, remedy=remedy, facts=facts)
+
+
+def test_suspect_observations_are_named_worst_first():
+    found = finding(
+        "measure_again_or_snoop", n_observations=6, observations=ROWS, largest=0.4
+    )
+    said = suspects.suspect_observations(found)
+    assert said.problem == (
+        "6 residuals of up to 40 cm that chance does not explain, worst first (flight, "
+        "coverage, model, point): low 1 7/8 P0, low 1 7/8 P1, low 1 7/8 P2, low 1 7/8 "
+        "P3 and 2 more"
+    )
+    assert said.remedy == 'Measure them again, or set outliers = "snoop"'
+
+
+def test_gross_measurements_stand_in_their_file():
+    found = finding(
+        "measure_rejected_again", n_observations=1, observations=ROWS[:1], largest=0.4
+    )
+    said = suspects.gross_measurements(found)
+    assert said.problem == (
+        "1 measurement, off by up to 40 cm from what the other models of the flight "
+        "say, took no part, worst first (flight, coverage, model, point): low 1 7/8 P0"
+    )
+    assert said.remedy == "Measure them again; all stand in gross_measurements.csv"
+
+
+def test_coverages_that_differ_stand_in_their_file():
+    found = finding(
+        "measure_again_see_coverages", names=("P0",), n_points=1, largest=0.4
+    )
+    said = suspects.coverages_that_differ(found)
+    assert said.problem == (
+        "1 point with coverages that differ by up to 40 cm, more than they may: P0"
+    )
+    assert "coverages.csv" in said.remedy
+
+
+def test_scattered_values_are_said_beside_the_usual_ones():
+    found = finding(
+        "look_for_gross_errors_and_exchanged_names",
+        names=("P0",),
+        n_points=1,
+        times_usual=5.0,
+        median=0.03,
+        largest=9.0,
+    )
+    assert suspects.points_that_differ(found).problem == (
+        "1 point with values more than 5 times as widely scattered as the median of "
+        "3.0 cm (spread_total): P0; up to 9.0 m"
+    )
+
+
+def test_control_that_the_others_miss_is_named():
+    found = finding(
+        "check_worst_control", names=("worse", "bad"), n_points=2, largest=0.4
+    )
+    said = suspects.control_that_contradicts(found)
+    assert said.problem == (
+        "2 control points missed by up to 40 cm where predicted without themselves, "
+        "more than chance explains, worst first: worse, bad"
+    )
+    assert "a wrong one spoils the others" in said.remedy
+
+
+@pytest.mark.parametrize(("n", "verb"), [(1, "contradicts"), (2, "contradict")])
+def test_control_against_the_block_is_named(n, verb):
+    found = finding(
+        "check_control_or_snoop", names=("A", "B")[:n], n_points=n, largest=0.4
+    )
+    said = suspects.control_against_block(found).problem
+    assert f" that {verb} the block, by up to 40 cm: A" in said
+    assert said.endswith("Kept, they make the new points near them worse than claimed")
+
+
+def test_control_that_was_set_aside_is_named():
+    found = finding("check_control", names=("A",), n_points=1, largest=0.4)
+    assert str(suspects.control_set_aside(found)) == (
+        "1 control point set aside, for contradicting the block, by up to 40 cm: A. "
+        "Check their coordinates and names."
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "remedy", "what", "says"),
+    [
+        (
+            suspects.wrong_measuring_errors,
+            "give_that_m_g",
+            "the measurements show",
+            "Give that figure, if no gross error made it",
+        ),
+        (
+            suspects.wrong_measuring_errors,
+            "look_for_gross_errors",
+            "the measurements show",
+            "Look for gross errors",
+        ),
+        (
+            suspects.settings_that_scatter,
+            "give_at_least_that_m_g",
+            "repeated settings scatter by",
+            "Give at least that figure, if no gross error made it",
+        ),
+    ],
+)
+def test_both_figures_of_each_flight_are_said(words, remedy, what, says):
+    figures = {"given_um": 7.5, "estimated_um": 5.04, "standard_error_um": 0.21}
+    flights = tuple({"flight": f"{f}_flight", **figures} for f in ("high", "low"))
+    said = words(finding(remedy, flights=flights))
+    one = "m_g_um of the {} flight is given as 7.5, but {} 5.04 ± 0.21"
+    assert said.problem == "; ".join(one.format(f, what) for f in ("high", "low"))
+    assert said.remedy == says
+
+
+def test_points_whose_settings_scatter_are_named():
+    found = finding("set_again", n_points=1, observations=ROWS[:1], widest_um=35.0)
+    said = suspects.scattered_points(found)
+    assert said.problem == (
+        "1 point with settings up to 35 µm apart in the image (total, one setting), "
+        "which chance does not explain, worst first (flight, coverage, model, point): "
+        "low 1 7/8 P0"
+    )
+    assert said.remedy == "Set them again: their mean is wrong"

@@ -1,0 +1,81 @@
+"""Words for affinity and strain, of findings made by hand."""
+
+import math
+
+import pytest
+
+from einschalt.pipeline.assessment.finding import Finding, Subject
+from einschalt.pipeline.summary.suggestions import systematic_errors
+
+
+def test_an_affinity_is_said_with_the_way_to_take_it_up():
+    numbers = {"stretch": 3e-4, "stretch_error": 1e-5, "shear": -2e-5}
+    numbers |= {"shear_error": 1e-5, "bias": 0.02}
+    flights = tuple({"flight": f"{f}_flight", **numbers} for f in ("high", "low"))
+    found = Finding(
+        "film_affinity",
+        Subject.FLIGHT,
+        remedy="set_affine",
+        facts={"flights": flights},
+    )
+    said = systematic_errors.film_affinity(found)
+    assert said.problem.startswith("Film or machine has an affinity: in the high flig")
+    assert (
+        "in the low flight x is longer than y by 300 ± 10 ppm, with a shear of -20 ± "
+        "10 ppm, which makes 2.0 cm (total, RMS)"
+    ) in said.problem
+    assert said.remedy == (
+        'Set transformation = "affine" in [high_flight] and [low_flight]'
+    )
+
+
+def strained(remedy="check_network", with_strain=0.13):
+    return Finding(
+        "strained_network",
+        Subject.CONTROL,
+        remedy=remedy,
+        facts={
+            "n_control": 30,
+            "size": 0.12,
+            "reach": 900.0,
+            "displacements": tuple((name, 0.2, -0.1) for name in "ABCD"),
+            "claimed": 0.05,
+            "claimed_with_strain": with_strain,
+        },
+    )
+
+
+def test_strain_is_said_with_what_to_reckon_with():
+    assert systematic_errors.strained_network(strained()).problem == (
+        "The control network is strained: neighbours among the 30 control points are "
+        "displaced together, by 12 cm (total, RMS) over 900 m, most at A (easting "
+        "20 cm, northing -10 cm), B (easting 20 cm, northing -10 cm), C (easting "
+        "20 cm, northing -10 cm); standard_error_total does not hold that: reckon with "
+        "13 cm, not 5.0 cm"
+    )
+
+
+def test_without_a_figure_nothing_is_reckoned():
+    said = systematic_errors.strained_network(strained(with_strain=math.nan)).problem
+    assert said.endswith("standard_error_total does not hold that")
+
+
+@pytest.mark.parametrize(
+    ("remedy", "is_said"), [("check_network_or_adjust", True), ("check_network", False)]
+)
+def test_the_other_way_is_named_where_it_would_help(remedy, is_said):
+    said = systematic_errors.strained_network(strained(remedy)).remedy
+    assert ('method = "simultaneous" suffers less' in said) == is_said
+
+
+def test_contradicting_control_is_counted():
+    found = Finding(
+        "contradicting_control",
+        Subject.CONTROL,
+        remedy="look_for_wrong_control_or_raise_errors",
+        facts={"n_control": 30},
+    )
+    assert str(systematic_errors.contradicting_control(found)) == (
+        "The 30 control points contradict each other by more than their standard "
+        "errors. Look for wrong ones, or raise standard_error_m."
+    )
