@@ -211,7 +211,7 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
     def fail(*_):
         raise GeometryError("too few points", remedy="Take more")
 
-    monkeypatch.setattr("einschalt.pipeline.planning.check.check_plans", fail)
+    monkeypatch.setattr("einschalt.interfaces.cli.plan_layouts.check_plans", fail)
     shown = invoke(
         *("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000),
         *("--output", tmp_path / "plan"),
