@@ -12,11 +12,11 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.theory.planning.kovarik_precision import EDGES
-from einschalt.theory.planning.leverage import KINDS
+from einschalt.theory.planning.leverage import PLANNED_KINDS
 
 
 def test_choices_are_those_of_planning():
-    assert typing.get_args(Kind) == KINDS
+    assert typing.get_args(Kind) == PLANNED_KINDS
     assert typing.get_args(Edge) == EDGES
     assert typing.get_args(CameraName) == tuple(CAMERAS)
 

@@ -15,7 +15,7 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
-from einschalt.pipeline.summary.suggestion import SIGNIFICANCE
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.measuring_error import (
     m_g_from_repeated_settings,
     mean_of_settings,
@@ -29,7 +29,7 @@ COLUMNS = [
 ]
 POINT_COLUMNS = [*MODEL, "point_id", "n_settings", "spread_um", "p_value"]
 # a larger m_g that changes nothing is not worth a word
-MIN_REPORTED_RATIO = 1.10
+MIN_REPORTED_M_G_RATIO = 1.10
 
 
 def settings_problems(model_points, file):
@@ -136,9 +136,13 @@ def _of_flight(name, points, m_g_um):
     found, error = m_g_from_repeated_settings(points["spread_um"], n_settings)
     redundancy = float((n_settings - 1.0).sum())
     p_value = _p_value(found, m_g_um, redundancy)
-    is_larger = p_value < SIGNIFICANCE and found > MIN_REPORTED_RATIO * m_g_um
+    is_larger = (
+        p_value < FINDING_SIGNIFICANCE and found > MIN_REPORTED_M_G_RATIO * m_g_um
+    )
     counts = (len(points), n_settings.sum(), redundancy)
-    is_smaller = p_value > 1.0 - SIGNIFICANCE and MIN_REPORTED_RATIO * found < m_g_um
+    is_smaller = (
+        p_value > 1.0 - FINDING_SIGNIFICANCE and MIN_REPORTED_M_G_RATIO * found < m_g_um
+    )
     verdicts = bool(is_larger), bool(is_smaller)
     return (name, *counts, m_g_um, found, error, p_value, *verdicts)
 

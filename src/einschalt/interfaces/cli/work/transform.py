@@ -12,7 +12,11 @@ from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.stages.stage3_model_transformation import transform_models
-from einschalt.stages.transformation_kinds import KINDS, ground_schema, model_schema
+from einschalt.stages.transformation_kinds import (
+    TRANSFORMATION_KINDS,
+    ground_schema,
+    model_schema,
+)
 
 ONE_MODEL = "1"
 TABLES = ("parameters", "models", "residuals", "failures", "points")
@@ -70,9 +74,9 @@ def transform_tables(model_points, ground_points, output, kind, apply=None):
 
 def _read(model_file, ground_file, apply_file, kind):
     """Read and check all files, and raise all their problems together."""
-    of_models = model_schema(KINDS[kind])
+    of_models = model_schema(TRANSFORMATION_KINDS[kind])
     models = _checked(model_file, of_models)
-    ground = _checked(ground_file, ground_schema(KINDS[kind]))
+    ground = _checked(ground_file, ground_schema(TRANSFORMATION_KINDS[kind]))
     if apply_file is None:
         raise_problems([*models.problems, *ground.problems])
         source = _of_model(models.frame, ONE_MODEL)
