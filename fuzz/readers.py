@@ -33,7 +33,7 @@ from einschalt.interfaces.reports.problem_list import problem_lines
 from einschalt.pipeline.batch.block_table import blocks_table
 from einschalt.pipeline.densify import densify
 from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIGHTS
-from einschalt.stages.transformation_kinds import KINDS, ground_schema
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS, ground_schema
 from fuzz.commands import command
 from fuzz.judges import judge_error, judge_text, watched
 from fuzz.sound_files import (
@@ -68,7 +68,7 @@ SCHEMAS = {
     "image_pairs.tsv": tables.IMAGE_PAIRS,
     "image_points.csv": tables.IMAGE_POINTS,
     "models.csv": tables.IMAGE_MODELS,
-    "ground_points.csv": ground_schema(KINDS["affine"]),
+    "ground_points.csv": ground_schema(TRANSFORMATION_KINDS["affine"]),
     "heights.csv": TERRAIN_HEIGHTS,
 }
 

@@ -604,11 +604,11 @@ def test_pipeline_says_the_same_to_proj(fitted):
     np.testing.assert_allclose(np.column_stack(found), wanted[names], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind", transformation_kinds.KINDS)
+@pytest.mark.parametrize("kind", transformation_kinds.TRANSFORMATION_KINDS)
 def test_every_kind_has_its_sensitivity(ground, kind):
     """What propagates errors must know every kind that can be fitted."""
     fit = es.transform_models(unit_scale(faulty_flight(ground), kind), ground, kind).fit
-    axes = len(transformation_kinds.KINDS[kind].target)
+    axes = len(transformation_kinds.TRANSFORMATION_KINDS[kind].target)
     derived = sensitivity.sensitivity(fit, np.zeros(1, dtype=int), np.ones((1, axes)))
     cofactors = sensitivity.cofactors_of_rest(fit)
     assert derived.shape == (1, axes, cofactors.shape[1])

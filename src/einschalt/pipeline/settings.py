@@ -14,6 +14,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, SettingsError
 from einschalt.foundations.number_parsing import describe_fault, is_number
 from einschalt.foundations.value_descriptions import described
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 
 NO_TOLERANCE = "none"
 TOLERANCES = (NO_TOLERANCE, "vermv_1994", "vermv_2010", "vermv_2016")
@@ -138,7 +139,7 @@ class Settings(BaseModel):
         "were given, or as the residuals show them.",
     )
     significance: Probability = Field(
-        0.001,
+        GROSS_ERROR_SIGNIFICANCE,
         gt=0.0,
         lt=1.0,
         description="Probability with which a model or point without gross errors is "

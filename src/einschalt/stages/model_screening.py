@@ -10,13 +10,13 @@ from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
 from einschalt.stages.residual_table import (
     RESIDUAL_NAMES,
-    SIGNIFICANCE,
     residual_table,
 )
 from einschalt.stages.stage3_model_transformation import transformation_of
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.adjustment.robust import fit_robustly, snoop
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.transformation.point_tests import (
     fitted_point_tests,
     other_point_tests,
@@ -33,7 +33,7 @@ OUTLIERS = ("keep", "snoop", "huber", "tukey")
 def screen_models(
     transformation,
     outliers="snoop",
-    significance=SIGNIFICANCE,
+    significance=GROSS_ERROR_SIGNIFICANCE,
     precision=None,
     *,
     is_gross=None,
@@ -183,7 +183,7 @@ def _that_can_be_spared(transformation, is_gross):
         return np.zeros(len(observed.row_numbers), dtype=bool)
     is_out = is_gross[observed.row_numbers]
     n_left = segment_sum((~is_out).astype(np.int64), observed.start)
-    is_enough = n_left >= KINDS[transformation.kind].least_points
+    is_enough = n_left >= TRANSFORMATION_KINDS[transformation.kind].least_points
     return is_out & np.repeat(is_enough, np.diff(observed.start))
 
 
@@ -285,7 +285,7 @@ def _in_order(kept, out, is_kept, is_out):
 
 def _fit_of(kind):
     def fit(points):
-        return KINDS[kind].fit(
+        return TRANSFORMATION_KINDS[kind].fit(
             points.source, points.target, points.weights, points.start
         )
 

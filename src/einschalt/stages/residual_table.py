@@ -4,13 +4,13 @@ import numpy as np
 
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import redundancy_numbers
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.transformation.point_tests import fitted_point_tests
 
-SIGNIFICANCE = 0.001
 RESIDUAL_NAMES = ("residual_easting", "residual_northing", "residual_height")
 
 
-def residual_table(fit, observed, significance=SIGNIFICANCE, tests=None):
+def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=None):
     """Residuals of all points that were fitted, with the joint test of each point.
 
     Parameters

@@ -20,7 +20,7 @@ from einschalt.stages.results import (
     row_of_model,
 )
 from einschalt.stages.transformation_kinds import (
-    KINDS,
+    TRANSFORMATION_KINDS,
     ground_schema,
     model_schema,
     placed_ground_schema,
@@ -109,7 +109,7 @@ class ModelTransformation(ModelResult):
         """Parameters of the transformations: Estimates."""
         return Estimates(
             names=self.fit.parameter_names,
-            cofactors=KINDS[self.kind].cofactors(self.fit),
+            cofactors=TRANSFORMATION_KINDS[self.kind].cofactors(self.fit),
             unit_error=self.fit.s_0,
             is_usable=self.models["is_usable"].to_numpy(),
         )
@@ -181,7 +181,7 @@ class ModelTransformation(ModelResult):
         return self._transformed(model_points, s_0)
 
     def _transformed(self, model_points, s_0):
-        kind = KINDS[self.kind]
+        kind = TRANSFORMATION_KINDS[self.kind]
         table = _checked(model_points, model_schema(kind), "model_points")
         place = self._places(table)
         checked = table.frame
@@ -214,7 +214,7 @@ class ModelTransformation(ModelResult):
         TableError
             A model was not among those that were fitted.
         """
-        kind = KINDS[self.kind]
+        kind = TRANSFORMATION_KINDS[self.kind]
         given = _checked(ground_points, placed_ground_schema(kind), "ground_points")
         place = self._places(given)
         checked = given.frame
@@ -242,7 +242,7 @@ class ModelTransformation(ModelResult):
         if not self.models["is_usable"].iloc[row]:
             raise TableError(
                 "it has no transformation",
-                expected=KINDS[self.kind].needs,
+                expected=TRANSFORMATION_KINDS[self.kind].needs,
                 remedy="Its row in failures says why",
                 model=model_id,
             )
@@ -375,11 +375,15 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     >>> fit.parameters.loc["1"].round(9).tolist()
     [2.0, 0.0, 5.0, 5.0]
     """
-    require_choice("kind", kind, KINDS)
-    checked = _checked(model_points, model_schema(KINDS[kind]), "model_points")
-    ground = _checked(ground_points, ground_schema(KINDS[kind]), "ground_points")
-    observed = Observations.of(checked, ground, KINDS[kind], weights)
-    fit = KINDS[kind].fit(
+    require_choice("kind", kind, TRANSFORMATION_KINDS)
+    checked = _checked(
+        model_points, model_schema(TRANSFORMATION_KINDS[kind]), "model_points"
+    )
+    ground = _checked(
+        ground_points, ground_schema(TRANSFORMATION_KINDS[kind]), "ground_points"
+    )
+    observed = Observations.of(checked, ground, TRANSFORMATION_KINDS[kind], weights)
+    fit = TRANSFORMATION_KINDS[kind].fit(
         observed.source, observed.target, observed.weights, observed.start
     )
     table = residual_table(fit, observed)
@@ -564,7 +568,7 @@ def _models_table(fit, kind, observed):
             "m_0": fit.m_0,
             "s_0": fit.s_0,
             "is_usable": is_usable & ~fit.is_mirrored,
-            "reason": reasons_for(fit, KINDS[kind]),
+            "reason": reasons_for(fit, TRANSFORMATION_KINDS[kind]),
         }
     )
 

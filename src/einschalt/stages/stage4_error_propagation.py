@@ -10,7 +10,7 @@ from einschalt.stages.error_propagation.error_model import (
 )
 from einschalt.stages.error_propagation.height_errors import with_measured_heights
 from einschalt.stages.error_propagation.operators import propagate
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.propagation import selection
 
 
@@ -48,7 +48,15 @@ def obstacle_to_propagation(block):
         return "given approximate coordinates share errors of unknown size"
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
-    if len({len(KINDS[flight.transformation].target) for flight in flights}) > 1:
+    if (
+        len(
+            {
+                len(TRANSFORMATION_KINDS[flight.transformation].target)
+                for flight in flights
+            }
+        )
+        > 1
+    ):
         return "one flight is transformed in space, and the other one in plan"
     return ""
 

@@ -29,7 +29,7 @@ class Kind:
 PLANE = (("x", "y"), ("easting", "northing"))
 SPACE = (("x", "y", "z"), ("easting", "northing", "height"))
 WEIGHT = tables.Column("weight", "number", "a weight", False, is_positive=True)
-KINDS = {
+TRANSFORMATION_KINDS = {
     "affine": Kind(
         affine.fit_affine, affine.affine_cofactors, *PLANE, 3, "three off a line"
     ),
@@ -151,7 +151,7 @@ def remedies_for(fit):
     )
     if fit.kind == "affine":
         # two points, or points on a line, are enough for helmert
-        remedies[fit.n_points >= KINDS["helmert"].least_points] = (
+        remedies[fit.n_points >= TRANSFORMATION_KINDS["helmert"].least_points] = (
             "Transform with helmert, or merge it with its neighbour"
         )
     remedies[fit.status == OTHER_SCALE] = (

@@ -1,6 +1,6 @@
 """``einschalt check``."""
 
-from einschalt.interfaces.cli import check as command
+from einschalt.interfaces.cli.work import check as work
 
 
 def test_a_sound_block_has_nothing_wrong(invoke, block_folder):
@@ -44,7 +44,7 @@ def test_a_missing_block_is_a_problem(invoke, tmp_path):
 
 def test_a_terminal_gets_a_table(invoke, spoilt_folder, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr(command, "_is_terminal", lambda: True)
+    monkeypatch.setattr(work, "_is_terminal", lambda: True)
     shown = invoke("check", spoilt_folder)
     assert shown.exit_code == 2
     assert "│ low_flight.csv" in shown.stdout

@@ -3,12 +3,13 @@
 import os
 import subprocess
 import sys
+from importlib import import_module
 
 import pytest
 
 from einschalt.interfaces.cli.main import COMMANDS
 
-NAMES = [command.__name__ for command in COMMANDS]
+NAMES = list(COMMANDS)
 HEAVY = {
     *("numpy", "pandas", "numba", "matplotlib", "pyogrio", "scipy", "pyarrow"),
     "shapely",
@@ -23,6 +24,19 @@ def test_help_lists_the_commands(invoke):
     assert "..." not in shown.output.split("Commands:")[1].split("Examples")[0]
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_list_says_of_a_command_what_its_help_begins_with(name, invoke):
+    shown = " ".join(invoke(name, "--help").output.split())
+    assert COMMANDS[name] in shown.partition("Options:")[0]
+    assert COMMANDS[name] in " ".join(invoke("--help").output.split())
+
+
+def test_a_mistaken_command_is_refused(invoke):
+    shown = invoke("densifi")
+    assert shown.exit_code == 2
+    assert "No such command 'densifi'. Did you mean 'densify'?" in shown.stderr
+
+
 @pytest.mark.parametrize("name", ["", *NAMES])
 def test_help_has_examples_one_a_line(name, invoke):
     shown = invoke(*filter(None, [name]), "--help").output
@@ -31,10 +45,11 @@ def test_help_has_examples_one_a_line(name, invoke):
     assert all(line.strip().startswith("einschalt ") for line in examples)
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=NAMES)
-def test_examples_use_options_that_exist(command, invoke):
-    shown = invoke(command.__name__, "--help").output
-    for example in COMMANDS[command]:
+@pytest.mark.parametrize("name", NAMES)
+def test_examples_use_options_that_exist(name, invoke):
+    shown = invoke(name, "--help").output
+    module = import_module(f"einschalt.interfaces.cli.{name}")
+    for example in module.EXAMPLES:
         for word in example.partition("|")[0].split():
             if word.startswith("--"):
                 assert word in shown
@@ -68,6 +83,19 @@ def test_help_imports_nothing_heavy(name):
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert done.stderr.strip() == "[]"
+
+
+def test_the_list_of_commands_imports_none_of_them():
+    code = (
+        "import sys; from einschalt.interfaces.cli.main import app\n"
+        "app(['--help'], standalone_mode=False)\n"
+        "print(sorted(m for m in sys.modules if '.cli.' in m), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    modules = [f"einschalt.interfaces.cli.{m}" for m in ("examples", "exits", "main")]
+    assert done.stderr.strip() == str(modules)
 
 
 def test_help_comes_in_half_a_second(spawn):

@@ -12,11 +12,11 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.interfaces.cli.plan import CameraName, Edge, Kind
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.theory.planning.kovarik_precision import EDGES
-from einschalt.theory.planning.leverage import KINDS
+from einschalt.theory.planning.leverage import PLANNED_KINDS
 
 
 def test_choices_are_those_of_planning():
-    assert typing.get_args(Kind) == KINDS
+    assert typing.get_args(Kind) == PLANNED_KINDS
     assert typing.get_args(Edge) == EDGES
     assert typing.get_args(CameraName) == tuple(CAMERAS)
 
@@ -211,7 +211,7 @@ def test_a_plan_that_no_layout_holds_is_still_answered(invoke, monkeypatch, tmp_
     def fail(*_):
         raise GeometryError("too few points", remedy="Take more")
 
-    monkeypatch.setattr("einschalt.pipeline.planning.check.check_plans", fail)
+    monkeypatch.setattr("einschalt.interfaces.cli.plan_layouts.check_plans", fail)
     shown = invoke(
         *("plan", "--target", 0.06, "--spacing", 300, "--scale", 8000),
         *("--output", tmp_path / "plan"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from einschalt.theory.planning.leverage import (
-    KINDS,
+    PLANNED_KINDS,
     corner_factor,
     lattice_leverage,
     mid_edge_factor,
@@ -42,7 +42,7 @@ def shifted_lattices(along, across):
             yield grid - [along / 2, across / 2]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLANNED_KINDS)
 @pytest.mark.parametrize("size", [(4.14, 6.9), (2.76, 4.6), (3.0, 3.5)])
 def test_lattice_is_the_mean_over_all_its_places(kind, size):
     corner = np.array(size) / 2
@@ -59,7 +59,7 @@ def test_lattice_is_the_mean_over_all_its_places(kind, size):
     assert [leverage.centre, leverage.edge] == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PLANNED_KINDS)
 @pytest.mark.parametrize("extent", [(0.138, 0.23), (0.2, 0.1)])
 def test_even_spread_is_the_limit_of_dense_points(kind, extent):
     n = np.array([61, 83])

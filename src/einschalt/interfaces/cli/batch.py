@@ -1,18 +1,21 @@
 """``einschalt batch``: every block below a folder, again and again."""
 
 from pathlib import Path
-from time import perf_counter
 from typing import Annotated
 
 import typer
 
-from einschalt.foundations.display_names import printable
-from einschalt.interfaces.cli.exits import print_error, print_out, with_exit_status
+from einschalt.interfaces.cli.exits import print_error, with_exit_status
 from einschalt.interfaces.cli.paths import given_path, output_option
-from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
-SOME_FAILED = 1
+EXAMPLES = (
+    "einschalt batch data_examples --output out/all",
+    "einschalt batch BLOCKS --output out --workers 8 --memory 4",
+    "einschalt batch BLOCKS --output out --resume",
+    "einschalt batch BLOCKS --output out --scheduler tcp://10.0.0.5:8786",
+)
+
 MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
 
 
@@ -74,43 +77,12 @@ def batch(
     interrupted.
     """
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces import python_api  # noqa: PLC0415
-    from einschalt.interfaces.batch.batch_run import plan_batch  # noqa: PLC0415
-    from einschalt.interfaces.batch.block_search import find_blocks  # noqa: PLC0415
+    from einschalt.interfaces.cli.work.batch import run_blocks  # noqa: PLC0415
 
-    started = perf_counter()
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)
-    blocks = find_blocks(folder, output)
-    if dry_run:
-        python_api.chosen_engine(scheduler, workers, memory)  # what is wrong with it
-        _tell_plan(plan_batch(blocks, output, given=given, which=which))
-        return
-    with batch_progress(is_quiet=quiet) as progress:
-        table = python_api.densify_many(
-            blocks,
-            output,
-            scheduler=scheduler,
-            settings=given,
-            workers=workers,
-            memory_gb=memory,
-            which=which,
-            progress=progress,
-        )
-    _end(table, perf_counter() - started, output, is_quiet=quiet)
-
-
-def _end(table, seconds, output, *, is_quiet):
-    # imported when the command runs, as above
-    from einschalt.pipeline.batch.block_table import summarize_batch  # noqa: PLC0415
-
-    has_failed = (table["outcome"] == "failed").any()
-    if has_failed or not is_quiet:
-        # blocks that failed are errors: whoever asks for nothing else is told of them
-        say = print_error if is_quiet else print_out
-        say(summarize_batch(table, seconds))
-        say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
-    if has_failed:
-        raise typer.Exit(SOME_FAILED)
+    where = {"scheduler": scheduler, "workers": workers, "memory_gb": memory}
+    how = {"is_dry_run": dry_run, "is_quiet": quiet}
+    run_blocks(folder, output, given, where, which, **how)
 
 
 def _mode(**flags):
@@ -121,14 +93,3 @@ def _mode(**flags):
         print_error(f"einschalt: {said} exclude each other. Give one of them.")
         raise typer.Exit(2)
     return MODES[asked[0]] if asked else "changed"
-
-
-def _tell_plan(plan):
-    for name in plan.names:
-        if name in plan.reasons:
-            print_out(f"run   {printable(name)}: {printable(plan.reasons[name])}")
-        else:
-            said = plan.rows[name]["reason"] or "done by the interrupted run"
-            print_out(f"keep  {printable(name)}: {printable(said)}")
-    n_run, n_all = len(plan.to_run), len(plan.names)
-    print_out(f"{n_run} of {n_all} blocks would be computed; nothing was written")

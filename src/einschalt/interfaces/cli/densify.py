@@ -5,11 +5,15 @@ from typing import Annotated
 
 import typer
 
-from einschalt.interfaces.cli.exits import print_out, with_exit_status
+from einschalt.interfaces.cli.exits import with_exit_status
 from einschalt.interfaces.cli.paths import output_option
-from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.interfaces.cli.settings_options import with_settings_options
-from einschalt.pipeline.progress import Stage
+
+EXAMPLES = (
+    "einschalt densify data_examples/neukirchen --output out/neukirchen",
+    "einschalt densify BLOCK --output out --coverage-mean most_central",
+    "einschalt densify BLOCK --output out --weighting weighted --quiet",
+)
 
 
 @with_exit_status
@@ -40,23 +44,6 @@ def densify(
     fail do not stop the others; they are said, and the exit status is 0.
     """
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces import python_api  # noqa: PLC0415
-    from einschalt.interfaces.files.ellipse_layer import (  # noqa: PLC0415
-        require_scale,
-    )
-    from einschalt.interfaces.files.result_folder import (  # noqa: PLC0415
-        refuse_block_folder,
-    )
+    from einschalt.interfaces.cli.work.densify import densify_folder  # noqa: PLC0415
 
-    # before the work, which would be lost
-    refuse_block_folder(output)
-    require_scale(ellipse_scale)
-    read = python_api.read_block(block)
-    settings = read.settings.updated(given)
-    with stage_progress(is_quiet=quiet) as progress:
-        result = python_api.densify(read, settings, progress=progress)
-        progress(Stage.WRITING, Stage.WRITING.fraction)
-        result.write(output, ellipse_scale=ellipse_scale)
-    if not quiet:
-        print_out(result.summary())
-        print_out(f"Results in {output}, report in {output / 'report.html'}")
+    densify_folder(block, output, given, ellipse_scale=ellipse_scale, is_quiet=quiet)

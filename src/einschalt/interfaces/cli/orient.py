@@ -1,24 +1,20 @@
 """``einschalt orient``: relative orientation; dangerous surfaces before a flight."""
 
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import (
-    WRONG,
-    print_error,
-    print_out,
-    with_exit_status,
-)
+from einschalt.interfaces.cli.exits import with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 
-ONE_MODEL = "1"
-METRES_PER_MM = 1e-3
-WAYS = (
-    "a TABLE of y-parallaxes with --base, a TABLE of image coordinates with "
-    "--principal-distance or --camera, or --terrain with --principal-distance"
+EXAMPLES = (
+    "einschalt orient y_parallaxes.csv --base 92 --output out",
+    "einschalt orient image_pairs.csv --principal-distance 153 --output out",
+    (
+        "einschalt orient --terrain heights.csv --principal-distance 152 "
+        "--scale-number 8000 --output out"
+    ),
 )
 
 
@@ -105,196 +101,8 @@ def orient(
     .parquet, summary.txt, residual_parallaxes.svg, and of the first six-point models
     Krames' construction. Models that fail do not stop the others.
     """
+    asked = dict(locals())
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files import orientation_folder  # noqa: PLC0415
+    from einschalt.interfaces.cli.work.orient import orient_pairs  # noqa: PLC0415
 
-    plan = {
-        "scale_number": scale_number,
-        "flying_height": flying_height,
-        "altitude": altitude,
-        "image_format": _in_metres(image_format),
-        "forward_overlap": forward_overlap,
-        "wing": _in_metres(wing),
-    }
-    if terrain is not None:
-        _refuse("--terrain", TABLE=measurements, case=case, base=base)
-        _refuse("--terrain", method=method, estimator=estimator, camera=camera)
-        result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
-        orientation_folder.write_forecast(result, output)
-        is_done = True
-    elif principal_distance is not None or camera is not None:
-        _refuse("--principal-distance or --camera", method=method, **plan)
-        options = {"case": case, "estimator": estimator, "outliers": outliers}
-        seen_by = camera if principal_distance is None else principal_distance
-        if principal_distance is not None:
-            _refuse("--principal-distance", camera=camera)
-        result, distance = _from_images(measurements, seen_by, base, _given(options))
-        orientation_folder.write_image_orientation(result, distance, output)
-        is_done = bool(result.converged.any())
-    else:
-        _refuse("--base", estimator=estimator, outliers=outliers, **plan)
-        options = _given({"case": case, "method": method})
-        result, parallaxes = _from_parallaxes(measurements, base, options)
-        orientation_folder.write_parallax_orientation(result, parallaxes, output)
-        is_done = result.is_usable
-    print_out(result.summary())
-    print_out(f"\nResults in {output}")
-    if not is_done:
-        print_error("einschalt: no model could be oriented; failures.csv says why")
-        raise typer.Exit(WRONG)
-
-
-def _given(options):
-    return {name: value for name, value in options.items() if value is not None}
-
-
-def _in_metres(length_mm):
-    return None if length_mm is None else length_mm * METRES_PER_MM
-
-
-def _refuse(option, **others):
-    """Refuse what says nothing beside an option."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-
-    for name, value in others.items():
-        if value is not None:
-            said = name if name.isupper() else f"--{name.replace('_', '-')}"
-            raise SettingsError(
-                f"{said} is given beside {option}",
-                expected=WAYS,
-                remedy=f"Leave {said} out",
-            )
-
-
-def _require(value, name):
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-
-    if value is None:
-        raise SettingsError(f"{name} is missing", expected=WAYS)
-
-
-def _forecast(terrain, principal_distance, plan):
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.stages.relative_orientation.dangerous_surface import (  # noqa: PLC0415
-        TERRAIN_HEIGHTS,
-        FlightPlan,
-        forecast_dangerous_surfaces,
-    )
-
-    _require(principal_distance, "--principal-distance")
-    plan = FlightPlan(principal_distance=principal_distance, **plan)
-    return forecast_dangerous_surfaces(_read(terrain, TERRAIN_HEIGHTS), plan)
-
-
-def _from_parallaxes(file, base, options):
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.tables import Y_PARALLAXES  # noqa: PLC0415
-    from einschalt.stages.relative_orientation.orient_from_parallaxes import (  # noqa: PLC0415
-        orient_from_parallaxes,
-    )
-
-    _require(file, "TABLE")
-    _require(base, "--base")
-    parallaxes = _read(file, Y_PARALLAXES)
-    return orient_from_parallaxes(parallaxes, _base(base), **options), parallaxes
-
-
-def _from_images(file, seen_by, base, options):
-    """Orient images that were seen by a principal distance, or a camera's file."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-    from einschalt.foundations.number_parsing import is_number  # noqa: PLC0415
-    from einschalt.foundations.tables import IMAGE_PAIRS  # noqa: PLC0415
-    from einschalt.interfaces.files.camera_toml import read_camera  # noqa: PLC0415
-    from einschalt.stages.relative_orientation.orient_from_images import (  # noqa: PLC0415
-        orient_from_images,
-    )
-
-    _require(file, "TABLE")
-    if base is not None and not is_number(base):
-        raise SettingsError(
-            f"--base = {base!r}", expected="the length of the base, beside images"
-        )
-    options["base_length"] = None if base is None else float(base)
-    pairs, distance = _read(file, IMAGE_PAIRS), seen_by
-    if isinstance(seen_by, Path):
-        camera = read_camera(seen_by, seen_by.name)
-        distance = camera.principal_distance_mm
-        for names in (["x_left", "y_left"], ["x_right", "y_right"]):
-            pairs[names] = camera.xy_from_measured(pairs[names].to_numpy(dtype=float))
-    return orient_from_images(pairs, distance, **options), distance
-
-
-def _base(text):
-    """Take a base as it was written: a number, or the name of a table."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-    from einschalt.foundations.number_parsing import (  # noqa: PLC0415
-        MEND,
-        describe_fault,
-        is_number,
-    )
-    from einschalt.foundations.tables import MODEL_BASES  # noqa: PLC0415
-    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
-
-    if is_number(text):
-        return float(text)
-    if text[:1] in "+-.0123456789" and not Path(text).is_file():
-        found, expected, remedy = describe_fault(text, "millimetres")
-        remedy = "" if remedy == MEND else remedy
-        raise SettingsError(
-            f"--base: {found}", expected=f"{expected}, or a table", remedy=remedy
-        )
-    return read_table(Path(text), MODEL_BASES)
-
-
-def _read(file, schema):
-    """Read and check a table."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import raise_problems  # noqa: PLC0415
-    from einschalt.foundations.tables import check_table  # noqa: PLC0415
-    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
-
-    frame = read_table(file, schema)
-    _refuse_other_kind(frame, schema, file.name)
-    if _is_one_model(frame) and schema.name != "terrain":
-        print_error(f"note: {file.name} has no column model_id: it is one model")
-        frame = frame.assign(model_id=ONE_MODEL)
-    checked = check_table(frame, schema, source=file.name)
-    raise_problems(checked.problems)
-    for note in checked.notes:
-        print_error(f"note: {note}")
-    # without the columns that the check has filled in
-    return checked.frame[[name for name in checked.frame if name in frame]]
-
-
-def _is_one_model(frame):
-    """Whether a table says nothing of models, and could not hold several."""
-    # a name that was only mistaken is told by the check of the columns
-    if get_close_matches("model_id", [name.casefold() for name in frame], n=1):
-        return False
-    return "point_id" not in frame or not frame["point_id"].duplicated().any()
-
-
-def _refuse_other_kind(frame, schema, file_name):
-    """Refuse a table of image coordinates for parallaxes, or the other way round."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import SettingsError  # noqa: PLC0415
-    from einschalt.foundations.tables import (  # noqa: PLC0415
-        IMAGE_PAIRS,
-        Y_PARALLAXES,
-    )
-
-    kinds = {
-        Y_PARALLAXES: ("y-parallaxes", "Give --base for them"),
-        IMAGE_PAIRS: ("image coordinates", "Give --principal-distance or --camera"),
-    }
-    if set(schema.number_names) <= set(frame):
-        return
-    for kind, (what, remedy) in kinds.items():
-        if set(kind.number_names) <= set(frame):
-            raise SettingsError(
-                f"{file_name} holds {what}", expected=WAYS, remedy=remedy
-            )
+    orient_pairs(**asked)

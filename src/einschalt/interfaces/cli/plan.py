@@ -5,7 +5,16 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import print_out, with_exit_status
+from einschalt.interfaces.cli.exits import with_exit_status
+
+EXAMPLES = (
+    "einschalt plan",
+    "einschalt plan --scale-number 6000:12000:1000 --spacing 200,300 --m-0 0.10",
+    "einschalt plan --camera ultracam_eagle --edge lattice --output plan.csv",
+    "einschalt plan --target 0.05 --spacing 300 --output out/plan",
+    "einschalt plan --expect --scale-number 8000 --spacing 300 --output out/plan",
+    "einschalt plan --scale-number 6000,8000 --terrain heights.csv",
+)
 
 # the values that planning knows: it is not imported here, so that help comes at once
 Kind = Literal["affine", "helmert", "rigid"]
@@ -160,46 +169,12 @@ def plan(
     """
     options = dict(locals())
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli import plan_answers  # noqa: PLC0415
-    from einschalt.interfaces.cli.plan_values import asked_of  # noqa: PLC0415
+    from einschalt.interfaces.cli.work.plan import plan_flight  # noqa: PLC0415
 
-    asked = asked_of(options, _typed(context))
-    answer = plan_answers.answer(asked)
-    if terrain is not None:
-        answer = plan_answers.with_terrain(answer, terrain, asked)
-    print_out(answer.text)
-    if figure is not None:
-        _write_figure(answer, figure)
-        print_out(f"\nFigure in {figure}")
-    if output is not None:
-        _write(answer, output)
-        print_out(f"\nPlan in {output}")
+    plan_flight(options, _typed(context))
 
 
 def _typed(context):
     """Names of the options that were written on the command line."""
     source = context.get_parameter_source
     return [name for name in context.params if source(name).name == "COMMANDLINE"]
-
-
-def _write(answer, output):
-    """Write one table, or a folder with everything."""
-    # imported when something is written: the text needs no pandas
-    from einschalt.interfaces.files import tables_by_suffix  # noqa: PLC0415
-    from einschalt.interfaces.files.plan_folder import write_plan  # noqa: PLC0415
-    from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
-
-    if output.suffix:
-        table = next(iter(answer.tables().values()))
-        tables_by_suffix.write_table(table, output)
-        return
-    figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
-    write_plan(output, answer.tables(), figures, answer.text)
-
-
-def _write_figure(answer, file):
-    """Write the first figure in the format that the suffix names."""
-    # imported when a figure is written: matplotlib takes its time
-    from einschalt.interfaces.reports.figure_files import write_figure  # noqa: PLC0415
-
-    write_figure(lambda: next(iter(answer.figures().values())), file)

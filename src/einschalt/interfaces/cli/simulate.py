@@ -1,13 +1,20 @@
 """``einschalt simulate``: a block whose truth is known, as a folder."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import print_out, with_exit_status
+from einschalt.interfaces.cli.exits import with_exit_status
 from einschalt.interfaces.cli.paths import output_option
+
+EXAMPLES = (
+    "einschalt simulate --output out/simulated",
+    "einschalt simulate --output out/simulated --preset demo --seed 7",
+    "einschalt simulate --output out/blunders --gross-errors 0.01",
+    "einschalt simulate --output out/truth --repeat 20 --high-scale 12000",
+    "einschalt simulate --output out/film --film-affinity 2e-4 --n-check 50",
+)
 
 # the values that the simulation knows: it is not imported here, so that help comes at
 # once
@@ -103,10 +110,6 @@ def simulate(
     repetitions.csv is written: for each seed the true error of the new points, and the
     error that is claimed.
     """
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces import python_api  # noqa: PLC0415
-    from einschalt.pipeline.simulation.simulate_block import PRESETS  # noqa: PLC0415
-
     geometry = {
         "width": width,
         "height": height,
@@ -131,35 +134,14 @@ def simulate(
         "low_gross_error_um": gross_error_um,
         "network_strain": network_strain,
     }
-    geometry = replace(PRESETS[preset].geometry, **_given(geometry))
-    noise = replace(PRESETS[preset].noise, **_given(noise))
-    if repeat is not None:
-        engine = python_api.chosen_engine(scheduler, workers)
-        _repeat((preset, geometry, noise), repeat, seed, engine, output)
-        return
-    block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
-    block.write(output, overwrite=overwrite)
-    print_out(f"{block.name}: {len(block.truth)} points, seed {seed}")
-    print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
-
-
-def _repeat(simulated, count, seed, engine, output):
-    """Simulate and compute so many blocks, and write what is true and claimed."""
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files.atomic import make_folder  # noqa: PLC0415
-    from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
-        write_table,
-    )
-    from einschalt.pipeline.simulation.repetitions import (  # noqa: PLC0415
-        Experiment,
-        repeat_simulation,
-        summarize_repetitions,
-    )
+    from einschalt.interfaces.cli.work import simulate as work  # noqa: PLC0415
 
-    table = repeat_simulation(Experiment(*simulated), count, engine, first_seed=seed)
-    write_table(table, make_folder(output) / "repetitions.csv")
-    print_out(summarize_repetitions(table))
-    print_out(f"Every repetition in {output / 'repetitions.csv'}")
+    design = work.chosen_design(preset, _given(geometry), _given(noise))
+    if repeat is not None:
+        work.repeat_design(design, repeat, seed, (scheduler, workers), output)
+        return
+    work.simulate_folder(design, seed, output, overwrite=overwrite)
 
 
 def _given(options):

@@ -1,23 +1,18 @@
 """``einschalt transform``: one transformation per model, for any two sets of points."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import print_error, print_out, with_exit_status
+from einschalt.interfaces.cli.exits import with_exit_status
 from einschalt.interfaces.cli.paths import output_option
 
-ONE_MODEL = "1"
-TABLES = ("parameters", "models", "residuals", "failures", "points")
-# a tenth of a millimetre, and a hundredth of it for what is small
-DECIMALS = {
-    **dict.fromkeys(("easting", "northing", "height"), 4),
-    **dict.fromkeys(("residual_easting", "residual_northing", "residual_height"), 5),
-    **dict.fromkeys(("m_0", "s_0", "m_t"), 5),
-    **dict.fromkeys(("leverage", "redundancy_number"), 4),
-}
+EXAMPLES = (
+    "einschalt transform model_points.csv ground_points.csv --output out",
+    "einschalt transform old.csv new.csv --kind helmert --output out",
+    "einschalt transform old.csv new.csv --output out --apply more_points.csv",
+)
 
 
 @with_exit_status
@@ -57,110 +52,6 @@ def transform(
     Residuals are transformed less given. Models that fail do not stop the others.
     """
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files.atomic import said_as_file_error  # noqa: PLC0415
-    from einschalt.interfaces.files.csv_tables import write_csv  # noqa: PLC0415
-    from einschalt.interfaces.files.parquet_tables import write_parquet  # noqa: PLC0415
-    from einschalt.stages.stage3_model_transformation import (  # noqa: PLC0415
-        transform_models,
-    )
+    from einschalt.interfaces.cli.work.transform import transform_tables  # noqa: PLC0415
 
-    source, target, applied = _read(model_points, ground_points, apply, kind)
-    fit = transform_models(source, target, kind=kind)
-    tables = {
-        "parameters": _with_given_keys(_parameters(fit), source),
-        "models": _with_given_keys(fit.models, source),
-        "residuals": _with_given_keys(fit.residuals, source),
-        "failures": _with_given_keys(fit.failures, source),
-        "points": fit.transform(applied),
-    }
-    with said_as_file_error(output):
-        output.mkdir(parents=True, exist_ok=True)
-    for name in TABLES:
-        write_csv(tables[name], output / f"{name}.csv", decimals=DECIMALS)
-        write_parquet(tables[name], output / f"{name}.parquet")
-    print_out(fit.summary())
-    if len(fit.models) == 1 and fit.is_usable:
-        print_out(
-            f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}"
-        )
-    print_out(f"\nResults in {output}")
-    if not fit.is_usable:
-        print_error("einschalt: no model could be transformed; failures.csv says why")
-        raise typer.Exit(2)
-
-
-def _read(model_file, ground_file, apply_file, kind):
-    """Read and check all files, and raise all their problems together."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import raise_problems  # noqa: PLC0415
-    from einschalt.stages.transformation_kinds import (  # noqa: PLC0415
-        KINDS,
-        ground_schema,
-        model_schema,
-    )
-
-    of_models = model_schema(KINDS[kind])
-    models = _checked(model_file, of_models)
-    ground = _checked(ground_file, ground_schema(KINDS[kind]))
-    if apply_file is None:
-        raise_problems([*models.problems, *ground.problems])
-        source = _of_model(models.frame, ONE_MODEL)
-        return source, ground.frame, source
-    applied = _checked(apply_file, of_models)
-    raise_problems([*models.problems, *ground.problems, *applied.problems])
-    source = _of_model(models.frame, ONE_MODEL)
-    if "model_id" in applied.frame:
-        return source, ground.frame, applied.frame
-    only = _only_model(source, model_file, apply_file)
-    return source, ground.frame, _of_model(applied.frame, only)
-
-
-def _of_model(points, model_id):
-    """Say the model of points that were given without one."""
-    return points if "model_id" in points else points.assign(model_id=model_id)
-
-
-def _only_model(models, model_file, apply_file):
-    """Name the model to which points without a model_id belong."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.errors import TableError  # noqa: PLC0415
-
-    model_ids = models["model_id"].unique()
-    if len(model_ids) == 1:
-        return model_ids[0]
-    raise TableError(
-        f"it has no column model_id, and {model_file.name} holds "
-        f"{len(model_ids)} models",
-        expected="the model by which each point is to be transformed",
-        remedy=f"Add a column model_id, such as {model_ids[0]!r}",
-        file=apply_file.name,
-    )
-
-
-def _checked(file, schema):
-    """Check one table, with no more columns than were given."""
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.foundations.tables import check_table  # noqa: PLC0415
-    from einschalt.interfaces.files.tables_by_suffix import read_table  # noqa: PLC0415
-
-    raw = read_table(file, schema)
-    if "model_id" in schema.names and "model_id" not in raw:
-        print_error(f"note: {file.name} has no column model_id: it is one model")
-        schema = schema.without("model_id")
-    checked = check_table(raw, schema, source=file.name)
-    for note in checked.notes:
-        print_error(f"note: {note}")
-    # coverages that were not given shall not stand in the results
-    given = [name for name in checked.frame if name in raw]
-    return replace(checked, frame=checked.frame[given])
-
-
-def _with_given_keys(table, points):
-    """Leave out the coverages of models whose table has none."""
-    return table if "coverage" in points else table.drop(columns="coverage")
-
-
-def _parameters(fit):
-    """Parameters beside the names of their models; both have the same order."""
-    parameters = fit.parameters.reset_index(drop=True)
-    return fit.models[["coverage", "model_id"]].join(parameters)
+    transform_tables(model_points, ground_points, output, kind, apply)

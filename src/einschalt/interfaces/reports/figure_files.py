@@ -18,7 +18,7 @@ PNG_DPI = 150
 SMALL = 8.0
 LINE_PT = 9.5
 TITLE_IN = 0.25
-KINDS = {
+FIGURE_FORMATS = {
     "png": {"metadata": {"Software": None}},
     "svg": {"metadata": {"Date": None, "Creator": None}},
 }
@@ -31,7 +31,7 @@ SHEET_STYLE = {
 }
 
 
-def figure_bytes(figure, kinds=tuple(KINDS)):
+def figure_bytes(figure, kinds=tuple(FIGURE_FORMATS)):
     """Write a figure.
 
     Parameters
@@ -48,7 +48,7 @@ def figure_bytes(figure, kinds=tuple(KINDS)):
     with mpl.rc_context(SHEET_STYLE):
         for kind in kinds:
             buffer = io.BytesIO()
-            figure.savefig(buffer, format=kind, dpi=PNG_DPI, **KINDS[kind])
+            figure.savefig(buffer, format=kind, dpi=PNG_DPI, **FIGURE_FORMATS[kind])
             files[kind] = buffer.getvalue()
     return files
 
@@ -68,10 +68,10 @@ def write_figure(draw, file):
         The suffix is none of .png and .svg, or the file cannot be written.
     """
     kind = file.suffix.lower().removeprefix(".")
-    if kind not in KINDS:
+    if kind not in FIGURE_FORMATS:
         raise FileError(
             f"the suffix {file.suffix!r} is none of a figure",
-            expected=" or ".join(f".{known}" for known in KINDS),
+            expected=" or ".join(f".{known}" for known in FIGURE_FORMATS),
             remedy=f"Write {file.stem or 'plan'}.png",
             file=file.name,
         )

@@ -36,7 +36,7 @@ from einschalt.pipeline.block.scales import (
     scale_problems,
     standard_error_problems,
 )
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
 MODEL_KEY = ["coverage", "model_id"]
 
@@ -361,7 +361,11 @@ class _Check:
         is_first = ~pd.Series(model).duplicated().to_numpy()
         common = np.bincount(model, weights=has_ground)[model].astype(int)
         word = self.checked[flight_name].transformation
-        least = KINDS[word].least_points if is_choice(word, KINDS) else 1
+        least = (
+            TRANSFORMATION_KINDS[word].least_points
+            if is_choice(word, TRANSFORMATION_KINDS)
+            else 1
+        )
         is_lost = is_first & (common < least)
         part = "models" if self.checked[flight_name].has_images else "model_points"
         file = self._file(f"{flight_name}.{part}")

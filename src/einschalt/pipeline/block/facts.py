@@ -16,9 +16,9 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UNIT
 from einschalt.foundations.value_ranges import Range
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 
-TRANSFORMATIONS = tuple(KINDS)
+TRANSFORMATIONS = tuple(TRANSFORMATION_KINDS)
 FLIGHTS = ("high_flight", "low_flight")
 ORIENTATION_CASES = ("independent", "dependent_left", "dependent_right")
 ORIENTATION_METHODS = ("least_squares", "krames", "gruber")

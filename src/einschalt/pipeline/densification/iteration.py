@@ -21,6 +21,7 @@ from einschalt.pipeline.densification.low_flight_fit import LowFlightFit
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,
     LOW,
+    PLAN,
     ErrorModel,
     assumed_model,
     places_fitted_onto,
@@ -30,11 +31,11 @@ from einschalt.stages.error_propagation.operators import (
     flight_operator,
     mean_operator,
 )
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.propagation import sum_of_chains
 
-PLAN = ["easting", "northing"]
+PLAN_COLUMNS = [*PLAN]
 MOVES = ["iteration", "largest_move", "point_id", "move_rms"]
 # nothing that is signed for changes by less
 LEAST_MOVE = 0.001  # metres
@@ -93,7 +94,7 @@ def require_iterable(block, settings):
             remedy='Take iterations out, or set method = "two_step"',
         )
     kind = block.low_flight.transformation
-    if len(KINDS[kind].target) > len(PLAN):
+    if len(TRANSFORMATION_KINDS[kind].target) > len(PLAN):
         raise SettingsError(
             f"{said}, but the low flight is transformed in space ({kind})",
             expected="a plane transformation, or iterations = 1",
@@ -158,19 +159,21 @@ def _held(block, point_ids):
 
 def _with_held_control(block, points):
     """Coordinates for the next pass: those of the last, given ones at control."""
-    ground = points[["point_id", *PLAN]].copy()
+    ground = points[["point_id", *PLAN_COLUMNS]].copy()
     held = _held(block, ground["point_id"])
     if len(held.rows):
-        given = block.control_points[PLAN].to_numpy(dtype=float)
-        coordinates = ground[PLAN].to_numpy(copy=True)
+        given = block.control_points[PLAN_COLUMNS].to_numpy(dtype=float)
+        coordinates = ground[PLAN_COLUMNS].to_numpy(copy=True)
         coordinates[held.rows] = given[held.control_rows]
-        ground[PLAN] = coordinates
+        ground[PLAN_COLUMNS] = coordinates
     return ground
 
 
 def _moves(before, after):
     """Largest move from pass to pass, where it is, and the root mean square."""
-    old, new = (p.means.points.set_index("point_id")[PLAN] for p in (before, after))
+    old, new = (
+        p.means.points.set_index("point_id")[PLAN_COLUMNS] for p in (before, after)
+    )
     shift = (new - old).dropna()
     length = np.hypot(shift["easting"], shift["northing"])
     return float(length.max()), length.idxmax(), float(np.sqrt(np.mean(length**2)))

@@ -16,7 +16,6 @@ from einschalt.stages.relative_orientation.parallax_errors import OrientationErr
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous.adjustment import (
     DEFORMATIONS,
-    SIGNIFICANCE,
     AdjustmentOptions,
     simultaneous_adjustment,
 )
@@ -27,6 +26,7 @@ from einschalt.stages.simultaneous.observations import (
     code_block,
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     DEGREE,
@@ -34,7 +34,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
 )
 
 FILM_AFFINITY = "helmert_film_affinity"
-PLAN = ("x", "y")
+MODEL_PLANE = ("x", "y")
 PLANE_KINDS = ("affine", "helmert")
 # height over plan to begin with: c / b of a wide-angle camera at 60 per cent overlap
 HEIGHT_OVER_PLAN = 1.65
@@ -50,7 +50,7 @@ STANDARD_ERRORS = [
     "covariance_nh",
 ]
 DIFFERENCES = ["difference_easting", "difference_northing", "difference_height"]
-KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
+ADJUSTED_KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
 WHICH = {
     "both": ("high_flight", "low_flight"),
     "high": ("high_flight",),
@@ -65,7 +65,7 @@ def adjust_block(
     flights="both",
     deformation=(),
     outliers="keep",
-    significance=SIGNIFICANCE,
+    significance=GROSS_ERROR_SIGNIFICANCE,
     variance_components="given",
 ):
     """Adjust all models of a block with its control at once.
@@ -111,7 +111,7 @@ def adjust_block(
         An option is unknown, or the block has no such flight.
     """
     require_kind("block", block, Block, expected="a Block (einschalt.read_block)")
-    require_choice("kind", kind, KINDS)
+    require_choice("kind", kind, ADJUSTED_KINDS)
     require_choice("flights", flights, tuple(WHICH))
     searched, given = _deformation(deformation)
     significance = _probability(significance)
@@ -397,7 +397,7 @@ def block_tables(block, flights, kinds):
         if kinds[name] == SPATIAL:
             rows, error = _in_space(name, rows, flight.centres, error)
         elif isinstance(flight.errors, OrientationErrors):
-            shared = flight.errors.factors[:, : len(PLAN)]
+            shared = flight.errors.factors[:, : len(MODEL_PLANE)]
         measured.append(MeasuredFlight(name, rows, error, kinds[name], shared))
     return code_block(measured, block.control_points)
 

@@ -12,7 +12,7 @@ from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.value_ranges import Range
 from einschalt.theory.planning.kovarik_precision import EDGES, PlannedModel
-from einschalt.theory.planning.leverage import KINDS, LEAST_POINTS
+from einschalt.theory.planning.leverage import LEAST_POINTS, PLANNED_KINDS
 
 IN_MM = "Did you give millimetres?"
 PER_CENT = "Did you give per cent?"
@@ -184,7 +184,7 @@ def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
             expected="the side of the image, or its sides along and across the strip",
         )
     return PlannedModel(
-        kind=checked_choice("kind", kind, KINDS),
+        kind=checked_choice("kind", kind, PLANNED_KINDS),
         edge=checked_choice("edge", edge, EDGES),
         image_format=(float(sides[0]), float(sides[-1])),
         forward_overlap=checked_number("forward_overlap", forward_overlap),

@@ -22,7 +22,7 @@ from einschalt.stages.error_propagation.operators import (
     flight_operator,
     mean_operator,
 )
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
 from einschalt.theory.adjustment.propagation import selection, sum_of_chains
@@ -387,7 +387,9 @@ def assumed_model(result):
     block = result.block
     if result.high is not None:
         kinds = result.high.transformation.kind, result.low.kind
-        is_plane = all(len(KINDS[kind].target) == len(PLAN) for kind in kinds)
+        is_plane = all(
+            len(TRANSFORMATION_KINDS[kind].target) == len(PLAN) for kind in kinds
+        )
         if not is_plane or "standard_error_m" not in block.control_points:
             return None
     return model_of_block(
@@ -474,7 +476,7 @@ def _stated_error(block, low, low_points):
 
 def _with_heights(plan_errors, low, n_axes):
     """Errors of each axis: heights scatter by what their residuals say."""
-    if n_axes < len(KINDS["helmert_3d"].target):
+    if n_axes < len(TRANSFORMATION_KINDS["helmert_3d"].target):
         return plan_errors
     squares = np.nanmean(low.fit.residuals**2, axis=0)
     plan = max(np.mean(squares[:2]), np.finfo(float).tiny)

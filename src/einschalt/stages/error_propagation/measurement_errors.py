@@ -16,7 +16,7 @@ from einschalt.stages.error_propagation.orientation_errors import (
     orientation_chains,
 )
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL
@@ -64,7 +64,7 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
     others = {n: e for n, e in oriented.items() if n not in images}
-    n_axes = max(len(KINDS[kind].target) for kind in kinds)
+    n_axes = max(len(TRANSFORMATION_KINDS[kind].target) for kind in kinds)
     turned = orientation_chains(others, fits)
     chains = {name: {name: ()} for name in fits}
     for name, chain in turned.items():

@@ -21,6 +21,7 @@ from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.relative_orientation.image_orientation import ImageOrientation
 from einschalt.stages.results import failures_table
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.relative_orientation import coplanarity
 from einschalt.theory.relative_orientation.condition_tests import (
     StereoPairs,
@@ -54,7 +55,6 @@ KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 # probability with which a model without gross errors gets a suspect
-SIGNIFICANCE = 0.001
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
@@ -168,7 +168,7 @@ def orient_from_images(
 def _gross_errors(points, estimator, outliers):
     if outliers == "keep":
         return np.zeros(len(points.image), dtype=bool)
-    return find_gross_errors(points, estimator, SIGNIFICANCE)
+    return find_gross_errors(points, estimator, GROSS_ERROR_SIGNIFICANCE)
 
 
 def _orient(points, estimator, outliers):
@@ -378,7 +378,9 @@ def _tests(points, is_wrong, is_out, pairs):
     tests = condition_tests(pairs, used)
     predicted = prediction_tests(pairs, others)
     is_suspect = is_wrong.copy()
-    is_suspect[~is_wrong] = is_rejected_by_holm(tests.p_value, used.start, SIGNIFICANCE)
+    is_suspect[~is_wrong] = is_rejected_by_holm(
+        tests.p_value, used.start, GROSS_ERROR_SIGNIFICANCE
+    )
     return {
         "w": _merged(is_wrong, tests.w, predicted.w),
         "p_value": _merged(is_wrong, tests.p_value, predicted.p_value),

@@ -22,6 +22,7 @@ from einschalt.stages.simultaneous.tables import (
     point_table,
     residual_table,
 )
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import (
     BlockSolution,
@@ -43,7 +44,6 @@ from einschalt.theory.block_adjustment.spatial_solution import (
 )
 
 STAGE = "simultaneous_adjustment"
-SIGNIFICANCE = 0.001
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
 COMPONENTS = ("given", "estimated")
 DEFORMATIONS = ("ignored", "tested", "modelled")
@@ -73,7 +73,7 @@ class AdjustmentOptions:
 
     common: tuple[CommonTerms, ...] = ()
     outliers: str = "keep"
-    significance: float = SIGNIFICANCE
+    significance: float = GROSS_ERROR_SIGNIFICANCE
     deformation: str = "ignored"
     variance_components: str = "given"
 

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import chdtri, chndtrinc, stdtr, stdtrit
 
 from einschalt.foundations.batches import over_segments
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 
 # below it a point alone fixes its model: nothing of it is left in its residual
 LEAST_REDUNDANCY_NUMBER = 1e-9
@@ -241,7 +242,7 @@ def joint_prediction_tests(squares, sum_of_squares, redundancy) -> PointTests:
     return PointTests(np.sqrt(share * f), p_value)
 
 
-def noncentrality(significance=0.001, power=0.80, degrees=1):
+def noncentrality(significance=GROSS_ERROR_SIGNIFICANCE, power=0.80, degrees=1):
     """How many standard errors a bias must have to be found.
 
     Parameters
@@ -263,7 +264,7 @@ def noncentrality(significance=0.001, power=0.80, degrees=1):
 
 
 def minimal_detectable_bias(
-    sigma, redundancy_number, *, significance=0.001, power=0.80
+    sigma, redundancy_number, *, significance=GROSS_ERROR_SIGNIFICANCE, power=0.80
 ):
     """Smallest error of an observation that the w-test finds: σ δ / √r.
 

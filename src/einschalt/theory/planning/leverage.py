@@ -15,7 +15,7 @@ import numpy as np
 # what the second moments of the points count for in one coordinate of a place: n·h is
 # 1 + share (x² + y²)/(v_x + v_y), and 1 + x²/v_x + y²/v_y for affine
 SHARE_OF_MOMENTS = {"helmert": 1.0, "rigid": 0.5}
-KINDS = ("affine", *SHARE_OF_MOMENTS)
+PLANNED_KINDS = ("affine", *SHARE_OF_MOMENTS)
 LEAST_POINTS = {"affine": 3, "helmert": 2, "rigid": 2}
 
 
@@ -73,7 +73,7 @@ def corner_factor(kind):
 
     Examples
     --------
-    >>> [corner_factor(kind) for kind in KINDS]
+    >>> [corner_factor(kind) for kind in PLANNED_KINDS]
     [7.0, 4.0, 2.5]
     """
     return 7.0 if kind == "affine" else 1.0 + 3.0 * SHARE_OF_MOMENTS[kind]

@@ -25,6 +25,7 @@ from scipy.special import betaln, fdtrc
 
 from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.theory.adjustment.robust import snoop
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.relative_orientation.condition_tests import (
     condition_tests,
     prediction_tests,
@@ -56,7 +57,9 @@ LEAST_SIZE = 0.1
 MOST_RETURNS = 10
 
 
-def find_gross_errors(pairs, estimator="rigorous", significance=0.001):
+def find_gross_errors(
+    pairs, estimator="rigorous", significance=GROSS_ERROR_SIGNIFICANCE
+):
     """Find the points that contradict the others of their pair.
 
     Parameters

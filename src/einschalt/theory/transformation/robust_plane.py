@@ -23,8 +23,8 @@ from einschalt.theory.adjustment.robust import (
     usual_length,
 )
 
-KINDS = ("affine", "helmert", "rigid")
-AFFINE, RIGID = KINDS.index("affine"), KINDS.index("rigid")
+ROBUST_KINDS = ("affine", "helmert", "rigid")
+AFFINE, RIGID = ROBUST_KINDS.index("affine"), ROBUST_KINDS.index("rigid")
 TUKEY = FAMILIES.index("tukey")
 THINNEST = 1e-10
 INSERTED = 64  # more points than that are sorted by numpy, once
@@ -47,7 +47,7 @@ def fit_plane_robustly(points, fit_of, norm, start_weights=None):
     ----------
     points : CommonPoints
     fit_of : callable
-        Fits CommonPoints by one of KINDS.
+        Fits CommonPoints by one of ROBUST_KINDS.
     norm : Norm
         Of one of FAMILIES.
     start_weights : ndarray, shape (n_points,), optional
@@ -71,7 +71,7 @@ def fit_plane_robustly(points, fit_of, norm, start_weights=None):
         given,
         plain.redundancy,
         usual_length(plain, points),
-        np.array([KINDS.index(plain.kind), FAMILIES.index(norm.family)]),
+        np.array([ROBUST_KINDS.index(plain.kind), FAMILIES.index(norm.family)]),
         np.array([norm.limit]),
         weights,
         is_converged,

@@ -1,0 +1,37 @@
+"""What ``einschalt check`` does."""
+
+import sys
+
+import typer
+from rich.console import Console
+
+from einschalt.interfaces.cli.exits import WRONG, print_out
+from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.reports import problem_list
+
+
+def print_problems(block):
+    """Print everything that is wrong with a block's input.
+
+    Parameters
+    ----------
+    block : Path
+
+    Raises
+    ------
+    typer.Exit
+        Anything is wrong.
+    """
+    found = find_problems(block)
+    if _is_terminal():
+        Console().print(problem_list.problem_tables(found))
+    else:
+        for line in problem_list.problem_lines(found):
+            print_out(line)
+    print_out(f"{block}: {problem_list.conclusion(found)}")
+    if found.problems or found.model_problems:
+        raise typer.Exit(WRONG)
+
+
+def _is_terminal():
+    return sys.stdout.isatty()

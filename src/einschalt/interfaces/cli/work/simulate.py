@@ -1,0 +1,80 @@
+"""What ``einschalt simulate`` does."""
+
+from dataclasses import replace
+
+from einschalt.interfaces import python_api
+from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.tables_by_suffix import write_table
+from einschalt.pipeline.simulation.repetitions import (
+    Experiment,
+    repeat_simulation,
+    summarize_repetitions,
+)
+from einschalt.pipeline.simulation.simulate_block import PRESETS
+
+
+def chosen_design(preset, geometry, noise):
+    """Geometry and noise of a preset with some of their values replaced.
+
+    Parameters
+    ----------
+    preset : str
+    geometry, noise : dict
+        Values that are not those of the preset.
+
+    Returns
+    -------
+    tuple
+        preset, BlockGeometry, BlockNoise.
+    """
+    geometry = replace(PRESETS[preset].geometry, **geometry)
+    noise = replace(PRESETS[preset].noise, **noise)
+    return preset, geometry, noise
+
+
+def simulate_folder(design, seed, output, *, overwrite):
+    """Simulate a block, and write it as a folder.
+
+    Parameters
+    ----------
+    design : tuple
+        See :func:`chosen_design`.
+    seed : int
+    output : Path
+    overwrite : bool
+
+    Raises
+    ------
+    EinschaltError
+        The design cannot be simulated, or the folder cannot be written.
+    """
+    preset, geometry, noise = design
+    block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
+    block.write(output, overwrite=overwrite)
+    print_out(f"{block.name}: {len(block.truth)} points, seed {seed}")
+    print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
+
+
+def repeat_design(design, count, seed, where, output):
+    """Simulate and compute so many blocks, and write what is true and claimed.
+
+    Parameters
+    ----------
+    design : tuple
+        See :func:`chosen_design`.
+    count, seed : int
+    where : tuple
+        Scheduler and number of workers.
+    output : Path
+
+    Raises
+    ------
+    EinschaltError
+        The design cannot be simulated, or the table cannot be written.
+    """
+    engine = python_api.chosen_engine(*where)
+    table = repeat_simulation(Experiment(*design), count, engine, first_seed=seed)
+    write_table(table, make_folder(output) / "repetitions.csv")
+    print_out(summarize_repetitions(table))
+    print_out(f"Every repetition in {output / 'repetitions.csv'}")
