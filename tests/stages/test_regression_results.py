@@ -244,23 +244,23 @@ def test_a_spatial_model_on_edge_has_no_angles():
 
 @pytest.mark.parametrize("flight", ["low_flight", "high_flight"])
 def test_models_of_both_flights_of_a_block(good_result, flight):
-    transformation = good_result.low
-    if flight == "high_flight":
-        transformation = good_result.high.transformation
-    model = transformation.models.iloc[0]
-    theirs = regression_of_flight(
-        *(good_result.high, good_result.low),
-        *(model["model_id"], model["coverage"], flight),
+    steps = good_result.solution
+    fit = steps.low if flight == "low_flight" else steps.high.transformation
+    model = fit.models.iloc[0]
+    theirs = good_result.to_statsmodels(
+        model["model_id"], model["coverage"], flight=flight
     )
-    ours = transformation.parameters.iloc[0]
+    ours = fit.parameters.iloc[0]
     np.testing.assert_allclose(theirs.params_at_origin, ours, **TIGHT)
 
 
 def test_flights_that_there_are_not_are_refused(good_result):
     with pytest.raises(SettingsError, match="flight"):
-        regression_of_flight(good_result.high, good_result.low, "1", flight="third")
+        good_result.to_statsmodels("1", flight="third")
     with pytest.raises(GeometryError, match="no model of the high flight"):
-        regression_of_flight(None, good_result.low, "1", flight="high_flight")
+        regression_of_flight(None, good_result.solution.low, "1", flight="high_flight")
+    with pytest.raises(GeometryError, match="no model of the low flight"):
+        regression_of_flight(None, None, "1")
 
 
 def test_nobody_imports_statsmodels_who_does_not_ask_for_it():

@@ -142,6 +142,39 @@ class DensificationResult(Result):
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return getattr(steps, name, None)
 
+    def to_statsmodels(self, model_id, coverage=None, *, flight="low_flight"):
+        """Results object of statsmodels for one model of the two steps.
+
+        Parameters
+        ----------
+        model_id : str
+        coverage : str, optional
+            Needed where two coverages have a model of that name.
+        flight : {"low_flight", "high_flight"}
+
+        Returns
+        -------
+        RegressionResultsWrapper
+            See :meth:`ModelTransformation.to_statsmodels`.
+
+        Raises
+        ------
+        SettingsError
+            There is no such flight.
+        TableError
+            There is no such model, or there is one in each of several coverages.
+        GeometryError
+            The model, or its flight, was not transformed by itself.
+        """
+        # statsmodels takes longer to import than most blocks to be computed
+        from einschalt.stages.regression_results import (  # noqa: PLC0415
+            regression_of_flight,
+        )
+
+        steps = getattr(self.solution, "two_step", self.solution)
+        high, low = getattr(steps, "high", None), getattr(steps, "low", None)
+        return regression_of_flight(high, low, model_id, coverage, flight)
+
     def summary(self):
         """Return verdict, problems and suggestions, then numbers."""
         return summarize(self)

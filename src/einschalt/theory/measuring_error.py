@@ -7,6 +7,7 @@ docs/theory/error_budget.md.
 import numpy as np
 
 from einschalt.foundations.batches import segment_sum
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 
 def m_g_of_mean(m_g, n_settings):
@@ -96,8 +97,7 @@ def m_g_from_repeated_settings(spread, n_settings):
     redundancy = np.where(is_repeated, n_settings - 1.0, 0.0)
     if not is_repeated.any():
         return np.nan, np.nan
-    squares = redundancy @ np.where(is_repeated, spread, 0.0) ** 2
-    m_g = float(np.sqrt(squares / redundancy.sum()))
+    m_g = pool_standard_errors(spread, redundancy)
     return m_g, m_g / (2.0 * float(np.sqrt(redundancy.sum())))
 
 

@@ -18,6 +18,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_table,
 )
 from einschalt.stages.results import Estimates, ModelResult, row_of_model
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.condition_tests import StereoPairs
 from einschalt.theory.relative_orientation.coplanarity import ORIENTED
 from einschalt.theory.relative_orientation.coplanarity_condition import COS_45
@@ -413,10 +414,9 @@ def _is_near_surface(result, good):
 
 def _precision(good):
     usable = good[good["redundancy"] > 0]
-    weights = usable["redundancy"]
-    pooled = np.sqrt((usable["sigma_0"] ** 2 * weights).sum() / weights.sum())
+    pooled = pool_standard_errors(usable["sigma_0"], usable["redundancy"])
     length = typesetting.length(pooled * METRES_PER_MM)
-    lines = [f"{POOLED}  {length}, redundancy {weights.sum()}"]
+    lines = [f"{POOLED}  {length}, redundancy {usable['redundancy'].sum()}"]
     if len(usable) > 1:
         steps = usable["sigma_0"].quantile([0.0, 0.5, 1.0]) * METRES_PER_MM
         low, mid, high = map(typesetting.length, steps)

@@ -16,7 +16,7 @@ from einschalt.stages.relative_orientation.parallax_orientation import (
     models_frame,
     places_of_models,
 )
-from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.deformation_error import (
     correction_derivatives,
     roots_of,
@@ -66,8 +66,7 @@ def parallax_errors(orientation, machine_points):
     if not is_checked.any():
         return None
     redundancy = adjustment.redundancy[is_checked]
-    squares = adjustment.sigma_0[is_checked] ** 2 * redundancy
-    size = pooled_standard_error(squares, redundancy)
+    size = pool_standard_errors(adjustment.sigma_0[is_checked], redundancy)
     model = _models_of(orientation, machine_points)
     derivatives = correction_derivatives(
         machine_points[["x", "y", "z"]].to_numpy(dtype=float),

@@ -18,7 +18,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_table,
 )
 from einschalt.stages.results import Estimates, ModelResult, failures_table
-from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.deformation_error import (
     correction_derivatives,
@@ -194,10 +194,8 @@ class ParallaxOrientation(ModelResult):
     def summary(self):
         """Say how many models were oriented, what is doubtful, then the numbers."""
         n_usable = int(self.models["is_usable"].sum())
-        sum_of_squares = self.adjustment.sigma_0**2 * self.adjustment.redundancy
-        is_known = np.isfinite(sum_of_squares)
-        sigma_0 = pooled_standard_error(
-            sum_of_squares[is_known], self.adjustment.redundancy[is_known]
+        sigma_0 = pool_standard_errors(
+            self.adjustment.sigma_0, self.adjustment.redundancy
         )
         of_models = f"{n_usable} of {typesetting.count(len(self.models), 'model')}"
         lines = [

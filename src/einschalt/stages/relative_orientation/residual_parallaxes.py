@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.stages.relative_orientation.dangerous_surface import turned_to_base
-from einschalt.theory.adjustment.least_squares import pooled_standard_error
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 NAMES = ["coverage", "model_id"]
 
@@ -111,6 +111,4 @@ def _bases(cameras):
 
 
 def _pooled(models):
-    known = models[models["sigma_0"].notna()]
-    squares = known["sigma_0"].to_numpy() ** 2 * known["redundancy"].to_numpy()
-    return pooled_standard_error(squares, known["redundancy"].to_numpy())
+    return pool_standard_errors(models["sigma_0"], models["redundancy"])

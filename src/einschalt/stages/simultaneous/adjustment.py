@@ -23,6 +23,7 @@ from einschalt.stages.simultaneous.tables import (
     residual_table,
 )
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import (
     BlockSolution,
@@ -196,9 +197,7 @@ class BlockAdjustment(ModelResult):
         models = self.models[
             (self.models["flight"] == flight) & self.models["is_usable"]
         ]
-        redundancy = models["redundancy"].sum()
-        squares = (models["m_0"].fillna(0.0) ** 2 * models["redundancy"]).sum()
-        return float(np.sqrt(squares / redundancy)) if redundancy > 0.0 else np.nan
+        return pool_standard_errors(models["m_0"], models["redundancy"])
 
     def summary(self):
         """Say how good the points are, and what contradicts."""

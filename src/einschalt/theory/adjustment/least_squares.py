@@ -54,6 +54,33 @@ def pooled_standard_error(sum_of_squares, redundancy):
     )
 
 
+def pool_standard_errors(standard_errors, redundancy):
+    """Standard error of several samples taken together, from theirs.
+
+    Parameters
+    ----------
+    standard_errors : ndarray, shape (n,)
+        Per coordinate or total, in any unit; one that is NaN takes no part.
+    redundancy : ndarray, shape (n,)
+        Degrees of freedom that each is from.
+
+    Returns
+    -------
+    float
+        √(Σ r s² / Σ r); NaN where nothing is redundant.
+
+    Examples
+    --------
+    >>> pool_standard_errors(np.array([1.0, 5.0, np.nan]), np.array([2, 1, 0]))
+    3.0
+    """
+    standard_errors = np.asarray(standard_errors, dtype=float)
+    is_known = np.isfinite(standard_errors)
+    redundancy = np.where(is_known, np.asarray(redundancy, dtype=float), 0.0)
+    squares = redundancy * np.where(is_known, standard_errors, 0.0) ** 2
+    return pooled_standard_error(squares, redundancy)
+
+
 def total_from_coordinate(standard_error):
     """Total point error of equal errors in easting and northing: √2 times one.
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.variance_components import Component
-from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.least_squares import SQRT2, pool_standard_errors
 
 UM_PER_MM = METRES_PER_MM / METRES_PER_UM
 # an image point lies in two models at most of its strip: their residuals repeat it
@@ -25,13 +25,10 @@ def common_sigma_0(rows):
         [mm]; NaN without redundancy.
     redundancy : float
     """
-    sigma_0 = rows["sigma_0"].to_numpy(dtype=float)
-    redundancy = np.where(
-        np.isfinite(sigma_0), rows["redundancy"].to_numpy(dtype=float), 0.0
-    )
-    total = float(redundancy.sum())
-    square = redundancy @ np.nan_to_num(sigma_0) ** 2
-    return float(np.sqrt(square / total)) if total > 0.0 else np.nan, total
+    known = rows[np.isfinite(rows["sigma_0"].to_numpy(dtype=float))]
+    redundancy = known["redundancy"].to_numpy(dtype=float)
+    sigma_0 = known["sigma_0"].to_numpy(dtype=float)
+    return pool_standard_errors(sigma_0, redundancy), float(redundancy.sum())
 
 
 def image_component(rows, flight) -> Component:

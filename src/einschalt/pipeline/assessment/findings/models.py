@@ -1,13 +1,12 @@
 """Models that failed or are weak, and points that hang on them."""
 
-import numpy as np
-
 from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 from einschalt.pipeline.assessment.findings.row_keys import (
     MODEL,
     first_names,
     row_keys,
 )
+from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 LARGE_M_0 = 3.0
 MOST_REASONS = 20
@@ -72,11 +71,11 @@ def points_without_coordinates(examined):
 def models_with_large_m_0(examined):
     """Models that fit far worse than their flight."""
     models = examined.models[examined.models["is_usable"].astype(bool)]
-    squares = models["m_0"].fillna(0.0) ** 2 * models["redundancy"]
-    of_flight = models["flight"]
-    redundancy = models.groupby("flight")["redundancy"].sum().clip(lower=1)
-    pooled = np.sqrt(squares.groupby(of_flight).sum() / redundancy)
-    usual = of_flight.map(pooled)
+    of_flights = {
+        flight: pool_standard_errors(rows["m_0"], rows["redundancy"])
+        for flight, rows in models.groupby("flight")
+    }
+    usual = models["flight"].map(of_flights)
     is_large = models["m_0"] > LARGE_M_0 * usual
     worst = models[is_large].sort_values("m_0", ascending=False)
     if worst.empty:
