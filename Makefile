@@ -10,7 +10,7 @@ demo: .venv/installed
 
 # on all cores; a worker that has nothing left takes the last tests of another one, so
 # that those of one file, which share what they look at, mostly stay together
-test: .venv/installed-test
+test: .venv/compiled
 	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # 200 blocks with known truth, some minutes; writes docs/truth.md
@@ -51,10 +51,17 @@ fuzz: .venv/installed-test
 	$(BIN)/python -m pip install --quiet --editable ".[test,bench]"
 	touch $@ .venv/installed .venv/installed-test
 
+# kernels are compiled once, and not by each process that wants them
+.venv/compiled: .venv/installed-test tests/compile_kernels.py \
+		$(wildcard $(foreach floor,foundations theory,src/einschalt/$(floor)/*.py src/einschalt/$(floor)/*/*.py))
+	$(BIN)/python -m tests.compile_kernels
+	touch $@
+
 # numba keys compiled code to the file of the calling kernel only: after a change in a
 # kernel that another file calls, the old code would still run
 clean-cache:
 	find src -name '*.nb[ic]' -delete
+	rm -f .venv/compiled
 
 clean: clean-cache
 	rm -rf .venv out build dist src/*.egg-info

@@ -4,11 +4,10 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-# one of several processes that run tests leaves the cores to the others, as the workers
-# of a batch do; set before numpy is imported
-if "PYTEST_XDIST_WORKER" in os.environ:
-    for _library in ("OPENBLAS", "MKL", "OMP"):
-        os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+# as the workers of a batch: threads of linear algebra that wait for each other on cores
+# that others use as well take ten times as long. Set before numpy is imported
+for _library in ("OPENBLAS", "MKL", "OMP"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings

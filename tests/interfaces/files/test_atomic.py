@@ -222,13 +222,21 @@ def writer(tmp_path, large_result):
         process.stdin.close()
 
 
-def kill_after(writer, folder, seconds):
+def kill_after(writer, folder, n_files, seconds):
+    """Kill the child some time after it has written so many files."""
     writer.stdin.write(f"{folder}\n")
     writer.stdin.flush()
     child = int(writer.stdout.readline())
+    while len(named_files(folder)) < n_files:
+        os.kill(child, 0)  # is an error where it has ended by itself
+        time.sleep(1e-3)
     time.sleep(seconds)
     os.kill(child, signal.SIGKILL)
     assert writer.stdout.readline() == "ended\n"
+
+
+def named_files(folder):
+    return [path for path in folder.glob("*") if not path.name.startswith(".")]
 
 
 def without_time(name, data):
@@ -247,10 +255,16 @@ def test_killed_writers_leave_only_whole_files(tmp_path, writer, large_result):
     random = np.random.default_rng(1971)
     folders = [tmp_path / f"killed_{k}" for k in range(24)]
     n_cut = 0
-    for folder in folders:
-        # a writing takes about 0.4 s: before, within, and between two writings
-        kill_after(writer, folder, seconds=random.uniform(0.01, 0.6))
-        named = [p for p in folder.glob("*") if not p.name.startswith(".")]
+    for place, folder in enumerate(folders):
+        # by what is there, not by the clock: computers are slow, fast and busy. Within
+        # the first writing, and at its end also within the second one
+        kill_after(
+            writer,
+            folder,
+            n_files=place % (len(whole) + 1),
+            seconds=random.uniform(0.0, 0.03),
+        )
+        named = named_files(folder)
         for path in named:
             data = without_time(path.name, path.read_bytes())
             assert data == whole[path.name], f"{path.name} is not whole"

@@ -1,5 +1,6 @@
 """Small blocks, and their adjustment with every unknown in one dense matrix."""
 
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -44,7 +45,7 @@ def _covariances(control, n_points, rng):
     }[control]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_block():
     """Simulate a block whose models were measured with errors of 4 cm."""
 
@@ -159,6 +160,7 @@ def adjust_densely(observations, terms=()):
     common = np.zeros(n_terms)
     linear = None
     for _ in range(1 if n_terms == 0 else 12):
+        before, is_first = common, linear is None
         moved = BlockObservations(
             **{**vars(observations), "xy": observations.xy + columns @ common}
         )
@@ -206,6 +208,9 @@ def adjust_densely(observations, terms=()):
             x[:used] += solve_triangular(r, q.T @ rest) / size
         linear = _linear_parts(observations, x, starts)
         common = common + x.astype(float)[n_model + 2 * len(free) :]
+        change = np.abs(common - before)
+        if not is_first and (change <= 1e-12 * np.abs(common).max()).all():
+            break
     inverse = solve_triangular(r, np.eye(used)) / size[:, None]
     cofactors = inverse @ inverse.T
     residuals = np.asarray(exact @ x - right_side, float)
@@ -240,5 +245,13 @@ def adjust_densely(observations, terms=()):
 
 @pytest.fixture(scope="session")
 def dense():
-    """Adjust a block densely."""
-    return adjust_densely
+    """Adjust a block densely; the same block, for whatever it is asked, once."""
+    found = {}
+
+    def adjusted(observations, terms=()):
+        key = pickle.dumps((vars(observations), terms))
+        if key not in found:
+            found[key] = adjust_densely(observations, terms)
+        return found[key]
+
+    return adjusted

@@ -247,17 +247,17 @@ def test_order_of_models_and_points_does_not_matter(make_block):
     close(second.point_cofactors[new_point], first.point_cofactors)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def whitened(make_block, dense):
-    """A block of affine models, and its whitened system for statsmodels."""
+    """A block of affine models, and its whitened system as statsmodels solves it."""
     observations = make_block("grid", "affine", weights=True)
     expected = dense(observations)
-    return observations, sm.OLS(expected.right_side, expected.design)
+    return observations, sm.OLS(expected.right_side, expected.design).fit(method="qr")
 
 
 def test_equals_statsmodels(whitened):
-    observations, ols = whitened
-    found, fit = adjust(observations), ols.fit()
+    observations, fit = whitened
+    found, ols = adjust(observations), fit.model
     assert found.s_0 == pytest.approx(np.sqrt(fit.scale), rel=1e-9)
     n_rows = len(observations.xy)
     influence = fit.get_influence()
@@ -278,14 +278,15 @@ def test_equals_statsmodels(whitened):
 
 @pytest.mark.parametrize("which", range(3))
 def test_a_gross_error_is_tested_as_by_dummy_variables(whitened, which):
-    observations, ols = whitened
+    observations, fit = whitened
+    ols = fit.model
     found = adjust(observations)
     tests = judge_observations(found, observations)
     row = int(np.argsort(np.nan_to_num(tests.w))[-1 - 10 * which])
     dummies = np.zeros((len(ols.endog), 2))
     dummies[2 * row, 0] = dummies[2 * row + 1, 1] = 1.0
-    larger = sm.OLS(ols.endog, np.column_stack([ols.exog, dummies])).fit()
-    f, p, _ = larger.compare_f_test(ols.fit())
+    larger = sm.OLS(ols.endog, np.column_stack([ols.exog, dummies])).fit(method="qr")
+    f, p, _ = larger.compare_f_test(fit)
     assert tests.p_value[row] == pytest.approx(p, rel=1e-6)
     # endog = design · x + ∇ / σ where ∇ is the error of T − X
     gross = larger.params[-2:] * observations.standard_error[row]
@@ -294,15 +295,17 @@ def test_a_gross_error_is_tested_as_by_dummy_variables(whitened, which):
 
 
 def test_control_is_tested_as_by_dummy_variables(whitened):
-    observations, ols = whitened
+    observations, fit = whitened
+    ols = fit.model
     tests = judge_control(adjust(observations))
     places = np.flatnonzero(observations.is_control)
     first = 2 * len(observations.xy)
     for k in (0, 3, 5):
         dummies = np.zeros((len(ols.endog), 2))
         dummies[first + 2 * k, 0] = dummies[first + 2 * k + 1, 1] = 1.0
-        larger = sm.OLS(ols.endog, np.column_stack([ols.exog, dummies])).fit()
-        p = larger.compare_f_test(ols.fit())[1]
+        exog = np.column_stack([ols.exog, dummies])
+        larger = sm.OLS(ols.endog, exog).fit(method="qr")
+        p = larger.compare_f_test(fit)[1]
         assert tests.p_value[places[k]] == pytest.approx(p, rel=1e-6)
         # the given coordinates are wrong by the dummy, in units of 2 cm
         np.testing.assert_allclose(
