@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.units import METRES_PER_MM
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.finding import (
     SIGNIFICANCE,
     Finding,
@@ -140,9 +140,9 @@ def image_points_worse_than_given(examined):
         "image_points_worse_than_given",
         Subject.FLIGHT,
         names=tuple(part["flight"] for part in worse),
-        statistic="m_g of image points [µm]",
-        observed=worse[0]["estimated_um"],
-        expected=worse[0]["given_um"],
+        statistic="m_g of image points",
+        observed=worse[0]["estimated_um"] * METRES_PER_UM,
+        expected=worse[0]["given_um"] * METRES_PER_UM,
         remedy="give_that_m_g_or_a_larger_one",
         facts={"flights": tuple(worse)},
     )

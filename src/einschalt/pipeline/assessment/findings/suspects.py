@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.finding import (
     SIGNIFICANCE,
     Finding,
@@ -199,9 +200,9 @@ def wrong_measuring_errors(examined):
         "wrong_measuring_errors",
         Subject.FLIGHT,
         names=tuple(wrong),
-        statistic="m_g of a flight [µm]",
-        observed=float(first.estimated),
-        expected=float(first.given),
+        statistic="m_g of a flight",
+        observed=float(first.estimated) * METRES_PER_UM,
+        expected=float(first.given) * METRES_PER_UM,
         remedy="look_for_gross_errors" if is_gross else "give_that_m_g",
         facts={"flights": tuple(c.facts_of(name) for name, c in wrong.items())},
     )
@@ -217,9 +218,9 @@ def settings_that_scatter(examined):
         "settings_that_scatter",
         Subject.FLIGHT,
         names=tuple(flight.flight for flight in larger),
-        statistic="m_g of a setting [µm]",
-        observed=float(larger[0].m_g_settings_um),
-        expected=float(larger[0].m_g_um),
+        statistic="m_g of a setting",
+        observed=float(larger[0].m_g_settings_um) * METRES_PER_UM,
+        expected=float(larger[0].m_g_um) * METRES_PER_UM,
         probability=float(larger[0].p_value),
         remedy="give_at_least_that_m_g",
         facts={"flights": tuple(map(_settings_of, larger))},
@@ -249,8 +250,8 @@ def scattered_points(examined):
         "scattered_points",
         Subject.MEASUREMENT,
         names=first_names(found["point_id"]),
-        statistic="standard deviation of a setting [µm]",
-        observed=widest,
+        statistic="standard deviation of a setting",
+        observed=widest * METRES_PER_UM,
         probability=float(np.nanmin(p_value)),
         remedy="set_again",
         facts={
