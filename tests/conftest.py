@@ -1,6 +1,7 @@
 """Computed blocks that several tests look at, and texts to compare with."""
 
 import os
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,14 +10,31 @@ from pathlib import Path
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
-import pytest
-from hypothesis import settings
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 # the same examples in every run: what fails here fails there. To hunt for new ones:
 # EINSCHALT_HUNT=1 make test
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("hunt", deadline=None)
 settings.load_profile("hunt" if os.environ.get("EINSCHALT_HUNT") else "fixed")
+
+
+def timed(result):
+    """The result as if everything had taken half a second."""
+    from einschalt.pipeline.result import Stopwatch
+
+    class Stopped(Stopwatch):
+        def running(self):
+            return nullcontext()
+
+    return replace(result, stopwatch=Stopped(0.5))
+
+
+def changed(result, **tables):
+    """The result of a solution with other tables."""
+    return replace(result, solution=replace(result.solution, **tables))
+
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -55,7 +73,7 @@ def good_result(demo_block):
     """A block without faults."""
     from einschalt.pipeline.densify import densify
 
-    return replace(densify(demo_block), seconds=0.5)
+    return timed(densify(demo_block))
 
 
 @pytest.fixture(scope="session")
@@ -63,7 +81,7 @@ def faulty_result(demo_block):
     """A block in which models fail, and two points have exchanged names."""
     from einschalt.pipeline.densify import densify
 
-    return replace(densify(_modified(demo_block, _with_faults)), seconds=0.5)
+    return timed(densify(_modified(demo_block, _with_faults)))
 
 
 @pytest.fixture(scope="session")
@@ -82,7 +100,7 @@ def given_approximations_result(demo_block, good_result):
         approximate_m_0_m=0.09,
         low_flight=demo_block.low_flight,
     )
-    return replace(densify(block), seconds=0.5)
+    return timed(densify(block))
 
 
 @pytest.fixture(scope="session")
@@ -95,9 +113,7 @@ def unchecked_result():
     )
 
     geometry = BlockGeometry(width=3_000.0, height=3_000.0)
-    return replace(
-        densify(simulate_block("demo", seed=1, geometry=geometry)), seconds=0.5
-    )
+    return timed(densify(simulate_block("demo", seed=1, geometry=geometry)))
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,7 @@ from statsmodels.stats.outliers_influence import OLSInfluence
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError
 from einschalt.stages.results import row_of_model
-from einschalt.stages.transformation_kinds import KINDS
+from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.transformation.linear_model import linear_model
 
 FLIGHTS = ("low_flight", "high_flight")
@@ -56,7 +56,9 @@ class ModelRegression(RegressionResults):
         return self._named(self.model.equations.centroid_ground, "target")
 
     def _named(self, values, frame):
-        return pd.Series(values, index=list(getattr(KINDS[self.model.kind], frame)))
+        return pd.Series(
+            values, index=list(getattr(TRANSFORMATION_KINDS[self.model.kind], frame))
+        )
 
     def get_influence(self):
         """Influence of the single equations, a coordinate of a point each.
@@ -106,7 +108,7 @@ def regression_of_model(transformation, model_id, coverage=None):
     own = slice(*observed.start[row : row + 2])
     source, target = observed.source[own], observed.target[own]
     equations = linear_model(transformation.fit, row, source, target)
-    axes = KINDS[transformation.kind].target
+    axes = TRANSFORMATION_KINDS[transformation.kind].target
     labels = pd.MultiIndex.from_product(
         [axes, observed.rows["point_id"].iloc[own]], names=["coordinate", "point_id"]
     )

@@ -8,7 +8,12 @@ import pytest
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.pipeline.block.block import Block, Flight
-from einschalt.pipeline.block.facts import check_facts
+from einschalt.pipeline.block.facts import (
+    check_facts,
+    count_coverages,
+    count_models,
+)
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
 def changed(block, flight="low_flight", **facts):
@@ -145,3 +150,20 @@ def test_facts_of_a_file_name_it(demo_block):
 def test_sound_block_has_no_problem(demo_block):
     assert check_facts(demo_block) == []
     assert isinstance(demo_block, Block)
+
+
+def test_models_and_coverages_are_counted_as_they_were_measured(demo_block):
+    points = demo_block.low_flight.model_points
+    assert count_models(demo_block.low_flight) == 23
+    assert count_coverages(demo_block.low_flight) == 2
+    one = replace(demo_block.low_flight, model_points=points[points["coverage"] == "1"])
+    assert count_models(one) < 23
+    assert count_coverages(one) == 1
+
+
+def test_models_of_images_are_those_of_their_list():
+    geometry = replace(PRESETS["demo"].geometry, measurement="images")
+    low = simulate_block("demo", seed=1, geometry=geometry).low_flight
+    assert low.model_points is None
+    assert count_models(low) == len(low.models)
+    assert count_coverages(low) == 2

@@ -11,8 +11,8 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
-from einschalt.pipeline.assessment.finding import SIGNIFICANCE
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
@@ -190,7 +190,7 @@ class HighFlightMisfit:
     @property
     def is_large(self):
         """Whether chance does not explain the misfit."""
-        limits = ratio_limits(self.degrees, SIGNIFICANCE, MIN_REPORTED_RATIO)
+        limits = ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
         return bool(self.ratio > limits[1])
 
     @property

@@ -11,9 +11,6 @@ from typing import Any
 
 import numpy as np
 
-# what is found must exceed what chance does in one block of a thousand
-SIGNIFICANCE = 0.001
-
 
 class Subject(StrEnum):
     """What a finding is about."""

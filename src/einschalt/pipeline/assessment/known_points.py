@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO
-from einschalt.pipeline.assessment.finding import SIGNIFICANCE
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
 
@@ -62,7 +62,7 @@ class KnownPoints:
         return float(ratio_p_value(self.ratio, 2 * self.count))
 
     def _limits(self):
-        return ratio_limits(2 * self.count, SIGNIFICANCE, MIN_REPORTED_RATIO)
+        return ratio_limits(2 * self.count, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
 
 
 def check_points(examined) -> KnownPoints:

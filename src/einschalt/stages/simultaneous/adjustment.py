@@ -22,8 +22,8 @@ from einschalt.stages.simultaneous.tables import (
     point_table,
     residual_table,
 )
-from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import (
     BlockSolution,

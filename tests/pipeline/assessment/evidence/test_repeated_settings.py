@@ -75,8 +75,8 @@ def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
     assert larger.repeated_settings["is_larger"].all()
     found = settings_that_scatter(larger)
     assert found.names == ("low_flight",)
-    assert found.expected == M_G_UM / 1.5
-    assert found.observed == pytest.approx(M_G_UM, abs=0.15)
+    assert found.expected == pytest.approx(M_G_UM / 1.5 * 1e-6)
+    assert found.observed == pytest.approx(M_G_UM * 1e-6, abs=0.15e-6)
     assert found.probability < 0.001
     assert found.remedy == "give_at_least_that_m_g"
     # all are too wide: single ones are not named

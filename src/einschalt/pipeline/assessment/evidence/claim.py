@@ -32,6 +32,7 @@ from einschalt.theory.adjustment.monte_carlo import (
 )
 from einschalt.theory.adjustment.multiple_testing import holm
 from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE
 from einschalt.theory.adjustment.spatial_correlation import (
     Correlogram,
     correlogram,
@@ -39,8 +40,6 @@ from einschalt.theory.adjustment.spatial_correlation import (
     nearest_neighbours,
 )
 
-# a block whose errors are as the claim has them is called out with this probability
-LEVEL = 0.01
 MOST_DRAWS, FEWEST_DRAWS = 100, 20
 NUMBERS_AT_ONCE = 10_000_000
 # fewer points tell nothing of their neighbours
@@ -110,7 +109,7 @@ class Claim:
         return tuple(
             test
             for test, p_value in zip(self.tests, adjusted, strict=True)
-            if p_value <= LEVEL
+            if p_value <= CLAIM_SIGNIFICANCE
         )
 
     @property

@@ -5,9 +5,9 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
-from einschalt.pipeline.assessment.finding import SIGNIFICANCE
 from einschalt.pipeline.block.repeated_pointings import SPREAD
 from einschalt.theory.adjustment.global_tests import ratio_p_value
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 from einschalt.theory.measuring_error import m_g_from_repeated_settings
 
 MODEL = ["flight", "coverage", "model_id"]
@@ -52,9 +52,11 @@ def _of_flight(name, points, m_g_um):
     found, error = m_g_from_repeated_settings(points["spread_um"], n_settings)
     redundancy = float((n_settings - 1.0).sum())
     p_value = _p_value(found, m_g_um, redundancy)
-    is_larger = p_value < SIGNIFICANCE and found > MIN_REPORTED_RATIO * m_g_um
+    is_larger = p_value < FINDING_SIGNIFICANCE and found > MIN_REPORTED_RATIO * m_g_um
     counts = (len(points), n_settings.sum(), redundancy)
-    is_smaller = p_value > 1.0 - SIGNIFICANCE and MIN_REPORTED_RATIO * found < m_g_um
+    is_smaller = (
+        p_value > 1.0 - FINDING_SIGNIFICANCE and MIN_REPORTED_RATIO * found < m_g_um
+    )
     verdicts = bool(is_larger), bool(is_smaller)
     return (name, *counts, m_g_um, found, error, p_value, *verdicts)
 

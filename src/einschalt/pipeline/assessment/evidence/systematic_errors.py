@@ -15,6 +15,7 @@ from scipy.special import chdtrc
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.stages.error_propagation.error_model import PLAN
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
@@ -27,8 +28,6 @@ from einschalt.theory.transformation.affinity import (
     model_affinities,
 )
 
-# one block in a hundred: a strain of 5 cm stands out of the noise by little more
-SIGNIFICANCE = 0.01
 SURELY_NOT_SCALED = 0.05
 # beyond these the adjustment of everything takes longer than a look at a result should
 MOST_MODELS, MOST_CONTROL = 20_000, 1500
@@ -67,7 +66,7 @@ class FilmAffinity:
     @property
     def is_significant(self):
         """Whether chance does not explain it."""
-        return self.p_value < SIGNIFICANCE
+        return self.p_value < SYSTEMATIC_SIGNIFICANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,7 @@ class NetworkStrain:
     @property
     def is_significant(self):
         """Whether chance does not explain it."""
-        return self.p_value < SIGNIFICANCE
+        return self.p_value < SYSTEMATIC_SIGNIFICANCE
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from einschalt.pipeline.assessment.finding import (
-    SIGNIFICANCE,
     Finding,
     Gravity,
     Subject,
@@ -15,6 +14,7 @@ from einschalt.theory.adjustment.global_tests import (
     mean_p_values,
 )
 from einschalt.theory.adjustment.multiple_testing import bonferroni
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 FEWEST_POINTS = 4
 # of the root mean square: errors of neighbours are alike, so that the test of a shift
@@ -91,7 +91,7 @@ def shifted_block(examined):
             continue
         shift = known.differences.mean(axis=0)
         is_large = np.hypot(*shift) > LEAST_SHARE_OF_SHIFT * known.rms
-        if is_large and mean_differs_from_zero(known.differences, SIGNIFICANCE):
+        if is_large and mean_differs_from_zero(known.differences, FINDING_SIGNIFICANCE):
             return _shifted(role, known, shift)
     return None
 

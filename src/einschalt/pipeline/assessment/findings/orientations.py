@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from einschalt.foundations.units import METRES_PER_MM
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.image_precision import image_component
 from einschalt.pipeline.assessment.finding import (
-    SIGNIFICANCE,
     Finding,
     Gravity,
     Subject,
@@ -18,6 +17,7 @@ from einschalt.pipeline.assessment.findings.row_keys import (
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 LARGE_SIGMA = 3.0
 # m_0 with corrections over m_0 without: of the wrong sign they double what they mend
@@ -99,7 +99,7 @@ def orientations_with_large_sigma_0(examined):
     # one redundant observation says little: a large one may be chance
     ratio = (sigma_0 / usual).to_numpy()
     p_value = bonferroni(ratio_p_value(ratio, rows["redundancy"]), len(rows))
-    is_large = (ratio > LARGE_SIGMA) & (p_value < SIGNIFICANCE)
+    is_large = (ratio > LARGE_SIGMA) & (p_value < FINDING_SIGNIFICANCE)
     if not is_large.any():
         return None
     worst = rows[is_large].loc[sigma_0[is_large].idxmax()]
@@ -140,9 +140,9 @@ def image_points_worse_than_given(examined):
         "image_points_worse_than_given",
         Subject.FLIGHT,
         names=tuple(part["flight"] for part in worse),
-        statistic="m_g of image points [µm]",
-        observed=worse[0]["estimated_um"],
-        expected=worse[0]["given_um"],
+        statistic="m_g of image points",
+        observed=worse[0]["estimated_um"] * METRES_PER_UM,
+        expected=worse[0]["given_um"] * METRES_PER_UM,
         remedy="give_that_m_g_or_a_larger_one",
         facts={"flights": tuple(worse)},
     )
@@ -226,7 +226,7 @@ def image_points_that_contradict(examined):
         return None
     p_value = rows["p_value"].to_numpy(dtype=float)
     # a suspect of one pair in a thousand is chance: the worst must stand out of all
-    if not any_significant(p_value, SIGNIFICANCE):
+    if not any_significant(p_value, FINDING_SIGNIFICANCE):
         return None
     suspects = rows[rows["is_suspect"]].sort_values("p_value", kind="stable")
     return Finding(

@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
 from einschalt.pipeline.assessment.finding import (
-    SIGNIFICANCE,
     Finding,
     Gravity,
     Subject,
@@ -16,6 +16,7 @@ from einschalt.pipeline.assessment.findings.row_keys import (
     row_keys,
 )
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 # an m_g this many times the given one is no measuring error
 GROSS = 3.0
@@ -28,7 +29,7 @@ def suspect_observations(examined):
     residuals = _not_yet_named(examined)
     p_value = residuals["p_value"].to_numpy(dtype=float)
     # a suspect of one model in a thousand is chance: the worst must stand out of all
-    if not any_significant(p_value, SIGNIFICANCE):
+    if not any_significant(p_value, FINDING_SIGNIFICANCE):
         return None
     suspects = residuals[residuals["is_suspect"]].sort_values("p_value")
     if suspects.empty:
@@ -97,7 +98,7 @@ def coverages_that_differ(examined):
     n_tested = examined.screening.n_tested
     # one good point in a thousand is a suspect: the worst must stand out of all
     is_tested = np.isfinite(p_value).any()
-    if is_tested and not any_significant(p_value, SIGNIFICANCE, n_tested):
+    if is_tested and not any_significant(p_value, FINDING_SIGNIFICANCE, n_tested):
         return None
     miss = np.hypot(suspects["difference_easting"], suspects["difference_northing"])
     order = miss.sort_values(ascending=False, kind="stable").index
@@ -198,9 +199,9 @@ def wrong_measuring_errors(examined):
         "wrong_measuring_errors",
         Subject.FLIGHT,
         names=tuple(wrong),
-        statistic="m_g of a flight [µm]",
-        observed=float(first.estimated),
-        expected=float(first.given),
+        statistic="m_g of a flight",
+        observed=float(first.estimated) * METRES_PER_UM,
+        expected=float(first.given) * METRES_PER_UM,
         remedy="look_for_gross_errors" if is_gross else "give_that_m_g",
         facts={"flights": tuple(c.facts_of(name) for name, c in wrong.items())},
     )
@@ -216,9 +217,9 @@ def settings_that_scatter(examined):
         "settings_that_scatter",
         Subject.FLIGHT,
         names=tuple(flight.flight for flight in larger),
-        statistic="m_g of a setting [µm]",
-        observed=float(larger[0].m_g_settings_um),
-        expected=float(larger[0].m_g_um),
+        statistic="m_g of a setting",
+        observed=float(larger[0].m_g_settings_um) * METRES_PER_UM,
+        expected=float(larger[0].m_g_um) * METRES_PER_UM,
         probability=float(larger[0].p_value),
         remedy="give_at_least_that_m_g",
         facts={"flights": tuple(map(_settings_of, larger))},
@@ -240,7 +241,7 @@ def scattered_points(examined):
         return None  # m_g is too small for all of them
     points = spread_of_points(examined)
     p_value = bonferroni(points["p_value"].to_numpy(dtype=float))
-    found = points[p_value < SIGNIFICANCE].sort_values("p_value")
+    found = points[p_value < FINDING_SIGNIFICANCE].sort_values("p_value")
     if found.empty:
         return None
     widest = float(found["spread_um"].max())
@@ -248,8 +249,8 @@ def scattered_points(examined):
         "scattered_points",
         Subject.MEASUREMENT,
         names=first_names(found["point_id"]),
-        statistic="standard deviation of a setting [µm]",
-        observed=widest,
+        statistic="standard deviation of a setting",
+        observed=widest * METRES_PER_UM,
         probability=float(np.nanmin(p_value)),
         remedy="set_again",
         facts={
