@@ -82,6 +82,17 @@ def test_steps_follow_each_other_as_matrices_do(axes):
     assert all(part.factors == chain.factors for part in same)
 
 
+def test_steps_that_do_not_fit_are_refused_before_they_are_multiplied():
+    one, two = (random_operator(Axes.PLANE, [shape]) for shape in SHAPES[:2])
+    other = random_operator(Axes.SPACE, SHAPES[:1])
+    with pytest.raises(ValueError, match=r"\(12, 10\) and \(8, 12\) numbers"):
+        two @ one
+    with pytest.raises(ValueError, match=r"Axes.PLANE and of Axes.SPACE"):
+        one @ other
+    with pytest.raises(ValueError, match=r"Axes.SPACE and of Axes.PLANE"):
+        other + one
+
+
 @pytest.mark.parametrize("axes", Axes)
 @pytest.mark.parametrize("length", [1, 2, 3])
 def test_sums_are_sums_of_the_products(axes, length):

@@ -172,6 +172,10 @@ class PointOperator:
         return self.axes.count(self.shape[1])
 
     def __matmul__(self, other):
+        """Take another step before: the product is not formed."""
+        self._require_same_axes(other)
+        if self.factors and other.factors and self.shape[1] != other.shape[0]:
+            raise ValueError(f"operators of {self.shape} and {other.shape} numbers")
         return PointOperator((*self.factors, *other.factors), self.axes)
 
     def __neg__(self):
@@ -180,6 +184,7 @@ class PointOperator:
 
     def __add__(self, other):
         """Sum of products, none of which is formed."""
+        self._require_same_axes(other)
         length = max(len(self.factors), len(other.factors))
         pairs = list(zip(self._padded(length), other._padded(length), strict=True))
         if length == 1:
@@ -194,6 +199,10 @@ class PointOperator:
 
     def __sub__(self, other):
         return self + -other
+
+    def _require_same_axes(self, other):
+        if self.axes is not other.axes:
+            raise ValueError(f"operators of {self.axes} and of {other.axes}")
 
     def _padded(self, length):
         through = sparse.eye_array(self.shape[1], format="csr")
