@@ -116,7 +116,6 @@ def code_block(flights, control_points) -> BlockTables:
     )
     points, is_centre = _encode_points(parts)
     is_spatial = any(flight.kind == SPATIAL for flight in flights)
-    axes = Axes.SPACE if is_spatial else Axes.PLANE
     flight = np.repeat(np.arange(len(flights)), np.diff(first))
     kind = np.array([f.kind for f in flights], dtype=object)[flight]
     models = pd.DataFrame(
@@ -126,10 +125,9 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    given = _given_control(control_points, points, axes.names)
+    given = _given_control(control_points, points, is_spatial=is_spatial)
     order = segments(model, int(first[-1])).order
-    measured_axes = list("xyz" if is_spatial else "xy")
-    xyz = np.concatenate([part[measured_axes].to_numpy(float) for part in parts])
+    xyz = _coordinates(parts, is_spatial=is_spatial)
     measured = {
         "model": model[order],
         "point": points.codes[order],
@@ -150,6 +148,12 @@ def code_block(flights, control_points) -> BlockTables:
         encode_pairs(models["flight"], models["coverage"]).codes,
         given.row,
     )
+
+
+def _coordinates(parts, *, is_spatial):
+    """Model coordinates of all flights, shape (n_rows, 2) or (n_rows, 3)."""
+    names = list("xyz" if is_spatial else "xy")
+    return np.concatenate([part[names].to_numpy(float) for part in parts])
 
 
 def _orientation(flights):
@@ -220,8 +224,9 @@ class _Given:
     row: np.ndarray
 
 
-def _given_control(control_points, points, axes):
+def _given_control(control_points, points, *, is_spatial):
     """Control of each coded point."""
+    axes = (Axes.SPACE if is_spatial else Axes.PLANE).names
     n_points, d = len(points), len(axes)
     coordinates = np.full((n_points, d), np.nan)
     covariance = np.zeros((n_points, d, d))
@@ -229,7 +234,7 @@ def _given_control(control_points, points, axes):
     if control_points is None or len(control_points) == 0:
         return _Given(coordinates, covariance, row)
     schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
-    if "height" in axes:
+    if is_spatial:
         schema = schema.requiring("height")
     checked = check_table(control_points, schema)
     raise_problems(checked.problems)
