@@ -5,13 +5,13 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+from hypothesis import settings
+
 # as the workers of a batch: threads of linear algebra that wait for each other on cores
 # that others use as well take ten times as long. Set before numpy is imported
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
-
-import pytest  # noqa: E402
-from hypothesis import settings  # noqa: E402
 
 # the same examples in every run: what fails here fails there. To hunt for new ones:
 # EINSCHALT_HUNT=1 make test

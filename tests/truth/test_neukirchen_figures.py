@@ -10,7 +10,6 @@ import pytest
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 SEEDS = range(20)
 
@@ -26,8 +25,7 @@ def rms_cm(values):
     return 100.0 * np.sqrt(np.mean(np.asarray(values) ** 2))
 
 
-def figures_of(seed, coverage_mean):
-    block = simulate_block("neukirchen", seed=seed)
+def figures_of(block, coverage_mean):
     result = densify(block, Settings(coverage_mean=coverage_mean))
     single = result.single_values
     if coverage_mean == "most_central":
@@ -50,8 +48,9 @@ def most_central(values):
 
 
 @pytest.fixture(scope="module")
-def most_central_figures():
-    return pd.DataFrame([figures_of(seed, "most_central") for seed in SEEDS])
+def most_central_figures(neukirchen):
+    rows = [figures_of(neukirchen(seed), "most_central") for seed in SEEDS]
+    return pd.DataFrame(rows)
 
 
 @pytest.mark.parametrize(
@@ -77,6 +76,6 @@ def test_paper_and_internal_figures_are_too_small(most_central_figures):
     assert mean["mean_internal"] < mean["mean_paper"] < mean["mean"]
 
 
-def test_all_models_of_both_flights():
-    means = [figures_of(seed, "all")["mean"] for seed in SEEDS]
+def test_all_models_of_both_flights(neukirchen):
+    means = [figures_of(neukirchen(seed), "all")["mean"] for seed in SEEDS]
     assert np.mean(means) == pytest.approx(4.8, abs=0.4)

@@ -38,11 +38,11 @@ def with_low_m_g(block, m_g_um):
 
 
 @pytest.fixture(scope="module")
-def clean():
+def clean(neukirchen):
     """Twenty blocks without gross errors, screened by data snooping."""
     runs = []
     for seed in SEEDS:
-        block = simulate_block("neukirchen", seed=seed)
+        block = neukirchen(seed)
         result = densify(block, Settings(outliers="snoop"))
         runs.append(
             SimpleNamespace(result=result, error=errors_of(result, block.truth))
@@ -114,9 +114,9 @@ def test_sizes_of_errors_come_out_as_they_were_simulated(clean, source):
     assert abs(z.mean()) < 3.3 / np.sqrt(len(z))
 
 
-def test_a_given_m_g_that_is_wrong_by_half_is_always_called_out():
+def test_a_given_m_g_that_is_wrong_by_half_is_always_called_out(neukirchen):
     for seed in range(5):
-        block = simulate_block("neukirchen", seed=seed)
+        block = neukirchen(seed)
         for m_g_um in (7.5, 5.0 / 1.5):
             result = densify(with_low_m_g(block, m_g_um))
             assert wrong_measuring_errors(result).names == ("low_flight",)

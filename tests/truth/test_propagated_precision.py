@@ -12,7 +12,6 @@ from scipy.stats import chi2
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 SEEDS = range(20)
 MODES = [
@@ -30,13 +29,13 @@ def errors_of(result, truth):
 
 
 @pytest.fixture(scope="module", params=MODES, ids=" ".join)
-def runs(request):
+def runs(request, neukirchen):
     """Errors and claims of 20 blocks, shape (20, n_points, ...)."""
     coverage_mean, weighting = request.param
     settings = Settings(coverage_mean=coverage_mean, weighting=weighting)
     errors, covariances, paper = [], [], []
     for seed in SEEDS:
-        block = simulate_block("neukirchen", seed=seed)
+        block = neukirchen(seed)
         result = densify(block, settings)
         errors.append(errors_of(result, block.truth))
         covariances.append(result.errors.covariance)

@@ -1,5 +1,6 @@
 """The command line in this process, and as a process of its own."""
 
+import os
 import subprocess
 import sys
 
@@ -36,6 +37,28 @@ def spawn():
         )
 
     return call
+
+
+@pytest.fixture(scope="session")
+def processor_seconds():
+    """Least processor time of ``python ...``, each way in turn three times [s].
+
+    Beside each other: computers are fast and slow, and what else they do is no fault
+    of a command.
+    """
+
+    def once(arguments):
+        before = os.times()
+        subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+        after = os.times()
+        user = after.children_user - before.children_user
+        return user + after.children_system - before.children_system
+
+    def least(*ways):
+        rounds = [[once(way) for way in ways] for _ in range(3)]
+        return [min(seconds) for seconds in zip(*rounds, strict=True)]
+
+    return least
 
 
 @pytest.fixture(scope="session")
