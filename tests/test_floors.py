@@ -127,6 +127,19 @@ def test_rooms_of_the_pipeline_can_be_overseen():
     assert max(files.values()) <= MOST_FILES_IN_A_ROOM, files.most_common(1)
 
 
+def test_the_summary_computes_nothing():
+    allowed = ("einschalt.foundations", "einschalt.pipeline.assessment")
+    own = "einschalt.pipeline.summary"
+    plain = {"math", "functools", "dataclasses", "typing", "collections"}
+    for path in (SOURCE / "pipeline" / "summary").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        for module in imported_modules(path):
+            is_ours = module.startswith((*allowed, own))
+            is_plain = module.split(".")[0] in plain
+            assert is_ours or is_plain, f"{stem(path)} imports {module}"
+        assert "simultaneous is" not in text, stem(path)
+
+
 def test_the_sparse_factorization_knows_nothing_of_photogrammetry():
     room = SOURCE / "foundations" / "sparse_cholesky"
     for path in room.glob("*.py"):
