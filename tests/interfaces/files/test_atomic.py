@@ -203,7 +203,7 @@ for line in sys.stdin:  # one child for each folder: only the first has to impor
 @pytest.fixture(scope="module")
 def large_result(good_result):
     """A result whose files take long enough to be cut in the middle."""
-    residuals = pd.concat([good_result.residuals] * 200, ignore_index=True)
+    residuals = pd.concat([good_result.residuals] * 50, ignore_index=True)
     return replace(good_result, residuals=residuals)
 
 
