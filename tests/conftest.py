@@ -31,11 +31,6 @@ def timed(result):
     return replace(result, stopwatch=Stopped(0.5))
 
 
-def changed(result, **tables):
-    """The result of a solution with other tables."""
-    return replace(result, solution=replace(result.solution, **tables))
-
-
 GOLDEN = Path(__file__).parent / "golden"
 
 

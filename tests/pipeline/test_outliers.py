@@ -87,7 +87,7 @@ def test_suspects_do_not_enter_the_mean(block):
 def test_propagation_knows_of_the_points_that_were_taken_out(block):
     screened = densify(block, Settings(outliers="snoop"))
     assert screened.figures.mean_total > densify(block).figures.mean_total
-    assert len(screened.low.observed.weights) < len(screened.low.residuals)
+    assert len(screened.solution.low.observed.weights) < len(screened.low.residuals)
 
 
 def test_clean_blocks_lose_nothing(clean):

@@ -37,8 +37,8 @@ def test_bias_is_that_of_baarda(block, result):
     found = result.reliability
     for flight, rows in found.groupby("flight"):
         if result.simultaneous is None:
-            fits = {"high_flight": result.high.transformation}
-            sigma = fits.get(flight, result.low).m_0 / np.sqrt(2.0)
+            fits = {"high_flight": result.solution.high.transformation}
+            sigma = fits.get(flight, result.solution.low).m_0 / np.sqrt(2.0)
         else:
             given = block.flights[flight]
             sigma = given.m_g_um * 1e-6 * given.scale_number / np.sqrt(2.0)

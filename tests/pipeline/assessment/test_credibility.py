@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.changed_results import changed
 
 from einschalt.pipeline.assessment.credibility import (
     PAPER,
     TOTAL,
     Reason,
-    claim_column,
-    credible_figure,
+    claimed_column,
     has_credible_propagation,
     high_flight_misfit,
 )
@@ -20,20 +20,20 @@ from einschalt.pipeline.settings import Settings
 
 
 def with_figures(result, **figures):
-    return replace(result, figures=replace(result.figures, **figures))
+    return changed(result, figures=replace(result.figures, **figures))
 
 
 def with_rejected_claim(result, ratio=2.0):
     """The result with coverages that differ by more than its claim predicts."""
     test = ClaimTest("coverage differences", 50, 0.05 * ratio, 0.05, 1e-9)
-    changed = replace(result)
+    doubted = replace(result)
     # as if it had been asked for before
-    vars(changed)["claim"] = Claim((test,), None, is_assumed=False)
-    return changed
+    vars(doubted.examination)["claim"] = Claim((test,), None, is_assumed=False)
+    return doubted
 
 
 def test_the_propagated_figure_is_believed_where_nothing_contradicts_it(good_result):
-    figure = credible_figure(good_result)
+    figure = good_result.examination.credible
     assert figure.reason is Reason.PROPAGATED
     assert figure.value == good_result.figures.mean_total
     assert (figure.column, figure.factor) == (TOTAL, 1.0)
@@ -42,9 +42,9 @@ def test_the_propagated_figure_is_believed_where_nothing_contradicts_it(good_res
 
 def test_measurements_that_contradict_it_leave_a_lower_bound(faulty_result):
     """Propagation knows no measurement: a blunder of 200 m does not enlarge it."""
-    assert not has_credible_propagation(faulty_result)
-    assert claim_column(faulty_result) == PAPER
-    figure, figures = credible_figure(faulty_result), faulty_result.figures
+    assert not has_credible_propagation(faulty_result.examination)
+    assert claimed_column(faulty_result.figures) == PAPER
+    figure, figures = faulty_result.examination.credible, faulty_result.figures
     assert figure.reason is Reason.CONTRADICTED
     assert figure.is_lower_bound
     enlarged = figures.mean_total * faulty_result.claim.enlargement
@@ -52,30 +52,30 @@ def test_measurements_that_contradict_it_leave_a_lower_bound(faulty_result):
 
 
 def test_a_high_flight_that_does_not_fit_takes_the_belief_away(good_result):
-    assert has_credible_propagation(good_result)
-    assert claim_column(good_result) == TOTAL
-    changed = with_figures(good_result, m_0_high=0.5)
-    assert not has_credible_propagation(changed)
-    assert high_flight_misfit(changed).is_large
-    assert not high_flight_misfit(good_result).is_large
+    assert has_credible_propagation(good_result.examination)
+    assert claimed_column(good_result.figures) == TOTAL
+    doubted = with_figures(good_result, m_0_high=0.5)
+    assert not has_credible_propagation(doubted.examination)
+    assert high_flight_misfit(doubted.examination).is_large
+    assert not high_flight_misfit(good_result.examination).is_large
 
 
 def test_what_a_rejected_claim_is_exceeded_by_is_the_least_that_is_missing(good_result):
-    changed = with_rejected_claim(good_result, ratio=2.0)
-    figure = credible_figure(changed)
+    doubted = with_rejected_claim(good_result, ratio=2.0)
+    figure = doubted.examination.credible
     assert figure.reason is Reason.CONTRADICTED
     assert figure.value == pytest.approx(2.0 * good_result.figures.mean_total)
     assert figure.factor == pytest.approx(2.0)
 
 
 def test_without_propagation_the_budget_is_all_there_is(good_result):
-    changed = with_figures(good_result, mean_total=np.nan)
-    figure = credible_figure(changed)
+    doubted = with_figures(good_result, mean_total=np.nan)
+    figure = doubted.examination.credible
     assert figure.reason is Reason.BUDGET
     assert figure.value == good_result.figures.mean_paper
     assert figure.column == PAPER
     assert not figure.is_lower_bound
-    figure = credible_figure(with_rejected_claim(changed, ratio=3.0))
+    figure = with_rejected_claim(doubted, ratio=3.0).examination.credible
     assert figure.reason is Reason.BUDGET_CONTRADICTED
     assert figure.is_lower_bound
     assert figure.value == pytest.approx(3.0 * good_result.figures.mean_paper)
@@ -83,7 +83,7 @@ def test_without_propagation_the_budget_is_all_there_is(good_result):
 
 def test_nothing_is_believed_where_nothing_is_known(good_result):
     unknown = with_figures(good_result, mean_total=np.nan, mean_paper=np.nan)
-    figure = credible_figure(unknown)
+    figure = unknown.examination.credible
     assert figure.reason is Reason.UNKNOWN
     assert np.isnan(figure.value)
     assert not figure.is_lower_bound
@@ -91,16 +91,16 @@ def test_nothing_is_believed_where_nothing_is_known(good_result):
 
 def test_one_adjustment_has_its_own_figure(demo_block):
     result = densify(demo_block, Settings(method="simultaneous"))
-    figure = credible_figure(result)
+    figure = result.examination.credible
     assert figure.reason is Reason.ADJUSTED
     assert figure.value == result.figures.mean_total
     assert figure.column == TOTAL
     assert figure.factor == max(1.0, result.simultaneous.s_0)
-    unknown = credible_figure(with_figures(result, mean_total=np.nan))
+    unknown = with_figures(result, mean_total=np.nan).examination.credible
     assert unknown.reason is Reason.UNKNOWN
 
 
 def test_a_block_without_control_errors_has_no_misfit(demo_block):
     control = demo_block.control_points.drop(columns="standard_error_m")
     result = densify(replace(demo_block, control_points=control))
-    assert high_flight_misfit(result) is None
+    assert high_flight_misfit(result.examination) is None

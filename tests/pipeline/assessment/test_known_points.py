@@ -1,10 +1,9 @@
 """Known points against the claim."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.stats import chi2
+from tests.changed_results import changed
 
 from einschalt.pipeline.assessment.known_points import (
     KnownPoints,
@@ -49,8 +48,10 @@ def test_no_points_say_nothing():
 
 
 def test_differences_are_those_of_the_figures(good_result):
-    assert check_points(good_result).rms == pytest.approx(good_result.figures.check_rms)
-    control = control_points(good_result)
+    assert check_points(good_result.examination).rms == pytest.approx(
+        good_result.figures.check_rms
+    )
+    control = control_points(good_result.examination)
     assert control.rms == pytest.approx(good_result.figures.control_rms)
     # both coordinates have errors
     rows = good_result.points[good_result.points["role"] == "control"]
@@ -63,5 +64,5 @@ def test_check_points_that_exceed_are_beyond(good_result):
         difference_easting=4.0 * good_result.points["difference_easting"],
         difference_northing=4.0 * good_result.points["difference_northing"],
     )
-    assert not check_points_exceed(good_result)
-    assert check_points_exceed(replace(good_result, points=points))
+    assert not check_points_exceed(good_result.examination)
+    assert check_points_exceed(changed(good_result, points=points).examination)

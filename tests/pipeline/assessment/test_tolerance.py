@@ -11,12 +11,11 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import TOLERANCES, Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.sections import tolerance as tolerance_section
-from einschalt.pipeline.summary.summary import summarize
+from einschalt.pipeline.summary.summary import sections, summarize
 
 
 def said(result):
-    return tolerance_section.section(result).text().replace("\n    ", " ")
+    return sections(result.assessment)["tolerance"].text().replace("\n    ", " ")
 
 
 @pytest.fixture(scope="module")

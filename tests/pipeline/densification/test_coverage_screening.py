@@ -49,11 +49,11 @@ def test_probabilities_of_clean_points_are_those_that_are_said(clean):
 
 
 def test_clean_points_are_suspects_as_often_as_the_significance_says(clean):
-    n_points = sum(run.screening.n_tested for run in clean)
+    n_points = sum(run.solution.screening.n_tested for run in clean)
     n_suspects = sum(run.points["is_suspect"].sum() for run in clean)
     low, high = stats.binom.ppf([0.0005, 0.9995], n_points, 0.001)
     assert low <= n_suspects <= high
-    assert sum(coverages_that_differ(run) is not None for run in clean) == 0
+    assert sum(coverages_that_differ(run.examination) is not None for run in clean) == 0
 
 
 def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
@@ -69,7 +69,7 @@ def test_a_suspect_keeps_the_values_of_its_coverages_and_is_said():
     point = result.points.set_index("point_id").loc[name]
     np.testing.assert_allclose(point[["easting", "northing"]].astype(float), mean)
     assert np.hypot(*kept[["difference_easting", "difference_northing"]].iloc[0]) > 0.2
-    found = coverages_that_differ(result)
+    found = coverages_that_differ(result.examination)
     assert found.names[0] == name
     assert 0.2 < found.observed == found.facts["largest"]
     said = str(suggestion_of(found))
@@ -83,11 +83,11 @@ def test_practice_of_1968_finds_it_too_and_off_marks_nothing():
     block, name = with_gross_error(simulate_block("demo", seed=1), 2)
     practice = densify(block, Settings(screening="practice_1968"))
     assert practice.points.set_index("point_id")["is_suspect"][name]
-    assert name in coverages_that_differ(practice).names
+    assert name in coverages_that_differ(practice.examination).names
     off = densify(block, Settings(screening="off"))
     assert not off.points["is_suspect"].any()
     assert len(off.coverages) == len(practice.coverages)
-    assert coverages_that_differ(off) is None
+    assert coverages_that_differ(off.examination) is None
 
 
 def test_without_propagation_the_differences_set_the_limits():
@@ -100,7 +100,7 @@ def test_without_propagation_the_differences_set_the_limits():
         low_flight=block.low_flight,
     )
     result = densify(block)
-    assert not result.screening.is_propagated
+    assert not result.solution.screening.is_propagated
     marked = result.points.set_index("point_id")["is_suspect"]
     assert marked[name]
     assert marked.sum() <= 3

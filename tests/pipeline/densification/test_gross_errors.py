@@ -146,7 +146,7 @@ def test_they_take_no_part(spoilt, outliers):
     }
     for name, observed in fitted.items():
         assert not out & rows(observed.rows.assign(flight=name))
-    high, low = result.high.means.used, result.means.used
+    high, low = result.solution.high.means.used, result.solution.means.used
     assert not out & rows(high.assign(flight="high_flight"))
     assert not out & rows(low.assign(flight="low_flight"))
     # no point is lost, though some have no approximate coordinates

@@ -16,7 +16,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.sections import iterations as iterations_section
+from einschalt.pipeline.summary.summary import sections
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages
 
@@ -62,7 +62,7 @@ def test_it_ends_where_nothing_moves_by_a_millimetre(demo_block):
     moves = result.iterations["largest_move"]
     assert 5 < len(moves) < 60
     assert moves.iloc[-1] < 0.001 <= moves.iloc[-2]
-    text = iterations_section.section(result).text()
+    text = sections(result.assessment)["iterations"].text()
     assert "Ended, since no point moved by 1.0 mm." in text.replace("\n    ", " ")
     assert "all of them stand in iterations.csv" in text.replace("\n    ", " ")
     assert len(text.splitlines()) < 16
@@ -122,13 +122,13 @@ def test_tables_and_tests_are_those_of_the_last_pass(demo_block):
 
 def test_the_summary_tells_of_control_that_is_held(demo_block):
     result = densify(demo_block, Settings(iterations=3))
-    text = " ".join(iterations_section.section(result).text().split())
+    text = " ".join(sections(result.assessment)["iterations"].text().split())
     n_held = int((result.points["role"] == "control").sum())
     assert f"{n_held} control points held at given coordinates" in text
     assert "Not at its end after 3 passes" in text
     once = densify(demo_block).figures.mean_total
     assert f"Propagated: {100 * once:.1f} cm after one pass" in text
-    assert drift(result) is None
+    assert drift(result.examination) is None
 
 
 def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
@@ -141,10 +141,10 @@ def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
     central = {"coverage_mean": "most_central"}
     result = densify(block, Settings(iterations=40, **central))
-    found = drift(result)
+    found = drift(result.examination)
     assert found.code == "drift_without_control"
     assert found.remedy == "one_pass_or_measure_control"
-    text = " ".join(iterations_section.section(result).text().split())
+    text = " ".join(sections(result.assessment)["iterations"].text().split())
     assert "0 control points held" in text
     # theory: best after some passes, then worse and worse
     best = densify(block, Settings(iterations=6, **central)).figures.mean_total
@@ -159,7 +159,7 @@ def test_iterations_that_make_points_worse_are_told(demo_block):
     low = replace(demo_block.low_flight, model_points=points)
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
     settings = Settings(iterations=60, coverage_mean="most_central")
-    found = drift(densify(block, settings))
+    found = drift(densify(block, settings).examination)
     assert found.code == "iterations_that_spoil"
     assert found.observed > found.expected > 0.0
     assert 0 < found.facts["n_models_held"] < found.facts["n_models"]
@@ -186,14 +186,14 @@ def test_given_approximations_without_control_drift(demo_block):
     truth = demo_block.truth[["point_id", *PLAN]]
     block = Block(low_flight=low, approximate_points=truth)
     result = densify(block, Settings(iterations=2))
-    assert drift(result).code == "drift_without_control"
+    assert drift(result.examination).code == "drift_without_control"
 
 
 def test_thin_control_without_a_figure_is_told(demo_block):
     block = onto_given_approximations(demo_block, own_error=0.1, seed=3)
     control = block.control_points.iloc[:1]
     result = densify(replace(block, control_points=control), Settings(iterations=3))
-    assert drift(result).code == "drift_that_nothing_tells"
+    assert drift(result.examination).code == "drift_that_nothing_tells"
 
 
 def test_what_cannot_be_iterated_is_refused(demo_block):

@@ -139,8 +139,8 @@ def test_heights_that_nothing_checks(result):
     points = points[~is_control | is_few].reset_index(drop=True)
     changed = replace(flight, model_points=points)
     found = densify(replace(block, high_flight=changed, may_be_unmeasured=True))
-    usable = found.high.transformation.models["is_usable"].to_numpy()
-    fit = found.high.transformation.fit
+    usable = found.solution.high.transformation.models["is_usable"].to_numpy()
+    fit = found.solution.high.transformation.fit
     assert (fit.n_points[usable] == 3).all()
     assert found.errors is None
     assert "standard_error_total" not in found.points

@@ -61,7 +61,7 @@ def test_a_good_block_stands(block):
     assert claim.is_supported
     assert not claim.is_assumed
     assert claim.enlargement == 1.0
-    assert claim_that_does_not_stand(result) is None
+    assert claim_that_does_not_stand(result.examination) is None
     for name in (COVERAGES, HIGH, RESIDUALS):
         test = claim.of(name)
         assert test.observed == pytest.approx(test.predicted, rel=0.06)
@@ -75,7 +75,7 @@ def test_errors_that_photographs_share_are_called_out(shared):
     assert (
         claim.of("control points").observed > 1.2 * claim.of("control points").predicted
     )
-    found = claim_that_does_not_stand(shared)
+    found = claim_that_does_not_stand(shared.examination)
     parts = {part["kind"]: part for part in found.facts["rejected"]}
     assert -0.1 < parts["correlation"]["observed"] < -0.0
     assert parts["residuals"]["observed"] < parts["residuals"]["predicted"]
@@ -100,7 +100,7 @@ def test_a_measuring_error_that_was_given_too_small_does_not_stand(block):
     names = [test.name for test in result.claim.rejected]
     assert COVERAGES in names
     assert 1.1 < result.claim.enlargement < 1.5
-    found = claim_that_does_not_stand(result)
+    found = claim_that_does_not_stand(result.examination)
     parts = {part["quantity"]: part for part in found.facts["rejected"]}
     assert parts[COVERAGES]["kind"] == "rms"
     assert parts[COVERAGES]["observed"] > parts[COVERAGES]["predicted"]

@@ -39,12 +39,12 @@ def test_image_points_have_the_m_g_that_was_simulated(images):
         shown = image_component(rows_of(result, flight), images.flights[flight])
         assert abs(shown.estimated - simulated) < 3.0 * shown.standard_error
         assert shown.standard_error < 0.15 * simulated
-    assert image_points_worse_than_given(result) is None
+    assert image_points_worse_than_given(result.examination) is None
 
 
 def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
     result = computed(images, low_m_g_um=3.3)
-    found = image_points_worse_than_given(result)
+    found = image_points_worse_than_given(result.examination)
     assert found.names == ("low_flight",)
     assert found.facts["flights"][0]["given_um"] == 3.3
     assert found.expected == pytest.approx(3.3e-6)
@@ -55,7 +55,8 @@ def test_an_m_g_of_image_points_that_is_too_small_is_called_out(images):
 
 
 def test_a_larger_m_g_is_not_contradicted_by_y_parallaxes(images):
-    assert image_points_worse_than_given(computed(images, low_m_g_um=9.0)) is None
+    result = computed(images, low_m_g_um=9.0)
+    assert image_points_worse_than_given(result.examination) is None
 
 
 def test_models_without_redundancy_say_nothing(images):

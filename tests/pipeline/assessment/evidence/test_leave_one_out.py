@@ -10,7 +10,7 @@ from einschalt.pipeline.assessment.findings.suspects import control_that_contrad
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.pipeline.summary.sections import known_points
+from einschalt.pipeline.summary.summary import sections
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
@@ -66,12 +66,14 @@ def test_weights_stay_those_of_the_whole_block(demo_block, kind, mean):
     settings = Settings(coverage_mean=mean, weighting="weighted")
     result = densify(block, settings)
     high_points, low_points = (
-        result.model_points[name] for name in ("high_flight", "low_flight")
+        result.solution.model_points[name] for name in ("high_flight", "low_flight")
     )
     control = block.control_points[block.control_points["role"] != "check"]
     checks = set(block.control_points["point_id"]) - set(control["point_id"])
     errors = {  # those of the whole block
-        "high": result.high.transformation.values(high_points, least_redundancy=30),
+        "high": result.solution.high.transformation.values(
+            high_points, least_redundancy=30
+        ),
         "low": result.single_values,
     }
 
@@ -162,11 +164,11 @@ def test_a_wrong_control_point_is_named(demo_block):
     result = densify(replace(demo_block, control_points=control))
     table = result.control_left_out
     assert table.loc[table["p_value"].idxmin(), "point_id"] == name
-    found = control_that_contradicts(result)
+    found = control_that_contradicts(result.examination)
     assert found.names[0] == name
     assert found.probability < 0.001
     assert found.remedy == "check_worst_control"
-    assert control_that_contradicts(densify(demo_block)) is None
+    assert control_that_contradicts(densify(demo_block).examination) is None
 
 
 def test_control_that_is_worse_than_given_is_called_out():
@@ -184,7 +186,7 @@ def test_control_that_is_worse_than_given_is_called_out():
 
 
 def test_summary_says_how_left_out_points_fit(good_result):
-    section = known_points.section(good_result)
+    section = sections(good_result.assessment)["known_points"]
     assert section.rows[1][0] == "control points, each left out"
     square = good_result.left_out_control.normalized_square
     assert f"Squares are {square:.2f} of what" in section.remarks[0]

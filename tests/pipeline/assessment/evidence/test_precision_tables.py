@@ -9,7 +9,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.sections import error_sources, neighbours
+from einschalt.pipeline.summary.sections.error_sources import source_name
+from einschalt.pipeline.summary.summary import sections
 from einschalt.theory.adjustment.point_operator import Axes
 
 SETTINGS = [
@@ -140,8 +141,9 @@ def test_nothing_is_said_where_errors_are_not_propagated(given_approximations_re
     for table in (result.error_sources, result.block_error_sources, result.ellipses):
         assert table.empty
     assert result.neighbours.empty
-    assert not error_sources.section(result).rows
-    assert not neighbours.section(result).rows
+    told = sections(result.assessment)
+    assert not told["error_sources"].rows
+    assert not told["neighbours"].rows
     with pytest.raises(
         SettingsError, match="given approximate coordinates share errors"
     ):
@@ -167,10 +169,11 @@ def test_a_level_that_is_no_probability(good_result, level):
 
 
 def test_summary_says_sources_and_neighbours(good_result):
-    text = error_sources.section(good_result).text()
+    told = sections(good_result.assessment)
+    text = told["error_sources"].text()
     first = good_result.block_error_sources.iloc[0]
-    assert error_sources.source_name(first["source"]) in text.splitlines()[2]
+    assert source_name(first["source"]) in text.splitlines()[2]
     assert "the new points would have" in text
-    row = neighbours.section(good_result).rows[0]
+    row = told["neighbours"].rows[0]
     assert row[1] == str(len(good_result.neighbours))
     assert row[3] != row[4]

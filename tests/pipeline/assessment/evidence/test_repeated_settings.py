@@ -19,7 +19,7 @@ from einschalt.pipeline.assessment.findings.suspects import (
     scattered_points,
     settings_that_scatter,
 )
-from einschalt.pipeline.summary.sections import repeated_settings
+from einschalt.pipeline.summary.summary import sections
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +30,8 @@ def result():
 @pytest.mark.parametrize(
     ("kind", "scale", "method"),
     [
-        ("affine", 1.0, "pipeline"),
-        ("helmert", 2.5, "pipeline"),
+        ("affine", 1.0, "two_step"),
+        ("helmert", 2.5, "two_step"),
         ("affine", 2.5, "simultaneous"),
     ],
 )
@@ -64,29 +64,29 @@ def test_summary_and_report_say_both_figures(result):
     text = result.summary()
     assert "Repeated settings (m_g of one setting, total)" in text
     assert "no contradiction" in text
-    assert "5.0 µm" in repeated_settings.section(result).text()
+    assert "5.0 µm" in sections(result.assessment)["repeated_settings"].text()
     assert "Repeated settings" in render(result)
-    assert settings_that_scatter(result) is None
-    assert scattered_points(result) is None
+    assert settings_that_scatter(result.examination) is None
+    assert scattered_points(result.examination) is None
 
 
 def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
     larger = es.densify(set_again(m_g_um=M_G_UM / 1.5))
     assert larger.repeated_settings["is_larger"].all()
-    found = settings_that_scatter(larger)
+    found = settings_that_scatter(larger.examination)
     assert found.names == ("low_flight",)
     assert found.expected == pytest.approx(M_G_UM / 1.5 * 1e-6)
     assert found.observed == pytest.approx(M_G_UM * 1e-6, abs=0.15e-6)
     assert found.probability < 0.001
     assert found.remedy == "give_at_least_that_m_g"
     # all are too wide: single ones are not named
-    assert scattered_points(larger) is None
-    assert "larger" in repeated_settings.section(larger).text()
+    assert scattered_points(larger.examination) is None
+    assert "larger" in sections(larger.assessment)["repeated_settings"].text()
     smaller = es.densify(set_again(m_g_um=M_G_UM * 1.5))
     assert smaller.repeated_settings["p_value"].iloc[0] > 0.99
-    assert settings_that_scatter(smaller) is None
+    assert settings_that_scatter(smaller.examination) is None
     # √(7.5² − 5² (1 − 1/3)) instead of 7.5 / √3
-    said = " ".join(repeated_settings.section(smaller).text().split())
+    said = " ".join(sections(smaller.assessment)["repeated_settings"].text().split())
     assert smaller.repeated_settings["is_smaller"].all()
     assert "a mean of 3 settings has 6.3 µm and not 4.3; m_g_um = 11 makes" in said
 
@@ -97,8 +97,8 @@ def test_one_wrong_setting_is_named():
     low = replace(set_again().low_flight, model_points=rows)
     block = with_low_flight(set_again(), low)
     result = es.densify(block)
-    assert settings_that_scatter(result) is None
-    found = scattered_points(result)
+    assert settings_that_scatter(result.examination) is None
+    found = scattered_points(result.examination)
     assert found.facts["n_points"] == 1
     assert found.facts["observations"] == (("low_flight", *rows.loc[4, KEY]),)
     assert found.remedy == "set_again"
@@ -117,6 +117,6 @@ def test_means_with_their_spread_say_the_same(result, tmp_path):
 
 def test_blocks_without_repeats_have_no_section(good_result):
     assert good_result.repeated_settings.empty
-    assert not repeated_settings.section(good_result).rows
-    assert settings_that_scatter(good_result) is None
-    assert scattered_points(good_result) is None
+    assert not sections(good_result.assessment)["repeated_settings"].rows
+    assert settings_that_scatter(good_result.examination) is None
+    assert scattered_points(good_result.examination) is None

@@ -21,14 +21,15 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.sections import control_strain, patterns
+from einschalt.pipeline.summary.summary import sections
 
 PLAN = ["easting", "northing"]
 
 
 def network_strain(result):
     """What is found of the network, whichever of the two it is."""
-    return strained_network(result) or contradicting_control(result)
+    examined = result.examination
+    return strained_network(examined) or contradicting_control(examined)
 
 
 def computed(
@@ -65,7 +66,7 @@ def test_affinity_has_the_standard_error_that_is_said(kinds, affinity):
 
 def test_helmert_is_told_to_become_affine():
     result = computed(kinds=("helmert", "helmert"), film_affinity=3e-4)
-    found = film_affinity(result)
+    found = film_affinity(result.examination)
     low = result.patterns.affinities[1]
     of_flight = {part["flight"]: part for part in found.facts["flights"]}
     assert of_flight["low_flight"]["stretch"] == low.stretch
@@ -78,8 +79,8 @@ def test_helmert_is_told_to_become_affine():
 
 def test_affine_takes_it_up_and_says_so():
     result = computed(film_affinity=3e-4)
-    assert film_affinity(result) is None
-    assert "taken up by affine" in patterns.section(result).text()
+    assert film_affinity(result.examination) is None
+    assert "taken up by affine" in sections(result.assessment)["patterns"].text()
     assert network_strain(result) is None
 
 
@@ -110,7 +111,7 @@ def test_strain_of_neukirchen_is_called_out():
     assert error > 1.4 * total
     # the wave has 10 cm / √2 (total, RMS)
     assert 0.04 < strain.size < 0.08
-    assert film_affinity(result) is None
+    assert film_affinity(result.examination) is None
     assert "Control points that are displaced together" in result.summary()
 
 
@@ -129,14 +130,14 @@ def test_displacements_point_where_the_strain_does():
     )
     assert cosine > 0.6
     assert not result.simultaneous.control["is_suspect"].any()
-    rows = control_strain.section(result).rows
+    rows = sections(result.assessment)["control_strain"].rows
     assert [row[0] for row in rows] == found.index[: len(rows)].tolist()
-    assert strained_network_of_adjustment(result).remedy == "check_network"
+    assert strained_network_of_adjustment(result.examination).remedy == "check_network"
 
 
 def test_a_wrong_m_g_does_not_pass_for_a_pattern():
     result = computed("neukirchen", m_g_um=5.0 / 1.5)
-    assert film_affinity(result) is None
+    assert film_affinity(result.examination) is None
     assert network_strain(result) is None
 
 
@@ -147,20 +148,20 @@ def test_control_that_is_worse_than_was_said():
     found = network_strain(result)
     assert found.code == "contradicting_control"
     assert found.remedy == "look_for_wrong_control_or_raise_errors"
-    assert "single points" in patterns.section(result).text()
+    assert "single points" in sections(result.assessment)["patterns"].text()
 
 
 def test_nothing_is_tested_where_errors_are_not_propagated(given_approximations_result):
     assert given_approximations_result.patterns == SystematicPatterns((), None)
-    assert not patterns.section(given_approximations_result).rows
-    assert film_affinity(given_approximations_result) is None
+    assert not sections(given_approximations_result.assessment)["patterns"].rows
+    assert film_affinity(given_approximations_result.examination) is None
     assert network_strain(given_approximations_result) is None
 
 
 def test_clean_blocks_are_quiet(good_result):
-    assert film_affinity(good_result) is None
+    assert film_affinity(good_result.examination) is None
     assert network_strain(good_result) is None
-    text = patterns.section(good_result).text()
+    text = sections(good_result.assessment)["patterns"].text()
     assert text.count("none") == 3
 
 

@@ -12,7 +12,7 @@ from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import simulate_block
-from einschalt.pipeline.summary.sections.flights import measured_errors
+from einschalt.pipeline.summary.sections.flights import measured_error_remarks
 
 SEEDS = range(20)
 TRUE = {"control": 0.03, "high_flight": 7.5, "low_flight": 5.0}
@@ -73,8 +73,8 @@ def test_every_plane_kind_and_mode(kinds):
 
 def test_nothing_is_estimated_where_sizes_are_not_known(given_approximations_result):
     assert given_approximations_result.components is None
-    assert measured_errors(given_approximations_result) == ()
-    assert wrong_measuring_errors(given_approximations_result) is None
+    assert measured_error_remarks(given_approximations_result.assessment.flights) == ()
+    assert wrong_measuring_errors(given_approximations_result.examination) is None
 
 
 def test_one_coverage_of_single_models_is_too_small_to_tell():
@@ -91,7 +91,7 @@ def test_one_coverage_of_single_models_is_too_small_to_tell():
 def test_a_wrong_m_g_is_called_out(good_result):
     wrong = with_flights(good_result.block, low_flight={"m_g_um": 7.5})
     result = densify(wrong)
-    found = wrong_measuring_errors(result)
+    found = wrong_measuring_errors(result.examination)
     assert found.names == ("low_flight",)
     low = result.components.low_flight
     assert found.facts["flights"][0] == {
@@ -101,11 +101,11 @@ def test_a_wrong_m_g_is_called_out(good_result):
         "standard_error_um": low.standard_error,
     }
     assert found.remedy == "give_that_m_g"
-    assert wrong_measuring_errors(good_result) is None
+    assert wrong_measuring_errors(good_result.examination) is None
 
 
 def test_summary_says_both_flights(good_result):
-    high, low = measured_errors(good_result)
+    high, low = measured_error_remarks(good_result.assessment.flights)
     assert high.startswith("m_g of the high flight: given 7.5, the data say 7.")
     assert low.startswith("m_g of the low flight: given 5.0, the data say 5.")
     assert low.endswith(" µm.")

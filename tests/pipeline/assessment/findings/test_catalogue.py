@@ -2,7 +2,6 @@
 
 import ast
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -13,7 +12,6 @@ from einschalt.pipeline.assessment.findings.catalogue import (
     SIMULTANEOUS,
     TWO_STEP,
     findings_of,
-    judges_of,
 )
 
 ROOM = Path(catalogue.__file__).parent
@@ -60,7 +58,7 @@ def test_every_judge_serves_a_way():
         for name in [node.name]
     }
     serving = {judge.__name__ for judge in (*TWO_STEP, *SIMULTANEOUS)}
-    assert judges - {"total_of_one_pass", "judges_of"} == serving
+    assert judges == serving
 
 
 def takes_what_is_examined(function):
@@ -79,15 +77,10 @@ def test_findings_come_in_their_order_whatever_the_order_of_the_judges():
     assert [finding.code for finding in found] == [ORDER[k] for k in (0, 2, 5, 7, 9)]
 
 
-def test_each_way_has_its_judges():
-    assert judges_of(SimpleNamespace(simultaneous=None)) is TWO_STEP
-    assert judges_of(SimpleNamespace(simultaneous=object())) is SIMULTANEOUS
-
-
 @pytest.mark.parametrize("name", RESULTS)
 def test_findings_are_plain_data(name, request):
     result = request.getfixturevalue(f"{name}_result")
-    found = findings_of(result, TWO_STEP)
+    found = findings_of(result.examination, TWO_STEP)
     assert bool(found) == (name != "good")
     for finding in found:
         assert is_plain(dict(finding.facts)), finding

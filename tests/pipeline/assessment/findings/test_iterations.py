@@ -7,17 +7,11 @@ import pandas as pd
 import pytest
 
 from einschalt.pipeline.assessment.finding import Gravity
-from einschalt.pipeline.assessment.findings.iterations import drift, total_of_one_pass
+from einschalt.pipeline.assessment.findings.iterations import drift
 
 
 def iterated(*, n_held=3, n_models_held=8, once=0.05, now=0.04):
     """Ten models after three passes; ``once`` and ``now`` are propagated figures."""
-    errors = None
-    if np.isfinite(once):
-        covariance = np.eye(2)[None] * once**2 / 2.0
-        errors = SimpleNamespace(
-            point_ids=np.array(["a"], dtype=object), covariance=covariance
-        )
     return SimpleNamespace(
         iteration=SimpleNamespace(
             moves=pd.DataFrame({"move_rms": [0.03, 0.01]}),
@@ -26,8 +20,7 @@ def iterated(*, n_held=3, n_models_held=8, once=0.05, now=0.04):
             n_models_held=n_models_held,
         ),
         figures=SimpleNamespace(mean_total=now),
-        errors_of_one_pass=errors,
-        points=pd.DataFrame({"point_id": ["a"], "role": ["new"]}),
+        total_of_one_pass=once,
     )
 
 
@@ -58,8 +51,3 @@ def test_thin_control_is_told_where_no_figure_tells(n_models_held, is_told):
     assert (found is not None) == is_told
     if is_told:
         assert found.code == "drift_that_nothing_tells"
-
-
-def test_the_figure_of_one_pass_is_that_of_new_points():
-    assert total_of_one_pass(iterated()) == pytest.approx(0.05)
-    assert np.isnan(total_of_one_pass(iterated(once=np.nan)))

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.changed_results import changed
 
 from einschalt.foundations.errors import BlockError
 from einschalt.pipeline.assessment.finding import Gravity
@@ -56,7 +57,7 @@ def test_mirrored_images_turn_flat_terrain_over(from_images, axis):
     result = with_image_points(from_images, mirror)
     # every pair can be oriented: nothing but the ground knows left from right
     assert result.failures.empty
-    found = judges.models_upside_down(result)
+    found = judges.models_upside_down(result.examination)
     assert found.facts["n_models"] == len(found.names) == 23
     assert found.facts["models"][:2] == (("low_flight", "1/1"), ("low_flight", "1/2"))
     assert found.remedy == "turn_sign_of_x_or_y"
@@ -65,9 +66,9 @@ def test_mirrored_images_turn_flat_terrain_over(from_images, axis):
 
 def test_upright_models_are_not_named(from_images, from_parallaxes, good_result):
     for result in (densify(from_images), densify(from_parallaxes), good_result):
-        assert judges.models_upside_down(result) is None
-        assert judges.corrections_that_spoil(result) is None
-        assert judges.orientations_with_large_sigma_0(result) is None
+        assert judges.models_upside_down(result.examination) is None
+        assert judges.corrections_that_spoil(result.examination) is None
+        assert judges.orientations_with_large_sigma_0(result.examination) is None
 
 
 def test_bad_image_coordinates_stand_out(from_images):
@@ -77,7 +78,7 @@ def test_bad_image_coordinates_stand_out(from_images):
         points.loc[first, "y"] += rng.normal(scale=0.05, size=first.sum())
 
     result = with_image_points(from_images, spoil)
-    found = judges.orientations_with_large_sigma_0(result)
+    found = judges.orientations_with_large_sigma_0(result.examination)
     assert found.facts["times_usual"] == 3.0
     assert found.observed == found.facts["largest_sigma_0"] > 3.0 * found.expected
     assert found.probability < 0.001
@@ -99,10 +100,12 @@ def test_pairs_that_fit_twice_are_named(from_images):
     assert n_twice > len(alone) // 2
     result = densify(block)
     rows = alone.assign(flight="low_flight")
-    found = judges.ambiguous_orientations(replace(result, orientations=rows))
+    doubted = changed(result, orientations=rows).examination
+    found = judges.ambiguous_orientations(doubted)
     assert found.facts["n_models"] == n_twice
     rows = rows.assign(is_ambiguous=False)
-    assert judges.ambiguous_orientations(replace(result, orientations=rows)) is None
+    sure = changed(result, orientations=rows).examination
+    assert judges.ambiguous_orientations(sure) is None
     assert "is_ambiguous" in result.orientations
 
 
@@ -116,14 +119,14 @@ def test_parallaxes_of_the_wrong_sign_are_said(from_parallaxes, mistake):
         "case": {"orientation_case": "dependent_right"},
     }[mistake]
     result = densify(with_low_flight(from_parallaxes, **changes))
-    found = judges.corrections_that_spoil(result)
+    found = judges.corrections_that_spoil(result.examination)
     assert found.names == (found.facts["flight"],) == ("low_flight",)
-    assert found.facts["m_0_corrected"] == result.low.m_0_plan
+    assert found.facts["m_0_corrected"] == result.solution.low.m_0_plan
     assert found.facts["m_0_corrected"] > 1.2 * found.facts["m_0_uncorrected"] > 0.0
     assert found.remedy == "turn_sign_of_y_parallax"
     both = {"y_parallaxes": turned, "orientation_case": "dependent_right"}
     right = densify(with_low_flight(from_parallaxes, **both))
-    assert judges.corrections_that_spoil(right) is None
+    assert judges.corrections_that_spoil(right.examination) is None
 
 
 def test_images_that_nobody_measured_are_said(from_images):
@@ -140,34 +143,34 @@ def oriented_result():
 
 
 def test_orientations_that_did_not_converge_are_named(oriented_result):
-    assert judges.orientations_without_convergence(oriented_result) is None
+    assert judges.orientations_without_convergence(oriented_result.examination) is None
     rows = oriented_result.orientations.copy()
     rows["is_converged"] = rows.index != rows.index[-1]
-    changed = replace(oriented_result, orientations=rows)
-    found = judges.orientations_without_convergence(changed)
+    doubted = changed(oriented_result, orientations=rows).examination
+    found = judges.orientations_without_convergence(doubted)
     last = ("low_flight", rows["model_id"].iloc[-1])
     assert found.facts == {"n_models": 1, "models": (last,)}
 
 
 def test_models_near_a_dangerous_surface_are_named(oriented_result):
-    assert judges.models_near_a_dangerous_surface(oriented_result) is None
+    assert judges.models_near_a_dangerous_surface(oriented_result.examination) is None
     rows = oriented_result.orientations.copy()
     rows.loc[:2, "verdict"] = ["weak", "critical", "weak"]
     rows.loc[:2, "inflation"] = [2.5, 12.34, 3.0]
     names = rows["model_id"].to_numpy()
-    changed = replace(oriented_result, orientations=rows)
-    found = judges.models_near_a_dangerous_surface(changed)
+    doubted = changed(oriented_result, orientations=rows).examination
+    found = judges.models_near_a_dangerous_surface(doubted)
     # critical ones first
     assert found.names == (names[1], names[0], names[2])
     assert found.facts["critical"]["models"] == (("high_flight", names[1]),)
     assert found.facts["weak"]["n_models"] == 2
     assert found.facts["inflation"] == 12.34
     rows.loc[1, "inflation"] = np.inf
-    found = judges.models_near_a_dangerous_surface(changed)
+    found = judges.models_near_a_dangerous_surface(doubted)
     assert found.facts["inflation"] == np.inf
     # models that did not converge are named as such
     rows["is_converged"] = False
-    assert judges.models_near_a_dangerous_surface(changed) is None
+    assert judges.models_near_a_dangerous_surface(doubted) is None
 
 
 def residuals_of_image_points(p_values):

@@ -88,7 +88,7 @@ def adjusted_with(**is_set_aside):
             "is_set_aside": [False, False, False],
         }
     ).assign(**is_set_aside)
-    return SimpleNamespace(simultaneous=SimpleNamespace(control=control))
+    return SimpleNamespace(adjustment=SimpleNamespace(control=control))
 
 
 def test_kept_control_against_the_block_is_grave():
@@ -113,7 +113,7 @@ def test_control_that_fits_is_not_named():
 
 
 def test_exchanged_names_show_as_points_that_differ(faulty_result):
-    found = judges.points_that_differ(faulty_result)
+    found = judges.points_that_differ(faulty_result.examination)
     models = faulty_result.block.low_flight.model_points
     last = models[models["model_id"] == models["model_id"].iloc[-1]]
     assert set(last["point_id"]) & set(found.names)
@@ -123,4 +123,4 @@ def test_exchanged_names_show_as_points_that_differ(faulty_result):
 
 @pytest.mark.parametrize("judge", judges.TWO_STEP)
 def test_a_good_block_has_none(good_result, judge):
-    assert judge(good_result) is None
+    assert judge(good_result.examination) is None

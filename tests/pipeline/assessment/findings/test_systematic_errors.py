@@ -28,7 +28,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
     return SimpleNamespace(
         patterns=SystematicPatterns(affinities, strain),
         figures=SimpleNamespace(mean_total=mean_total),
-        simultaneous=adjusted,
+        adjustment=adjusted,
     )
 
 
