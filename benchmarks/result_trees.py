@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-TIMES = re.compile(rb'"(created|seconds)": ("[^"]*"|[\d.]+)')
+TIMES = re.compile(rb'"(created|seconds|seal)": ("[^"]*"|[\d.]+)')
 TIME_CELL = re.compile(rb'<td class="n">[^<]*</td></tr>')
 
 

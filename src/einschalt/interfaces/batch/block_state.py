@@ -10,14 +10,10 @@ import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from einschalt.interfaces.batch.block_task import (
-    BlockTask,
-    checksum_or_none,
-    task_of,
-)
-from einschalt.interfaces.files.result_folder import PROVENANCE
+from einschalt.interfaces.batch.block_task import BlockTask, task_of
+from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE
 
-FAILURE = "failure.json"
 NO_RESULT = "no result yet"
 INPUT = {"table", "file", "sha256"}
 SAID = ("stage", "reason", "remedy")

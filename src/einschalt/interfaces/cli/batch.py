@@ -19,7 +19,7 @@ from einschalt.interfaces.cli.densify import (
     Weighting,
 )
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
-from einschalt.interfaces.cli.paths import given_path, output_option
+from einschalt.interfaces.cli.paths import given_path, output_option, overwrite_option
 from einschalt.interfaces.cli.progress import batch_progress
 
 SOME_FAILED = 1
@@ -71,6 +71,7 @@ def batch(
     ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
+    overwrite: Annotated[bool, overwrite_option()] = False,
     method: _setting(Method, "How blocks are computed.") = None,
     coverage_mean: _setting(CoverageMean, "Values that make a point's mean.") = None,
     weighting: _setting(Weighting, "Arithmetic mean, or weights 1 / M².") = None,
@@ -98,7 +99,8 @@ def batch(
     Writes one folder per block, named after it, with the files that densify writes,
     and blocks.csv, blocks.parquet and blocks.html: one row per block. A block whose
     result is there is skipped, unless its tables, its settings or the version of the
-    program have changed. A block that fails does not stop the others.
+    program have changed; where a folder holds anything but its result, it fails. A
+    block that fails does not stop the others.
 
     Exit status: 0 when every block that was asked for has its result, 1 when some
     failed, 2 when the call is wrong or the folder cannot be written, 130 when
@@ -128,7 +130,8 @@ def batch(
     blocks = find_blocks(folder, output)
     if dry_run:
         python_api.chosen_engine(scheduler, workers, memory)  # what is wrong with it
-        _tell_plan(plan_batch(blocks, output, given=given, which=which))
+        options = {"given": given, "which": which, "overwrite": overwrite}
+        _tell_plan(plan_batch(blocks, output, **options))
         return
     with batch_progress(is_quiet=quiet) as progress:
         table = python_api.densify_many(
@@ -139,6 +142,7 @@ def batch(
             workers=workers,
             memory_gb=memory,
             which=which,
+            overwrite=overwrite,
             progress=progress,
         )
     _end(table, perf_counter() - started, output, is_quiet=quiet)
@@ -177,7 +181,10 @@ def _tell_plan(plan):
         if name in plan.reasons:
             tell(f"run   {printable(name)}: {printable(plan.reasons[name])}")
         else:
-            said = plan.rows[name]["reason"] or "done by the interrupted run"
-            tell(f"keep  {printable(name)}: {printable(said)}")
+            row = plan.rows[name]
+            said = row["reason"] or "done by the interrupted run"
+            # its result has no place: a failure that is known before
+            word = "fail" if row.get("stage") == "writing" else "keep"
+            tell(f"{word}  {printable(name)}: {printable(said)}")
     n_run, n_all = len(plan.to_run), len(plan.names)
     tell(f"{n_run} of {n_all} blocks would be computed; nothing was written")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import tell, with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 from einschalt.interfaces.cli.progress import stage_progress
 
 # the values that Settings allows: it is not imported here, so that help comes at once
@@ -92,6 +92,7 @@ def densify(
             help="How much larger the ellipses are drawn in block.gpkg.",
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -99,7 +100,8 @@ def densify(
     """Compute a block's points, and how good they are.
 
     Writes points, models, residuals, orientations (each .csv and .parquet),
-    failures.csv, block.gpkg, report.html, summary.txt and provenance.json. Models that
+    failures.csv, block.gpkg, report.html, summary.txt and provenance.json. Results of
+    the same block are replaced; a folder with anything else is refused. Models that
     fail do not stop the others; they are said, and the exit status is 0.
     """
     # imported when the command runs, so that help does not wait for it
@@ -107,12 +109,13 @@ def densify(
     from einschalt.interfaces.files.ellipse_layer import (  # noqa: PLC0415
         require_scale,
     )
+    from einschalt.interfaces.files.output_folder import held_folder  # noqa: PLC0415
     from einschalt.interfaces.files.result_folder import (  # noqa: PLC0415
-        refuse_block_folder,
+        output_of,
+        write_result,
     )
 
     # before the work, which would be lost
-    refuse_block_folder(output)
     require_scale(ellipse_scale)
     read = python_api.read_block(block)
     chosen = {
@@ -131,10 +134,14 @@ def densify(
     }
     given = {name: value for name, value in chosen.items() if value is not None}
     settings = type(read.settings)(**{**read.settings.model_dump(), **given})
-    with stage_progress(is_quiet=quiet) as progress:
+    with (
+        held_folder(output, output_of(read, overwrite=overwrite)),
+        stage_progress(is_quiet=quiet) as progress,
+    ):
         result = python_api.densify(read, settings, progress=progress)
         progress("writing", 1.0)
-        result.write(output, ellipse_scale=ellipse_scale)
+        options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+        write_result(result, output, **options, beside=True)
     if not quiet:
         tell(result.summary())
         tell(f"Results in {output}, report in {output / 'report.html'}")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import WRONG, complain, tell, with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 ONE_MODEL = "1"
 METRES_PER_MM = 1e-3
@@ -87,6 +87,7 @@ def orient(
     wing: _terrain(
         float, "points 3 to 6 from the base in the image [mm] (default: 100)."
     ) = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Orient image pairs, and say which are near a dangerous surface.
 
@@ -97,12 +98,16 @@ def orient(
 
     Writes parameters, cofactors, residuals, contradiction (of parallaxes), model_points
     and model_precision (of images), dangerous_surface and failures, each .csv and
-    .parquet, summary.txt, residual_parallaxes.svg, and of the first six-point models
-    Krames' construction. Models that fail do not stop the others.
+    .parquet, summary.txt, provenance.json, residual_parallaxes.svg, and of the first
+    six-point models Krames' construction. Results of the same tables are replaced; a
+    folder with anything else is refused. Models that fail do not stop the others.
     """
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files import orientation_folder  # noqa: PLC0415
+    from einschalt.interfaces.files import orientation_folder as to  # noqa: PLC0415
+    from einschalt.interfaces.files.table_output import results_of_tables  # noqa: PLC0415
 
+    files = (measurements, terrain, camera, _base_table(base))
+    results = results_of_tables("orient", files, to.NAMES, output, overwrite=overwrite)
     plan = {
         "scale_number": scale_number,
         "flying_height": flying_height,
@@ -115,7 +120,7 @@ def orient(
         _refuse("--terrain", TABLE=measurements, case=case, base=base)
         _refuse("--terrain", method=method, estimator=estimator, camera=camera)
         result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
-        orientation_folder.write_forecast(result, output)
+        write, more = to.write_forecast, ()
         is_done = True
     elif principal_distance is not None or camera is not None:
         _refuse("--principal-distance or --camera", method=method, **plan)
@@ -124,19 +129,25 @@ def orient(
         if principal_distance is not None:
             _refuse("--principal-distance", camera=camera)
         result, distance = _from_images(measurements, seen_by, base, _given(options))
-        orientation_folder.write_image_orientation(result, distance, output)
+        write, more = to.write_image_orientation, (distance,)
         is_done = bool(result.converged.any())
     else:
         _refuse("--base", estimator=estimator, outliers=outliers, **plan)
         options = _given({"case": case, "method": method})
         result, parallaxes = _from_parallaxes(measurements, base, options)
-        orientation_folder.write_parallax_orientation(result, parallaxes, output)
+        write, more = to.write_parallax_orientation, (parallaxes,)
         is_done = result.is_usable
+    results.write(write, result, *more)
     tell(result.summary())
     tell(f"\nResults in {output}")
     if not is_done:
         complain("einschalt: no model could be oriented; failures.csv says why")
         raise typer.Exit(WRONG)
+
+
+def _base_table(base):
+    """Table that a base names; it may be a number instead."""
+    return Path(base) if base is not None and Path(base).is_file() else None
 
 
 def _given(options):

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import tell, with_exit_status
+from einschalt.interfaces.cli.paths import overwrite_option
 
 # the values that planning knows: it is not imported here, so that help comes at once
 Kind = Literal["affine", "helmert", "rigid"]
@@ -147,6 +148,7 @@ def plan(
             "with --expect the map of precision."
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Say what precision a flight will give, before it is flown.
 
@@ -162,18 +164,22 @@ def plan(
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli import plan_answers  # noqa: PLC0415
     from einschalt.interfaces.cli.plan_values import asked_of  # noqa: PLC0415
+    from einschalt.interfaces.files.output_folder import require_free  # noqa: PLC0415
 
     asked = asked_of(options, _typed(context))
+    place = _place(options)
+    if output is not None and not output.suffix:
+        require_free(output, place)
     answer = plan_answers.answer(asked)
     if terrain is not None:
         answer = plan_answers.with_terrain(answer, terrain, asked)
     tell(answer.text)
-    if figure is not None:
-        _write_figure(answer, figure)
-        tell(f"\nFigure in {figure}")
     if output is not None:
-        _write(answer, output)
+        _write(answer, output, place)
         tell(f"\nPlan in {output}")
+    if figure is not None:
+        _write_figure(answer, figure, place)
+        tell(f"\nFigure in {figure}")
 
 
 def _typed(context):
@@ -182,24 +188,58 @@ def _typed(context):
     return [name for name in context.params if source(name).name == "COMMANDLINE"]
 
 
-def _write(answer, output):
+def _place(options):
+    """What is written, known by everything that was asked."""
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
+        output_of_question,
+    )
+
+    apart = {"context", "output", "figure", "overwrite"}
+    asked = {name: value for name, value in options.items() if name not in apart}
+    files = [options["terrain"]] if options["terrain"] is not None else []
+    names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
+    return output_of_question("plan", asked, names, files, overwrite=overwrite)
+
+
+def _write(answer, output, place):
     """Write one table, or a folder with everything."""
     # imported when something is written: the text needs no pandas
     from einschalt.interfaces.files import tables_by_suffix  # noqa: PLC0415
+    from einschalt.interfaces.files.output_folder import write_folder  # noqa: PLC0415
     from einschalt.interfaces.files.plan_folder import write_plan  # noqa: PLC0415
+    from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
+    from einschalt.interfaces.provenance import provenance_of_tables  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
     if output.suffix:
         table = next(iter(answer.tables().values()))
-        tables_by_suffix.write_table(table, output)
+        write_file(
+            output,
+            lambda path: tables_by_suffix.write_table(table, path),
+            place.inputs,
+            overwrite=place.overwrite,
+        )
         return
     figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
-    write_plan(output, answer.tables(), figures, answer.text)
+    write_folder(
+        output,
+        place,
+        provenance_of_tables("plan", place.inputs.paths),
+        lambda new: write_plan(new, answer.tables(), figures, answer.text),
+        beside=True,
+    )
 
 
-def _write_figure(answer, file):
+def _write_figure(answer, file, place):
     """Write the first figure in the format that the suffix names."""
     # imported when a figure is written: matplotlib takes its time
+    from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import write_figure  # noqa: PLC0415
 
-    write_figure(lambda: next(iter(answer.figures().values())), file)
+    write_file(
+        file,
+        lambda path: write_figure(lambda: next(iter(answer.figures().values())), path),
+        place.inputs,
+        overwrite=place.overwrite,
+    )

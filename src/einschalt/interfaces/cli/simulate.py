@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import tell, with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 # the values that the simulation knows: it is not imported here, so that help comes at
 # once
@@ -93,7 +93,7 @@ def simulate(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a block that stands there.")
+        bool, overwrite_option("Replace a block, or repetitions, that stand there.")
     ] = False,
 ):
     """Simulate a block whose true coordinates are known.
@@ -105,6 +105,7 @@ def simulate(
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces import python_api  # noqa: PLC0415
+    from einschalt.interfaces.files import block_writing  # noqa: PLC0415
     from einschalt.pipeline.simulation import PRESETS  # noqa: PLC0415
 
     geometry = {
@@ -135,29 +136,44 @@ def simulate(
     noise = replace(PRESETS[preset].noise, **_given(noise))
     if repeat is not None:
         engine = python_api.chosen_engine(scheduler, workers)
-        _repeat((preset, geometry, noise), repeat, seed, engine, output)
+        _repeat((preset, geometry, noise), repeat, seed, engine, output, overwrite)
         return
+    block_writing.require_block_place(output, overwrite=overwrite)
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output, overwrite=overwrite)
     tell(f"{block.name}: {len(block.truth)} points, seed {seed}")
     tell(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
 
 
-def _repeat(simulated, count, seed, engine, output):
+def _repeat(simulated, count, seed, engine, output, overwrite):
     """Simulate and compute so many blocks, and write what is true and claimed."""
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files.atomic import make_folder  # noqa: PLC0415
+    from einschalt.interfaces.files.output_folder import (  # noqa: PLC0415
+        held_folder,
+        write_folder,
+    )
+    from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
+        output_of_question,
+    )
     from einschalt.interfaces.files.tables_by_suffix import (  # noqa: PLC0415
         write_table,
     )
+    from einschalt.interfaces.provenance import provenance_of_tables  # noqa: PLC0415
     from einschalt.pipeline.repetitions import (  # noqa: PLC0415
         Experiment,
         repeat_simulation,
         summarize_repetitions,
     )
 
-    table = repeat_simulation(Experiment(*simulated), count, engine, first_seed=seed)
-    write_table(table, make_folder(output) / "repetitions.csv")
+    asked = {"simulated": simulated, "count": count, "seed": seed}
+    names = ("repetitions.csv", "provenance.json")
+    place = output_of_question("simulate", asked, names, overwrite=overwrite)
+    experiment = Experiment(*simulated)
+    with held_folder(output, place):
+        table = repeat_simulation(experiment, count, engine, first_seed=seed)
+        facts = provenance_of_tables("simulate")
+        write = lambda new: write_table(table, new / names[0])  # noqa: E731
+        write_folder(output, place, facts, write, beside=True)
     tell(summarize_repetitions(table))
     tell(f"Every repetition in {output / 'repetitions.csv'}")
 

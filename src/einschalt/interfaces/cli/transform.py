@@ -7,10 +7,14 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import complain, tell, with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 ONE_MODEL = "1"
 TABLES = ("parameters", "models", "residuals", "failures", "points")
+NAMES = (
+    *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
+    "provenance.json",
+)
 # a tenth of a millimetre, and a hundredth of it for what is small
 DECIMALS = {
     **dict.fromkeys(("easting", "northing", "height"), 4),
@@ -50,20 +54,23 @@ def transform(
             show_default="the points of MODEL_POINTS",
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Fit one transformation per model, and transform points.
 
-    Writes parameters, models, residuals, failures and points, each .csv and .parquet.
+    Writes parameters, models, residuals, failures and points, each .csv and .parquet,
+    and provenance.json. Results of the same tables are replaced; a folder with anything
+    else is refused.
     Residuals are transformed less given. Models that fail do not stop the others.
     """
     # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.files.atomic import said_as_file_error  # noqa: PLC0415
-    from einschalt.interfaces.files.csv_tables import write_csv  # noqa: PLC0415
-    from einschalt.interfaces.files.parquet_tables import write_parquet  # noqa: PLC0415
+    from einschalt.interfaces.files.table_output import results_of_tables  # noqa: PLC0415
     from einschalt.stages.stage3_model_transformation import (  # noqa: PLC0415
         transform_models,
     )
 
+    files = (model_points, ground_points, apply)
+    results = results_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
     tables = {
@@ -73,11 +80,7 @@ def transform(
         "failures": _with_given_keys(fit.failures, source),
         "points": fit.transform(applied),
     }
-    with said_as_file_error(output):
-        output.mkdir(parents=True, exist_ok=True)
-    for name in TABLES:
-        write_csv(tables[name], output / f"{name}.csv", decimals=DECIMALS)
-        write_parquet(tables[name], output / f"{name}.parquet")
+    results.write(_write, tables)
     tell(fit.summary())
     if len(fit.models) == 1 and fit.is_usable:
         tell(f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}")
@@ -85,6 +88,16 @@ def transform(
     if not fit.is_usable:
         complain("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(2)
+
+
+def _write(tables, folder):
+    # imported when the command runs, so that help does not wait for it
+    from einschalt.interfaces.files.csv_tables import write_csv  # noqa: PLC0415
+    from einschalt.interfaces.files.parquet_tables import write_parquet  # noqa: PLC0415
+
+    for name in TABLES:
+        write_csv(tables[name], folder / f"{name}.csv", decimals=DECIMALS)
+        write_parquet(tables[name], folder / f"{name}.parquet")
 
 
 def _read(model_file, ground_file, apply_file, kind):
