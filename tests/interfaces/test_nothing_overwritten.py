@@ -152,6 +152,25 @@ def test_block_file_of_another_name_is_a_block(small_block):
     assert snapshot(small_block.path) == before
 
 
+@pytest.mark.parametrize("way", [".", "new/..", "../nine_points/./", "../link"])
+def test_no_way_leads_into_the_folder_of_a_block(
+    small_block, tmp_path, way, monkeypatch
+):
+    (tmp_path / "link").symlink_to(small_block.path)
+    monkeypatch.chdir(small_block.path)
+    before = snapshot(tmp_path)
+    assert "holds a block" in refused("densify", ".", "-o", way, "--overwrite")
+    assert snapshot(tmp_path) == before
+    assert not (small_block.path / "new").exists()
+
+
+def test_a_folder_by_another_way_is_the_same(small_block, tmp_path, monkeypatch):
+    (tmp_path / "link").symlink_to(small_block.path)
+    assert run("densify", small_block.path, "-o", tmp_path / "out").exit_code == 0
+    monkeypatch.chdir(small_block.path)
+    assert run("densify", "../link", "-o", "../link/../out").exit_code == 0
+
+
 def test_links_in_a_result_folder_are_not_followed(small_block, tmp_path):
     out, target = tmp_path / "out", tmp_path / "target.txt"
     target.write_text(MINE)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -149,6 +149,13 @@ def may_replace(command, owner):
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
+@example([("transform", "tables", True)])
+@example([("orient", "tables", True)])
+@example([("densify one", "blocks/one", True)])
+@example([("write", "out", "points.csv"), ("densify two", "out", False)])
+@example([("hard", "out", "points.csv"), ("transform", "out", True)])
+@example([("symbolic", "out", ".einschalt-lock"), ("batch", "out", True)])
+@example([("densify one", "out/one", False), ("densify two", "out/one", False)])
 @given(steps)
 def test_no_byte_of_a_file_changes_but_of_results_of_the_same_block(
     template, quick, steps

@@ -167,7 +167,10 @@ def require_free(folder, output):
     """
     folder = Path(folder)
     if not os.path.lexists(folder):
-        return
+        # new/.. is there as soon as new is made
+        folder = Path(os.path.realpath(folder))
+        if not os.path.lexists(folder):
+            return
     if not folder.is_dir():
         raise OutputError(
             "cannot be written: it is no folder",

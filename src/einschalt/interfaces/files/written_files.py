@@ -25,6 +25,7 @@ SELF_EVIDENT = (COMING, PROVENANCE, FORMER, FAILURE, MARKS)
 # a batch of the first version listed neither of them
 UNLISTED_AT_FIRST = (FAILURE, "changes.csv", "previous_points.parquet")
 NOT_KNOWN = "not known"  # to the first version, which told blocks by their names
+ORIGIN = {"command", "name", "place", "inputs"}
 SEAL = "seal"
 PROGRAM = "einschalt"
 
@@ -195,7 +196,7 @@ class Evidence:
             if not known or not stat.S_ISREG(path.lstat().st_mode):
                 return None
             found = checksum(path)
-        except OSError:
+        except (OSError, ValueError):  # a name that cannot be one of a file
             return None
         return found if found in known else None
 
@@ -243,16 +244,17 @@ def _own_file(path):
             return None, None
         data = path.read_bytes()
         content = json.loads(data)
+        is_own = isinstance(content, dict) and _is_own(content, path.name)
         # brackets may be nested more deeply than Python can follow
     except (OSError, ValueError, RecursionError):
         return None, None
-    if not isinstance(content, dict):
-        return None, None
-    if SEAL in content:
-        is_own = content[SEAL] == _seal(content)
-    else:
-        is_own = content.get("program") == PROGRAM or path.name == MARKS
     return (data, content) if is_own else (None, None)
+
+
+def _is_own(content, name):
+    if SEAL in content:
+        return content[SEAL] == _seal(content)
+    return content.get("program") == PROGRAM or name == MARKS
 
 
 def _outputs(content):
@@ -269,14 +271,13 @@ def _outputs(content):
 
 def _origin_in(content, name):
     origin = content.get("origin")
-    if isinstance(origin, dict) and set(origin) == {
-        *("command", "name", "place", "inputs")
-    }:
-        return origin
+    if isinstance(origin, dict) and set(origin) == ORIGIN:
+        return {key: value and str(value) for key, value in origin.items()}
     block = content.get("block")
     known = block.get("name") if isinstance(block, dict) else None
+    known = known if isinstance(known, str) else ""
     command = "batch" if name == MARKS else "densify"
-    return {"command": command, "name": known or "", "place": NOT_KNOWN, "inputs": None}
+    return {"command": command, "name": known, "place": NOT_KNOWN, "inputs": None}
 
 
 def _unlisted_at_first(folder):
