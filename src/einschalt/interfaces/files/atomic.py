@@ -197,6 +197,8 @@ def _place():
 def _is_abandoned(leftover):
     match = LEFTOVER.match(leftover.name)
     if os.name == "posix" and match["place"] == _place():
+        if int(match["pid"]) == os.getpid():  # whatever the clock says
+            return False
         return not _is_running(int(match["pid"])) or _is_old(leftover)
     return _is_old(leftover)
 
