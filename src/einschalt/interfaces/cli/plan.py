@@ -164,12 +164,9 @@ def plan(
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli import plan_answers  # noqa: PLC0415
     from einschalt.interfaces.cli.plan_values import asked_of  # noqa: PLC0415
-    from einschalt.interfaces.files.output_folder import require_free  # noqa: PLC0415
 
     asked = asked_of(options, _typed(context))
-    place = _place(options)
-    if output is not None and not output.suffix:
-        require_free(output, place)
+    place = None if output is None and figure is None else _place(options)
     answer = plan_answers.answer(asked)
     if terrain is not None:
         answer = plan_answers.with_terrain(answer, terrain, asked)
@@ -189,8 +186,9 @@ def _typed(context):
 
 
 def _place(options):
-    """What is written, known by everything that was asked."""
-    # imported when the command runs, so that help does not wait for it
+    """What is written, known by all that was asked; a folder is refused at once."""
+    # imported when something is written: the text needs nothing of it
+    from einschalt.interfaces.files.output_folder import require_free  # noqa: PLC0415
     from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
         output_of_question,
     )
@@ -199,7 +197,10 @@ def _place(options):
     asked = {name: value for name, value in options.items() if name not in apart}
     files = [options["terrain"]] if options["terrain"] is not None else []
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
-    return output_of_question("plan", asked, names, files, overwrite=overwrite)
+    place = output_of_question("plan", asked, names, files, overwrite=overwrite)
+    if options["output"] is not None and not options["output"].suffix:
+        require_free(options["output"], place)
+    return place
 
 
 def _write(answer, output, place):
