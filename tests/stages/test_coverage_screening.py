@@ -12,6 +12,7 @@ from einschalt.stages.coverage_screening import (
     screen_coverages,
 )
 from einschalt.stages.stage5_double_coverage import average_coverages
+from einschalt.theory.adjustment.point_operator import Axes
 
 NAMES = ["easting", "northing"]
 
@@ -68,9 +69,9 @@ def test_the_operator_gives_the_differences_and_the_needed_ones_give_all(n_cover
     values = values_of(3, n_coverages=n_coverages)
     differences = coverage_differences(average_coverages(values))
     origin = values[NAMES].to_numpy() - [4.5e5, 5.3e6]
-    found = differences.operator(len(values), 2) @ origin.ravel()
+    operator = differences.operator(len(values), Axes.PLANE)
     given = differences.table[DIFFERENCES].to_numpy()
-    np.testing.assert_allclose(found.reshape(-1, 2), given, atol=1e-8)
+    np.testing.assert_allclose(operator.of_vectors(origin), given, atol=1e-8)
     needed = differences.needed()
     spread = differences.with_others(needed.table[DIFFERENCES].to_numpy())
     np.testing.assert_allclose(np.abs(spread), np.abs(given), atol=2e-9)

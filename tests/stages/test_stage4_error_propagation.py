@@ -1,9 +1,10 @@
 """The error operators against what the block does when its input is moved."""
 
 import dataclasses
-from functools import reduce
+from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import sparse
 
@@ -12,9 +13,14 @@ from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.block.block import Block, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.simulate_block import BlockNoise, simulate_block
+from einschalt.pipeline.simulation.simulate_block import (
+    PRESETS,
+    BlockNoise,
+    simulate_block,
+)
 from einschalt.stages.error_propagation.operators import NUMBERS_AT_ONCE, n_ranges
 from einschalt.stages.stage4_error_propagation import can_propagate
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
 STEP = 1e-3
 TRANSFORMATIONS = [
@@ -73,8 +79,8 @@ def coordinates(block, settings):
 
 def real_operator(errors, source):
     """Dense operator on easting, northing, easting, …"""
-    whole = reduce(np.matmul, [part.toarray() for part in errors.chains[source]])
-    if errors.n_axes == 2:
+    whole = errors.chains[source].matrix.toarray()
+    if errors.axes is Axes.PLANE:
         return whole
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     return np.kron(whole.real, np.eye(2)) + np.kron(whole.imag, turn)
@@ -210,13 +216,14 @@ def test_ranges_of_points_grow_with_the_block_and_not_with_its_square():
         values, high = 4 * n_points, 3 * n_points
         mean = _rows(n_points, values, 4)
         models = _rows(values, n_points, 12)
-        return {"high_flight": (mean, models, _rows(n_points, high, 4))}
+        factors = (mean, models, _rows(n_points, high, 4))
+        return {"high_flight": PointOperator(factors, Axes.COMPLEX)}
 
-    ranges = [n_ranges(chain(n), n, 1) for n in (20_000, 40_000, 80_000)]
+    ranges = [n_ranges(chain(n), n) for n in (20_000, 40_000, 80_000)]
     assert ranges[1] == pytest.approx(2 * ranges[0], abs=1)
     assert ranges[2] == pytest.approx(4 * ranges[0], abs=3)
     # in a small block rows are full
-    assert n_ranges(chain(1_000), 50_000, 1) >= 50_000 * 4_000 // NUMBERS_AT_ONCE
+    assert n_ranges(chain(1_000), 50_000) >= 50_000 * 4_000 // NUMBERS_AT_ONCE
 
 
 def _rows(n_rows, n_columns, n_each):
@@ -226,3 +233,12 @@ def _rows(n_rows, n_columns, n_each):
     pointer = n_each * np.arange(n_rows + 1)
     entries = (np.ones(n_rows * n_each), columns.ravel(), pointer)
     return sparse.csr_array(entries, shape=(n_rows, n_columns))
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_errors_of_heights_of_control_say_nothing_in_plan(kind):
+    geometry = replace(PRESETS["demo"].geometry, transformation=kind)
+    block = simulate_block("demo", seed=3, geometry=geometry)
+    control = block.control_points.assign(standard_error_height=0.5)
+    found, plain = (densify(b) for b in (replace(block, control_points=control), block))
+    pd.testing.assert_frame_equal(found.points, plain.points)

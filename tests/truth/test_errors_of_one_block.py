@@ -8,8 +8,6 @@ left to chance, so that one small block of each sort is enough.
 """
 
 from dataclasses import fields, replace
-from functools import reduce
-from operator import matmul
 
 import numpy as np
 import pytest
@@ -23,6 +21,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     BlockNoise,
     simulate_block,
 )
+from einschalt.theory.adjustment.point_operator import Axes
 
 COLUMNS = ["easting", "northing"]
 KEY = ["coverage", "model_id", "point_id"]
@@ -248,22 +247,16 @@ def on_ground(result, noise):
 
 def carried(errors, noise):
     """Errors of the final points that the operators make of the noise."""
-    total = 0.0
-    for source, chain in errors.chains.items():
-        vector = noise[source]
-        vector = vector @ [1.0, 1j] if errors.n_axes == 1 else vector.ravel()
-        total = total + reduce(lambda v, matrix: matrix @ v, chain[::-1], vector)
-    if errors.n_axes == 1:
-        return np.column_stack([total.real, total.imag])
-    return total.reshape(-1, 2)
+    chains = errors.chains
+    return sum(chain.of_vectors(noise[source]) for source, chain in chains.items())
 
 
 def dense_covariance(errors):
     """L Σ Lᵀ with full matrices, blocks of the points only."""
     total = 0.0
     for source, chain in errors.chains.items():
-        operator = np.nan_to_num(reduce(matmul, chain).toarray())
-        if errors.n_axes == 1:
+        operator = np.nan_to_num(chain.matrix.toarray())
+        if errors.axes is Axes.COMPLEX:
             re, im = operator.real, operator.imag
             operator = np.empty((2 * re.shape[0], 2 * re.shape[1]))
             operator[::2, ::2] = operator[1::2, 1::2] = re

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import sparse
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
+from einschalt.theory.adjustment.point_operator import sums
 from einschalt.theory.double_coverage import (
     apportioned_covariance,
     difference_p_values,
@@ -60,20 +60,19 @@ class CoverageDifferences:
     start: np.ndarray
     shares: np.ndarray
 
-    def operator(self, n_values, n_axes):
+    def operator(self, n_values, axes):
         """Differences of the table as an operator on all values of the flight.
 
         Parameters
         ----------
-        n_values, n_axes : int
+        n_values : int
+        axes : Axes
 
         Returns
         -------
-        bsr_array, shape (n_rows · n_axes, n_values · n_axes)
+        PointOperator
         """
-        blocks = self.shares[:, None, None] * np.eye(n_axes)
-        shape = (len(self.table) * n_axes, n_values * n_axes)
-        return sparse.bsr_array((blocks, self.rows, self.start), shape=shape)
+        return sums(self.shares, self.rows, self.start, n_values, axes)
 
     @property
     def is_needed(self):

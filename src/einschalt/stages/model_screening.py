@@ -312,12 +312,12 @@ def _weigh_less(norms, start_norms=None):
 
     def screen(tested):
         transformation, observed = tested.transformation, tested.observed
-        points, n_axes = observed.points, observed.source.shape[1]
-        fit_all = fit_plane_robustly if n_axes == 2 else fit_robustly
+        points, d = observed.points, observed.source.shape[1]
+        fit_all = fit_plane_robustly if d == 2 else fit_robustly
         begun = None
         if start_norms is not None:
-            begun = fit_all(points, tested.fit_of, start_norms[n_axes]).weights
-        robust = fit_all(points, tested.fit_of, norms[n_axes], begun)
+            begun = fit_all(points, tested.fit_of, start_norms[d]).weights
+        robust = fit_all(points, tested.fit_of, norms[d], begun)
         weighted = replace(observed, weights=robust.weights)
         table = residual_table(robust.fit, weighted, tested.significance)
         snooped = _Snooped(tested).table

@@ -12,7 +12,7 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.stages.error_propagation.operators import propagate
-from einschalt.theory.adjustment.propagation import sum_of_chains
+from einschalt.theory.adjustment.point_operator import by_coordinate, selection
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,
     with_unit_rows,
@@ -105,31 +105,14 @@ def errors_after_distribution(errors, distribution):
     -------
     PropagatedErrors
     """
-    n_axes, n_points = errors.n_axes, len(errors.point_ids)
-    weights = _per_axis(distribution.weights, n_axes)
-    n_used = len(distribution.control_places)
-    densified = sparse.csr_array(
-        (np.ones(n_used), (np.arange(n_used), distribution.control_places)),
-        shape=(n_used, n_points),
-    )
-    left = sparse.eye_array(n_points * n_axes) - weights @ _per_axis(densified, n_axes)
-    chains = {name: (left, *chain) for name, chain in errors.chains.items()}
-    n_control = len(errors.standard_errors["control"])
-    given = sparse.csr_array(
-        (np.ones(n_used), (np.arange(n_used), distribution.control_sources)),
-        shape=(n_used, n_control),
-    )
-    direct = weights @ _per_axis(given, n_axes)
-    chains["control"] = sum_of_chains(chains["control"], (direct,))
-    size = (n_axes, n_axes)
-    blocks = {
-        name: tuple(sparse.bsr_array(part, blocksize=size) for part in chain)
-        for name, chain in chains.items()
-    }
-    return propagate(errors.point_ids, blocks, errors.standard_errors, n_axes)
-
-
-def _per_axis(weights, n_axes):
+    axes, n_points = errors.axes, len(errors.point_ids)
     # heights stay what they were
-    is_in_plan = (np.arange(n_axes) < len(PLANE)).astype(float)
-    return sparse.kron(weights, np.diag(is_in_plan), format="csr")
+    weights = by_coordinate(distribution.weights, axes, is_plan_only=True)
+    densified = selection(distribution.control_places, n_points, axes)
+    every = selection(np.arange(n_points), n_points, axes)
+    left = every.tocsr() - (weights @ densified).formed()
+    chains = {name: left @ chain for name, chain in errors.chains.items()}
+    n_control = len(errors.standard_errors["control"])
+    given = selection(distribution.control_sources, n_control, axes)
+    chains["control"] = chains["control"] + (weights @ given).formed()
+    return propagate(errors.point_ids, chains, errors.standard_errors)

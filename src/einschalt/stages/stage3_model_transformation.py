@@ -428,7 +428,7 @@ class Observations:
 
     Attributes
     ----------
-    source, target : ndarray, shape (n, n_axes)
+    source, target : ndarray, shape (n, n_coordinates)
     weights : ndarray, shape (n,)
     start : ndarray of int, shape (n_models + 1,)
     rows : DataFrame

@@ -1,7 +1,5 @@
 """The rigorous covariance of a block's final coordinates."""
 
-import numpy as np
-
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
@@ -11,7 +9,6 @@ from einschalt.stages.error_propagation.error_model import (
 from einschalt.stages.error_propagation.height_errors import with_measured_heights
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
-from einschalt.theory.adjustment.propagation import selection
 
 
 def can_propagate(block):
@@ -104,7 +101,7 @@ def propagate_model(model, means):
     PropagatedErrors
     """
     names = means.points["point_id"].to_numpy(dtype=object)
-    return propagate(names, model.chains, model.standard_errors, model.n_axes)
+    return propagate(names, model.chains, model.standard_errors)
 
 
 def propagate_values(model, point_ids):
@@ -123,6 +120,4 @@ def propagate_values(model, point_ids):
         that are not usable.
     """
     names = point_ids.to_numpy(dtype=object)
-    every = selection(np.arange(len(names)), len(names), model.n_axes)
-    chains = {source: (every, *chain[1:]) for source, chain in model.chains.items()}
-    return propagate(names, chains, model.standard_errors, model.n_axes)
+    return propagate(names, model.chains_to_values, model.standard_errors)

@@ -39,12 +39,28 @@ class HereEngine:
             yield Answer(place, function(task))
 
 
+@pytest.fixture(scope="module")
+def densify_once():
+    """Densify; what it has computed from the same files and settings it remembers."""
+    found = {}
+
+    def remembered(block, settings=None, **options):
+        key = (*sorted(block.checksums.items()), repr(settings))
+        if key not in found:
+            found[key] = densify(block, settings, **options)
+        return found[key]
+
+    return remembered
+
+
 @pytest.fixture
-def run(monkeypatch):
+def run(monkeypatch, densify_once):
     """Run a batch in this process; gives the table and the names of what was run.
 
-    Reports and maps, which take most of the time, are left to the runs of workers.
+    Reports and maps, which take most of the time, are left to the runs of workers, and
+    that the same block gives the same numbers is shown there.
     """
+    monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", densify_once)
     folder_of_results = "einschalt.interfaces.files.result_folder"
     monkeypatch.setattr(f"{folder_of_results}.render", lambda _result: "report")
     monkeypatch.setattr(

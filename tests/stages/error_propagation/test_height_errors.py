@@ -97,12 +97,8 @@ def test_errors_are_what_the_operators_make_of_the_noise():
         changes[name] = replace(flight, model_points=points)
     noisy = densify(replace(exact, **changes))
     error = (noisy.points[GROUND] - truth.points[GROUND]).to_numpy()
-    found = 0.0
-    for source, chain in noisy.errors.chains.items():
-        vector = noise[source].ravel()
-        for matrix in reversed(chain):
-            vector = matrix @ vector
-        found = found + vector.reshape(-1, 3)
+    chains = noisy.errors.chains
+    found = sum(chain.of_vectors(noise[source]) for source, chain in chains.items())
     np.testing.assert_allclose(found, error, rtol=0, atol=1e-4 * np.abs(error).max())
 
 

@@ -89,13 +89,11 @@ def with_noise(block, rng, size):
 
 
 def carried(errors, noise):
-    total = 0.0
-    for source, chain in errors.chains.items():
-        vector = noise[source][:, : errors.n_axes].ravel()
-        for matrix in reversed(chain):
-            vector = matrix @ vector
-        total = total + vector
-    return total.reshape(-1, errors.n_axes)
+    n_coordinates = len(errors.axes.names)
+    return sum(
+        chain.of_vectors(noise[source][:, :n_coordinates])
+        for source, chain in errors.chains.items()
+    )
 
 
 CASES = {

@@ -74,9 +74,7 @@ def test_points_move_as_the_operators_say(names, kind, settings):
     block = replace(block, **kinds)
     before = densify(block, settings)
     after = densify(with_other_parallaxes(block, names), settings)
-    carried = errors_behind(before, after)
-    for matrix in before.errors.chains["orientation"][::-1]:
-        carried = matrix @ carried
+    carried = before.errors.chains["orientation"].apply(errors_behind(before, after))
     moved = (after.points[PLAN] - before.points[PLAN]).to_numpy()
     largest = np.abs(moved).max()
     assert largest > 1e-3

@@ -1,7 +1,5 @@
 """Drawn errors through operators, and tails of statistics from draws."""
 
-from functools import reduce
-
 import numpy as np
 import pytest
 from scipy import sparse, stats
@@ -9,27 +7,27 @@ from scipy import sparse, stats
 from einschalt.theory.adjustment.monte_carlo import (
     apply_chains,
     draw_errors,
-    plan_of,
     tail_of_mean,
     tail_of_squares,
 )
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
 
-def chain(rng, shapes, *, is_complex=False):
+def chain(rng, shapes, axes, *, is_complex=False):
     parts = []
     for shape in shapes:
         part = rng.normal(size=shape)
         if is_complex:
             part = part + 1j * rng.normal(size=shape)
         parts.append(sparse.csr_array(part * (rng.random(shape) < 0.6)))
-    return tuple(parts)
+    return PointOperator(tuple(parts), axes)
 
 
-@pytest.mark.parametrize("n_axes", [1, 2, 3])
-def test_errors_have_their_sizes(n_axes):
+@pytest.mark.parametrize("axes", Axes)
+def test_errors_have_their_sizes(axes):
     sizes = {"control": np.array([0.01, 0.05]), "flight": np.array([0.1])}
-    drawn = draw_errors(sizes, n_axes, n_draws=20_000, seed=1)
-    found = plan_of(drawn["control"], n_axes)
+    drawn = draw_errors(sizes, axes, n_draws=20_000, seed=1)
+    found = axes.plan(drawn["control"])
     assert found.shape == (2, 2, 20_000)
     expected = np.repeat(sizes["control"], 2).reshape(2, 2)
     # 20 000 draws give a standard deviation to 0.5 %
@@ -40,26 +38,24 @@ def test_errors_have_their_sizes(n_axes):
 
 def test_axes_may_have_sizes_of_their_own():
     sizes = {"flight": np.array([[0.1, 0.1, 0.7], [0.2, 0.2, 0.9]])}
-    drawn = draw_errors(sizes, 3, n_draws=20_000, seed=2)["flight"]
+    drawn = draw_errors(sizes, Axes.SPACE, n_draws=20_000, seed=2)["flight"]
     np.testing.assert_allclose(drawn.std(axis=1), sizes["flight"].ravel(), rtol=0.02)
 
 
 @pytest.mark.parametrize("is_complex", [False, True])
 def test_draws_go_through_the_product_of_the_operators(is_complex):
     rng = np.random.default_rng(3)
-    n_axes = 1 if is_complex else 2
+    axes = Axes.COMPLEX if is_complex else Axes.PLANE
     chains = {
-        "control": chain(rng, [(6, 4), (4, 4)], is_complex=is_complex),
-        "flight": chain(rng, [(6, 8)]),
+        "control": chain(rng, [(6, 4), (4, 4)], axes, is_complex=is_complex),
+        "flight": chain(rng, [(6, 8)], axes),
     }
-    sizes = {"control": np.ones(4 // n_axes), "flight": np.ones(8 // n_axes)}
-    errors = draw_errors(sizes, n_axes, n_draws=7, seed=4)
+    sizes = {name: np.ones(part.n_sources) for name, part in chains.items()}
+    errors = draw_errors(sizes, axes, n_draws=7, seed=4)
     found = apply_chains(errors, chains)
-    dense = {
-        name: reduce(np.matmul, [part.toarray() for part in parts])
-        for name, parts in chains.items()
-    }
-    expected = sum(matrix @ errors[name] for name, matrix in dense.items())
+    expected = sum(
+        part.matrix.toarray() @ errors[name] for name, part in chains.items()
+    )
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
     VarianceFactors,
@@ -35,22 +36,33 @@ def measured(seed, *, is_complex=False):
     values = spread @ draw(N_GROUPS, TRUE["shared"])
     values = values + draw(N_GROUPS * PER_GROUP, TRUE["own"])
     deviation = own - spread @ mean
+    axes = axes_of(is_complex=is_complex)
+    from_shared = PointOperator((mean, spread), axes)
+    from_own, apart = (PointOperator((m,), axes) for m in (mean, deviation))
     return [
-        SumOfSquares(mean @ values, {"shared": (mean, spread), "own": (mean,)}),
-        SumOfSquares(deviation @ values, {"own": (deviation,)}),
+        SumOfSquares(mean @ values, {"shared": from_shared, "own": from_own}),
+        SumOfSquares(deviation @ values, {"own": apart}),
     ]
 
 
-def sizes():
-    n_own = N_GROUPS * PER_GROUP
-    return {"shared": np.ones(N_GROUPS), "own": np.ones(n_own)}
+def axes_of(*, is_complex):
+    # without complex numbers two values of the example stand for a point
+    return Axes.COMPLEX if is_complex else Axes.PLANE
+
+
+def sizes(*, is_complex=False):
+    axes = axes_of(is_complex=is_complex)
+    n_numbers = {"shared": N_GROUPS, "own": N_GROUPS * PER_GROUP}
+    return {name: np.ones(axes.count(n)) for name, n in n_numbers.items()}
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["real", "complex"])
 def found(request):
     """Estimates of forty drawn experiments."""
     return [
-        estimate_factors(measured(seed, is_complex=request.param), sizes())
+        estimate_factors(
+            measured(seed, is_complex=request.param), sizes(is_complex=request.param)
+        )
         for seed in range(40)
     ]
 

@@ -194,6 +194,18 @@ def test_shared_errors_of_no_size_change_nothing(make_block, kind):
     assert found.sum_of_squares == pytest.approx(expected.sum_of_squares, rel=1e-9)
 
 
+def test_a_block_that_is_adjusted_again_keeps_its_terms(make_block):
+    observations = make_block("grid", "helmert")
+    terms = (CommonTerms(0, (AFFINITY,)),)
+    found, plain = adjust(observations, terms), adjust(observations)
+    again = found.readjusted(observations)
+    assert again.terms == terms
+    np.testing.assert_array_equal(again.common, found.common)
+    np.testing.assert_array_equal(again.points, found.points)
+    np.testing.assert_array_equal(found.with_terms(()).points, plain.points)
+    assert len(plain.with_terms(terms).common) == len(found.common) == 2
+
+
 def test_the_affinity_of_the_film_is_found(make_block):
     observations = make_block("grid", "helmert", affinity=4e-4)
     found = adjust(observations, (CommonTerms(0, (AFFINITY,)),))

@@ -29,13 +29,13 @@ def spoilt(make_block):
 
 def test_snooping_finds_exactly_the_gross_errors(spoilt):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust(bad), (), 0.001)
+    cleaned = outlier_free_block(adjust(bad), 0.001)
     assert list(np.flatnonzero(cleaned.is_out)) == list(rows)
 
 
 def test_snooping_gives_the_block_without_these_observations(spoilt, dense):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust(bad), (), 0.001)
+    cleaned = outlier_free_block(adjust(bad), 0.001)
     keep = np.ones(len(bad.model), dtype=bool)
     keep[rows] = False
     part = bad.of_rows(np.flatnonzero(keep), np.arange(bad.n_models))
@@ -51,9 +51,7 @@ def test_snooping_gives_the_block_without_these_observations(spoilt, dense):
 
 def test_nothing_is_taken_out_of_a_good_block(make_block):
     n_out = sum(
-        outlier_free_block(
-            adjust(make_block("grid", seed=seed)), (), 0.001
-        ).is_out.sum()
+        outlier_free_block(adjust(make_block("grid", seed=seed)), 0.001).is_out.sum()
         for seed in range(12)
     )
     # 108 models that lose a point with a probability of 0.001 each
@@ -62,9 +60,7 @@ def test_nothing_is_taken_out_of_a_good_block(make_block):
 
 def robust_block(block, norm):
     """Solution with robust weights."""
-    return downweight(
-        outlier_free_block(adjust(block), (), 0.001), block, (), norm
-    ).solution
+    return downweight(outlier_free_block(adjust(block), 0.001), block, norm).solution
 
 
 @pytest.mark.parametrize("norm", ["huber", "tukey"])
@@ -93,7 +89,7 @@ def test_of_two_measurements_of_a_point_one_stays(make_block):
         row = np.flatnonzero(is_pair[good.point])[seed]
         xy = good.xy.copy()
         xy[row] += (0.2, -0.1)
-        found = outlier_free_block(adjust(replace(good, xy=xy)), (), 0.001).is_out
+        found = outlier_free_block(adjust(replace(good, xy=xy)), 0.001).is_out
         assert np.flatnonzero(found).tolist() != []
         assert found[good.point == good.point[row]].sum() == 1
 
@@ -110,7 +106,7 @@ def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
     """An error of 400 m makes half of the neighbourhood look wrong."""
     large_block = make_large_block(every=5)
     good = adjust(large_block)
-    by_chance = set(np.flatnonzero(outlier_free_block(good, (), 0.001).is_out))
+    by_chance = set(np.flatnonzero(outlier_free_block(good, 0.001).is_out))
     assert len(by_chance) <= 4  # of 900 models, each with a probability of 0.001
     holders = np.bincount(large_block.point)
     is_new = ~large_block.is_control[large_block.point]
@@ -120,7 +116,7 @@ def test_an_exchanged_name_costs_its_own_measurement_only(make_large_block):
         xy[row] += (40.0, -30.0)
         bad = adjust(replace(large_block, xy=xy))
         assert (judge_observations(bad, bad.observations).p_value == 0.0).any()
-        found = set(np.flatnonzero(outlier_free_block(bad, (), 0.001).is_out))
+        found = set(np.flatnonzero(outlier_free_block(bad, 0.001).is_out))
         assert found == {int(row), *by_chance}
 
 
@@ -132,7 +128,7 @@ def test_all_wrong_control_is_named_however_much_it_is(make_large_block):
     wrong = rng.choice(given, 110, replace=False)
     control = large_block.control.copy()
     control[wrong] += (1.0, -0.7)
-    found = examine_control(adjust(replace(large_block, control=control)), (), 0.001)
+    found = examine_control(adjust(replace(large_block, control=control)), 0.001)
     assert set(wrong) <= set(np.flatnonzero(found.is_suspect))
     assert found.is_suspect.sum() <= 1.05 * len(wrong)
     np.testing.assert_allclose(

@@ -282,7 +282,7 @@ def spoilt():
 
 def test_gross_errors_are_found_where_they_are(spoilt):
     _, bad, rows = spoilt
-    cleaned = outlier_free_block(adjust_spatially(bad), (), 0.001)
+    cleaned = outlier_free_block(adjust_spatially(bad), 0.001)
     assert list(np.flatnonzero(cleaned.is_out)) == list(np.sort(rows))
 
 
@@ -291,7 +291,7 @@ def test_robust_weights_hold_the_points_in_place(spoilt, norm):
     good, bad, _ = spoilt
     truth = adjust_spatially(good).points
     plain = adjust_spatially(bad)
-    robust = downweight(outlier_free_block(plain, (), 0.001), bad, (), norm).solution
+    robust = downweight(outlier_free_block(plain, 0.001), bad, norm).solution
     worse = np.abs(plain.points - truth).max()
     assert np.abs(robust.points - truth).max() < 0.5 * worse
 
@@ -302,7 +302,7 @@ def test_wrong_control_is_named_with_its_error():
     wrong = np.flatnonzero(observations.is_control)[4]
     control[wrong] += [0.0, 0.0, 0.5]
     solution = adjust_spatially(replace(observations, control=control))
-    found = examine_control(solution, (), 0.001)
+    found = examine_control(solution, 0.001)
     assert list(np.flatnonzero(found.is_suspect)) == [wrong]
     # the block knows the point by σ √((1 − r)/r), and itself was given with σ
     r = 1.0 - solution.control_leverage[wrong]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import singledispatch
 
+from einschalt.pipeline.assessment.causes import with_causes
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.assessment.examination import (
@@ -160,7 +161,11 @@ def _of_its_way(examined):
 @_of_its_way.register
 def _(examined: TwoStepExamination):
     return {
-        "findings": findings_of(examined, TWO_STEP),
+        "findings": with_causes(
+            findings_of(examined, TWO_STEP),
+            examined.exchanged_names,
+            is_coupled=False,
+        ),
         "precision": two_step_precision(examined),
         "iterations": iteration_facts(examined),
         "deformation": None,
@@ -171,7 +176,11 @@ def _(examined: TwoStepExamination):
 @_of_its_way.register
 def _(examined: SimultaneousExamination):
     return {
-        "findings": findings_of(examined, SIMULTANEOUS),
+        "findings": with_causes(
+            findings_of(examined, SIMULTANEOUS),
+            examined.exchanged_names,
+            is_coupled=examined.settings.outliers == "keep",
+        ),
         "precision": simultaneous_precision(examined),
         "iterations": None,
         "deformation": deformation_facts(examined),

@@ -16,6 +16,9 @@ from einschalt.pipeline.assessment.credibility import (
     figure_of_two_steps,
 )
 from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
+from einschalt.pipeline.assessment.evidence.exchanged_names import (
+    find_exchanged_names,
+)
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -171,6 +174,11 @@ class TwoStepExamination(Examination):
         return leave_out_control(self)
 
     @cached_property
+    def exchanged_names(self):
+        """Pairs of points measured under each other's name: tuple of ExchangedNames."""
+        return find_exchanged_names(self.solution)
+
+    @cached_property
     def reliability(self):
         """How large a gross error must be to be found, in each model by itself."""
         fits = {"high_flight": self.high and self.high.transformation}
@@ -201,6 +209,11 @@ class SimultaneousExamination(Examination):
     def two_step(self):
         """Examination of the same block in two steps."""
         return examine(self.solution.two_step)
+
+    @property
+    def exchanged_names(self):
+        """Pairs of points measured under each other's name, as the two steps show."""
+        return self.two_step.exchanged_names
 
     @property
     def held_control(self):
@@ -245,6 +258,7 @@ class NothingExamined:
     is_possible = False
     components = None
     patterns = SystematicPatterns((), None)
+    exchanged_names = ()
 
 
 EXAMINATIONS = {

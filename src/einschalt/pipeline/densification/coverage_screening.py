@@ -52,11 +52,11 @@ def difference_covariance(differences, errors):
     n_rows = len(differences.table)
     if n_rows == 0:
         return np.empty((0, 2, 2))
-    final = next(iter(errors.chains.values()))[0]
-    operator = differences.operator(final.shape[1] // errors.n_axes, errors.n_axes)
-    chains = {source: (operator, *chain[1:]) for source, chain in errors.chains.items()}
+    n_values = next(iter(errors.chains.values())).last_step.n_sources
+    operator = differences.operator(n_values, errors.axes)
+    chains = {n: chain.with_last_step(operator) for n, chain in errors.chains.items()}
     names = np.arange(n_rows).astype(object)
-    found = propagate(names, chains, errors.standard_errors, errors.n_axes)
+    found = propagate(names, chains, errors.standard_errors)
     return found.covariance[:, :2, :2]
 
 

@@ -33,7 +33,12 @@ from einschalt.stages.error_propagation.operators import (
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.adjustment.propagation import sum_of_chains
+from einschalt.theory.adjustment.point_operator import (
+    by_coordinate,
+    selection,
+    stacked,
+    zero,
+)
 
 PLAN_COLUMNS = [*PLAN]
 MOVES = ["iteration", "largest_move", "point_id", "move_rms"]
@@ -198,7 +203,7 @@ class IteratedErrorModel(ErrorModel):
 
     Attributes
     ----------
-    state : dict of str to tuple of sparse arrays
+    state : dict of str to PointOperator
         From the sources to these coordinates, all errors of the low flight and all of
         control, one below the other.
     """
@@ -206,9 +211,9 @@ class IteratedErrorModel(ErrorModel):
     state: dict
 
     @property
-    def chains(self):
-        """From the sources to the final points, dict of str to tuple."""
-        return self._through(self.final, self.low.ground, self.low.measured)
+    def chains_to_values(self):
+        """From the sources to the values of the low flight, dict of PointOperator."""
+        return self._through(self.low.ground, self.low.measured)
 
     def chains_to_fits(self, flight, observed):
         """From the sources to what a flight was fitted with, ground less measurement.
@@ -217,17 +222,15 @@ class IteratedErrorModel(ErrorModel):
         """
         if flight != LOW:
             return super().chains_to_fits(flight, observed)
-        onto = self._chosen(self.places[observed.ground_rows], self.low.ground)
-        fitted = self._chosen(observed.row_numbers, self.low.measured)
-        every = sparse.eye_array(onto.shape[0], format="csr")
-        return self._through(every, onto, -fitted)
+        onto, fitted = self.low.selections(self.places, observed)
+        return self._through(onto, -fitted)
 
-    def _through(self, left, of_ground, of_measured):
-        width = self.state[LOW][0].shape[0]
-        n_others = width - of_ground.shape[1] - of_measured.shape[1]
-        others = sparse.csr_array((of_ground.shape[0], n_others))
-        whole = sparse.hstack([of_ground, of_measured, others], format="csr")
-        return {source: (left, whole, *chain) for source, chain in self.state.items()}
+    def _through(self, of_ground, of_measured):
+        width = self.state[LOW].n_points
+        n_others = width - of_ground.n_sources - of_measured.n_sources
+        others = zero(of_ground.n_points, n_others, self.axes)
+        whole = stacked([[of_ground, of_measured, others]])
+        return {source: whole @ chain for source, chain in self.state.items()}
 
 
 def iterated_model(block, model, iteration, low_points):
@@ -250,20 +253,19 @@ def iterated_model(block, model, iteration, low_points):
     """
     if iteration is None:
         return model
-    passes, steps = iteration.passes, _Steps(block, model.n_axes, low_points)
+    passes, steps = iteration.passes, _Steps(block, model.axes, low_points)
     state = steps.after_first(model, passes[0].means)
     for before, now in pairwise(passes[:-1]):
         moved = steps.through(before.means, now)
-        state = {source: (moved, *chain) for source, chain in state.items()}
+        state = {source: moved @ chain for source, chain in state.items()}
     before, last = passes[-2:]
     operator = steps.operator(before.means, last.low)
-    picked = sparse.eye_array(
-        operator.ground.shape[1], state[LOW][0].shape[0], format="csr"
-    )
+    n_ground = operator.ground.n_sources
+    picked = selection(np.arange(n_ground), state[LOW].n_points, model.axes)
     return IteratedErrorModel(
         final=steps.mean(last.means),
         low=operator,
-        ground={source: (picked, *chain) for source, chain in state.items()},
+        ground={source: picked @ chain for source, chain in state.items()},
         high=model.high,
         places=places_fitted_onto(block, before.means.points["point_id"]),
         standard_errors=steps.sizes(model),
@@ -280,12 +282,15 @@ class _Steps:
     errors of the low flight, then those of control.
     """
 
-    def __init__(self, block, n_axes, low_points):
-        self.block, self.n_axes, self.low_points = block, n_axes, low_points
+    def __init__(self, block, axes, low_points):
+        self.block, self.axes, self.low_points = block, axes, low_points
         control = block.control_points
-        self.n_control = 0 if control is None else len(control)
-        n_others = (len(low_points) + self.n_control) * n_axes
-        self.others = sparse.eye_array(n_others, format="csr")
+        self.n_low, self.n_control = len(low_points), 0
+        if control is not None:
+            self.n_control = len(control)
+        self.own, self.control = (
+            selection(np.arange(n), n, axes) for n in (self.n_low, self.n_control)
+        )
 
     def sizes(self, model):
         """Sizes of the errors of all sources; of control also where it is only held."""
@@ -303,43 +308,40 @@ class _Steps:
     def after_first(self, model, means):
         """State after the first pass from all sources."""
         free, direct = self._held(means)
-        n_low = len(self.low_points) * self.n_axes
-        below = sparse.csr_array((self.others.shape[0], free.shape[0]))
-        into = sparse.vstack([free, below], format="csr")
-        state = {source: (into, *chain) for source, chain in model.chains.items()}
-        of_low, of_control = self.others[:, :n_low], self.others[:, n_low:]
-        none = sparse.csr_array((free.shape[0], n_low))
-        own = sparse.vstack([none, of_low], format="csr")
+        n_points, n_low, n_control = free.n_points, self.n_low, self.n_control
+        into = stacked([[free], [zero(n_low + n_control, n_points, self.axes)]])
+        state = {source: into @ chain for source, chain in model.chains.items()}
+        above, below = (zero(n, n_low, self.axes) for n in (n_points, n_control))
+        own = stacked([[above], [self.own], [below]])
         for source, chain in model.own.items():
-            state[source] = sum_of_chains(state[source], (own, *chain))
+            state[source] = state[source] + own @ chain
         if self._has_control_errors:
-            held = (sparse.vstack([direct, of_control], format="csr"),)
+            between = zero(n_low, n_control, self.axes)
+            held = stacked([[direct], [between], [self.control]])
             known = state.get(CONTROL)
-            state[CONTROL] = sum_of_chains(known, held) if known else held
+            state[CONTROL] = known + held if known else held
         return state
 
     def through(self, before, now):
         """State after a pass from the state before it."""
         free, direct = self._held(now.means)
         operator = self.operator(before, now.low)
-        mean = free @ self.mean(now.means)
-        above = [mean @ operator.ground, mean @ operator.measured, direct]
-        below = sparse.csr_array((self.others.shape[0], operator.ground.shape[1]))
-        return sparse.vstack(
-            [sparse.hstack(above), sparse.hstack([below, self.others])], format="csr"
-        )
+        mean = (free @ self.mean(now.means)).formed()
+        onto, own = ((mean @ o).formed() for o in (operator.ground, operator.measured))
+        n_others = self.n_low + self.n_control
+        others = selection(np.arange(n_others), n_others, self.axes)
+        below = zero(n_others, onto.n_sources, self.axes)
+        return stacked([[onto, own, direct], [below, others]])
 
     def operator(self, before, low):
         """Of a pass onto the coordinates of the one before."""
         names = before.points["point_id"]
         sources = GroundSources(places_fitted_onto(self.block, names), len(names))
-        is_conformal = self.n_axes == 1
-        return flight_operator(low, self.low_points, sources, is_conformal=is_conformal)
+        return flight_operator(low, self.low_points, sources, self.axes)
 
     def mean(self, means):
         """Operator of stage 5."""
-        n_values = len(self.low_points)
-        return mean_operator(means, np.arange(n_values), n_values, self.n_axes)
+        return mean_operator(means, np.arange(self.n_low), self.n_low, self.axes)
 
     def _held(self, means):
         """Coordinates for the next pass, from those of this one and from control."""
@@ -351,10 +353,9 @@ class _Steps:
             (np.ones(len(held.rows)), (held.rows, held.control_rows)),
             shape=(len(names), self.n_control),
         )
-        each = np.eye(self.n_axes)
         return (
-            sparse.kron(sparse.diags_array(is_free), each, format="csr"),
-            sparse.kron(picked, each, format="csr"),
+            by_coordinate(sparse.diags_array(is_free), self.axes),
+            by_coordinate(picked, self.axes),
         )
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import sparse
 
 from einschalt.stages.error_propagation.measurement_errors import (
     ORIENTATION,
@@ -25,7 +24,12 @@ from einschalt.stages.error_propagation.operators import (
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
-from einschalt.theory.adjustment.propagation import selection, sum_of_chains
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    PointOperator,
+    selection,
+    unchanged,
+)
 
 APPROXIMATE = "approximate_points"
 PLAN = ("easting", "northing")
@@ -41,24 +45,24 @@ class HighFlight:
     Attributes
     ----------
     operator : FlightOperator
-    mean : sparse array
+    mean : PointOperator
         Approximate coordinates from the values.
     places : ndarray of int
         Which control point stands in each row of the table that was fitted onto.
-    own : dict of str to tuple of sparse arrays
+    own : dict of str to PointOperator
         Measuring errors from the sources behind them.
     """
 
     operator: FlightOperator
-    mean: sparse.sparray
+    mean: PointOperator
     places: np.ndarray
     own: dict
 
     @property
     def chains(self):
-        """From the sources to the values, dict of str to tuple of sparse arrays."""
-        measured = {n: (self.operator.measured, *c) for n, c in self.own.items()}
-        return {CONTROL: (self.operator.ground,), **measured}
+        """From the sources to the values, dict of str to PointOperator."""
+        measured = {n: self.operator.measured @ c for n, c in self.own.items()}
+        return {CONTROL: self.operator.ground, **measured}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +71,12 @@ class ErrorModel:
 
     Attributes
     ----------
-    final : sparse array
+    final : PointOperator
         Final points from the values of the low flight.
     low : FlightOperator
         Values of the low flight from its own errors, and from those of the approximate
         coordinates.
-    ground : dict of str to tuple of sparse arrays
+    ground : dict of str to PointOperator
         Approximate coordinates from the sources behind them.
     high : HighFlight or None
     places : ndarray of int
@@ -83,11 +87,11 @@ class ErrorModel:
     is_assumed : bool
         Whether the approximate coordinates are only assumed to be independent, or
         orientations to be without errors.
-    own : dict of str to tuple of sparse arrays
+    own : dict of str to PointOperator
         Measuring errors of the low flight from the sources behind them.
     """
 
-    final: sparse.sparray
+    final: PointOperator
     low: FlightOperator
     ground: dict
     high: HighFlight | None
@@ -97,16 +101,20 @@ class ErrorModel:
     own: dict
 
     @property
-    def n_axes(self):
-        """Of the operators: 1 where one complex coordinate stands for two."""
-        return self.low.n_axes
+    def axes(self):
+        """Of the operators."""
+        return self.low.measured.axes
+
+    @property
+    def chains_to_values(self):
+        """From the sources to the values of the low flight, dict of PointOperator."""
+        through = {n: self.low.ground @ c for n, c in self.ground.items()}
+        return add_flight_sources(through, self.low.measured, self.own)
 
     @property
     def chains(self):
-        """From the sources to the final points, dict of str to tuple."""
-        through = {n: (self.low.ground, *c) for n, c in self.ground.items()}
-        values = add_flight_sources(through, self.low.measured, self.own)
-        return {name: (self.final, *chain) for name, chain in values.items()}
+        """From the sources to the final points, dict of str to PointOperator."""
+        return {name: self.final @ c for name, c in self.chains_to_values.items()}
 
     def chains_to_fits(self, flight, observed):
         """From the sources to what a flight was fitted with, ground less measurement.
@@ -119,21 +127,17 @@ class ErrorModel:
 
         Returns
         -------
-        dict of str to tuple of sparse arrays
+        dict of str to PointOperator
         """
         is_low = flight == LOW
         operator = self.low if is_low else self.high.operator
         places = self.places if is_low else self.high.places
-        onto = self._chosen(places[observed.ground_rows], operator.ground)
-        fitted = self._chosen(observed.row_numbers, operator.measured)
-        ground = self.ground if is_low else {CONTROL: ()}
-        through = {name: (onto, *chain) for name, chain in ground.items()}
+        onto, fitted = operator.selections(places, observed)
+        ground = self.ground if is_low else {CONTROL: unchanged(self.axes)}
+        through = {name: onto @ chain for name, chain in ground.items()}
         return add_flight_sources(
             through, -fitted, self.own if is_low else self.high.own
         )
-
-    def _chosen(self, places, operator):
-        return selection(places, operator.shape[1] // self.n_axes, self.n_axes)
 
     def draw(self, n_draws, seed):
         """Draw the errors of all sources and carry them to all values.
@@ -147,15 +151,14 @@ class ErrorModel:
         DrawnBlock
         """
         errors = draw_errors(
-            self.standard_errors, self.n_axes, n_draws=n_draws, seed=seed
+            self.standard_errors, self.axes, n_draws=n_draws, seed=seed
         )
         high = None
         if self.high is not None:
             high = apply_chains(errors, self.high.chains)
         ground = apply_chains(errors, self.ground)
-        own = {name: (self.low.measured, *c) for name, c in self.own.items()}
-        through = apply_chains({APPROXIMATE: ground}, {APPROXIMATE: (self.low.ground,)})
-        low = through + apply_chains(errors, own)
+        own = {name: self.low.measured @ c for name, c in self.own.items()}
+        low = self.low.ground.apply(ground) + apply_chains(errors, own)
         return DrawnBlock(errors, high, ground, low)
 
 
@@ -164,26 +167,26 @@ def add_flight_sources(chains, measured, own):
 
     Parameters
     ----------
-    chains : dict of str to tuple of sparse arrays
-    measured : sparse array
+    chains : dict of str to PointOperator
+    measured : PointOperator
         From the measuring errors of the flight.
-    own : dict of str to tuple of sparse arrays
+    own : dict of str to PointOperator
         These from the sources behind them.
 
     Returns
     -------
-    dict of str to tuple of sparse arrays
+    dict of str to PointOperator
     """
     found = dict(chains)
     for name, chain in own.items():
-        part = (measured, *chain)
-        found[name] = sum_of_chains(found[name], part) if name in found else part
+        part = measured @ chain
+        found[name] = found[name] + part if name in found else part
     return found
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnBlock:
-    """Errors of a block, drawn many times; a column for each draw.
+    """Errors of a block, drawn many times; packed, a column for each draw.
 
     Attributes
     ----------
@@ -232,11 +235,9 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
     sources = GroundSources(places, len(high.points))
     return ErrorModel(
         **_of_low_flight(low, means, points[LOW], own, sources),
-        ground={name: (of_high.mean, *c) for name, c in of_high.chains.items()},
+        ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
-        standard_errors=_with_orientations(
-            given_errors(block, points, own.n_axes), own
-        ),
+        standard_errors=_with_orientations(given_errors(block, points, own.axes), own),
         is_assumed=not own.is_complete,
     )
 
@@ -245,8 +246,8 @@ def _of_low_flight(low, means, points, own, sources):
     """Fields of the model that concern the low flight."""
     n_values = len(points)
     return {
-        "final": mean_operator(means, np.arange(n_values), n_values, own.n_axes),
-        "low": flight_operator(low, points, sources, is_conformal=own.n_axes == 1),
+        "final": mean_operator(means, np.arange(n_values), n_values, own.axes),
+        "low": flight_operator(low, points, sources, own.axes),
         "places": sources.places,
         "own": own.chains[LOW],
     }
@@ -260,10 +261,10 @@ def _high_flight(block, points, high, own):
         high.transformation,
         points,
         GroundSources(places, len(control)),
-        is_conformal=own.n_axes == 1,
+        own.axes,
     )
     n_points = len(points)
-    mean = mean_operator(high.means, np.arange(n_points), n_points, operator.n_axes)
+    mean = mean_operator(high.means, np.arange(n_points), n_points, own.axes)
     return HighFlight(operator, mean, places, own.chains[HIGH])
 
 
@@ -274,7 +275,7 @@ def _with_orientations(sizes, own):
     return {**sizes, ORIENTATION: np.ones(own.n_orientation)}
 
 
-def given_errors(block, points, n_axes=2):
+def given_errors(block, points, axes=Axes.PLANE):
     """Sizes of the errors of all observations as they were given, by their source.
 
     Parameters
@@ -282,8 +283,8 @@ def given_errors(block, points, n_axes=2):
     block : Block
     points : dict of str to DataFrame
         Model points of each flight.
-    n_axes : int, optional
-        Heights of control have errors of their own.
+    axes : Axes, optional
+        In space heights of control have errors of their own.
 
     Returns
     -------
@@ -291,7 +292,7 @@ def given_errors(block, points, n_axes=2):
         ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
     """
     return {
-        CONTROL: control_errors(block.control_points, n_axes),
+        CONTROL: control_errors(block.control_points, axes),
         **{
             name: _measuring_errors(block.flights[name], points[name])
             for name in points
@@ -299,14 +300,14 @@ def given_errors(block, points, n_axes=2):
     }
 
 
-def control_errors(control_points, n_axes):
+def control_errors(control_points, axes):
     """Errors of given coordinates; a height has that of a coordinate if none is given.
 
     Parameters
     ----------
     control_points : DataFrame
         With ``standard_error_m``.
-    n_axes : int
+    axes : Axes
 
     Returns
     -------
@@ -314,7 +315,7 @@ def control_errors(control_points, n_axes):
         Per coordinate [m].
     """
     in_plan = control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
-    if n_axes == len(PLAN) or "standard_error_height" not in control_points:
+    if axes is not Axes.SPACE or "standard_error_height" not in control_points:
         return in_plan
     of_height = control_points["standard_error_height"].to_numpy(dtype=float)
     of_height = np.where(np.isfinite(of_height), of_height, in_plan)
@@ -450,16 +451,16 @@ def model_of_given_approximations(block, low_points, low, means, oriented=None):
     if is_control:
         control, source = block.control_points, CONTROL
         rows = pd.Index(control["point_id"]).get_indexer(names)
-        n_sources, size = len(control), control_errors(control, own.n_axes)
+        n_sources, size = len(control), control_errors(control, own.axes)
     else:
         rows, n_sources, source = np.arange(len(known)), len(known), APPROXIMATE
         size = np.full(n_sources, _stated_error(block, low, low_points) / SQRT2)
     measured = _measuring_errors(block.low_flight, low_points)
     if not (is_control or block.low_flight.has_images):
-        measured = _with_heights(measured, low, own.n_axes)
+        measured = _with_heights(measured, low, own.axes)
     return ErrorModel(
         **_of_low_flight(low, means, low_points, own, sources),
-        ground={source: (selection(rows, n_sources, own.n_axes),)},
+        ground={source: selection(rows, n_sources, own.axes)},
         high=None,
         standard_errors=_with_orientations({source: size, LOW: measured}, own),
         is_assumed=not (is_control and own.is_complete),
@@ -474,9 +475,9 @@ def _stated_error(block, low, low_points):
     return np.sqrt(max(low.m_0_plan**2 - np.mean(measured**2), 0.0))
 
 
-def _with_heights(plan_errors, low, n_axes):
+def _with_heights(plan_errors, low, axes):
     """Errors of each axis: heights scatter by what their residuals say."""
-    if n_axes < len(TRANSFORMATION_KINDS["helmert_3d"].target):
+    if axes is not Axes.SPACE:
         return plan_errors
     squares = np.nanmean(low.fit.residuals**2, axis=0)
     plan = max(np.mean(squares[:2]), np.finfo(float).tiny)

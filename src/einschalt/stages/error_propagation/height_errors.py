@@ -14,10 +14,11 @@ from scipy import sparse
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import CONTROL, LOW
 from einschalt.stages.model_screening import suspect_rows
+from einschalt.theory.adjustment.point_operator import Axes
 
 MOST_DRAWS, FEWEST_DRAWS = 100, 10
 NUMBERS_AT_ONCE = 3_000_000
-N_SPATIAL, HEIGHT = 3, 2
+HEIGHT = 2
 # with fewer degrees of freedom the size is a guess
 FEWEST_DEGREES = 3.0
 # photographs that look down do not measure heights better than positions
@@ -41,7 +42,7 @@ def with_measured_heights(model, points, fits):
     ErrorModel or None
         The same one in plan; None where nothing checks the heights of a flight.
     """
-    for name, table in points.items() if model.n_axes == N_SPATIAL else ():
+    for name, table in points.items() if model.axes is Axes.SPACE else ():
         heights = _Heights(name, table, fits[name])
         ratio = _ratio_to_plan(model, heights)
         if not np.isfinite(ratio):
@@ -90,9 +91,7 @@ class _Heights:
         self.fitted = np.flatnonzero(
             np.repeat(is_checked, np.diff(self.observed.start))
         )
-        values = fit.transform(points)
-        if "coverage" not in values:
-            values = values.assign(coverage="1")
+        values = fit.values(points)
         height = values["height"].to_numpy()
         is_good = np.isfinite(height) & ~suspect_rows(values, fit)
         self.rows = np.flatnonzero(is_good)
@@ -119,11 +118,13 @@ class _Heights:
         onto = self.observed.ground_rows[self.fitted]
         model, errors = drawn
         if self.name == LOW:
-            return values - errors.ground[HEIGHT::N_SPATIAL][model.places[onto]]
-        given = errors.sources[CONTROL][HEIGHT::N_SPATIAL]
-        return values - given[model.high.places[onto]]
+            return values - _heights(errors.ground)[model.places[onto]]
+        return values - _heights(errors.sources[CONTROL])[model.high.places[onto]]
 
     def _of_flight(self, drawn):
         _, errors = drawn
-        values = errors.low if self.name == LOW else errors.high
-        return values[HEIGHT::N_SPATIAL]
+        return _heights(errors.low if self.name == LOW else errors.high)
+
+
+def _heights(numbers):
+    return Axes.SPACE.unpacked(numbers)[:, HEIGHT]

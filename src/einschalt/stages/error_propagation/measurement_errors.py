@@ -12,11 +12,15 @@ from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.error_propagation.orientation_errors import (
-    n_orientation_errors,
     orientation_chains,
 )
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    PointOperator,
+    unchanged,
+)
 from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL
@@ -30,10 +34,10 @@ class MeasurementErrors:
 
     Attributes
     ----------
-    chains : dict of str to dict of str to tuple of sparse arrays
+    chains : dict of str to dict of str to PointOperator
         Of each flight: its measuring errors on the ground [m] from each source.
-    n_axes : int
-        Of the operators: 1 where one complex coordinate stands for two.
+    axes : Axes
+        Of the operators.
     n_orientation : int
         Sources in ``orientation``, of variance 1.
     is_complete : bool
@@ -41,7 +45,7 @@ class MeasurementErrors:
     """
 
     chains: dict
-    n_axes: int
+    axes: Axes
     n_orientation: int
     is_complete: bool
 
@@ -64,20 +68,21 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
     others = {n: e for n, e in oriented.items() if n not in images}
-    n_axes = max(len(TRANSFORMATION_KINDS[kind].target) for kind in kinds)
     turned = orientation_chains(others, fits)
-    chains = {name: {name: ()} for name in fits}
+    # what orientations make in easting and northing is not alike
+    is_alike = kinds <= set(CONFORMAL) and not turned and not images
+    n_coordinates = max(len(TRANSFORMATION_KINDS[kind].target) for kind in kinds)
+    axes = Axes.COMPLEX if is_alike else Axes(n_coordinates)
+    chains = {name: {name: unchanged(axes)} for name in fits}
     for name, chain in turned.items():
-        chains[name][ORIENTATION] = (chain,)
+        chains[name][ORIENTATION] = chain
     for name, errors in images.items():
         scale_number = block.flights[name].scale_number
         chains[name] = {name: image_chain(errors, fits[name], scale_number)}
-    # what orientations make in easting and northing is not alike
-    is_conformal = kinds <= set(CONFORMAL) and not turned and not images
     return MeasurementErrors(
         chains,
-        1 if is_conformal else n_axes,
-        n_orientation_errors(others, n_axes) if turned else 0,
+        axes,
+        next(iter(turned.values())).n_sources if turned else 0,
         is_complete=not any(
             flight.is_oriented_numerically and name not in {*turned, *images}
             for name, flight in block.flights.items()
@@ -98,32 +103,32 @@ def image_chain(errors, fit, scale_number):
 
     Returns
     -------
-    points : csr_array, shape (n_points · n_axes, n_sources · n_axes + n_elements)
-        Measuring errors on the ground [m] from image points, and from the changes of
-        base and turn of each orientation.
-    spread : csr_array, shape (n_sources · n_axes + n_elements, n_sources · n_axes)
-        Both from the image points. Image points have two coordinates: with three axes
-        the third of each source moves nothing.
+    PointOperator
+        Measuring errors on the ground [m] from image points, in two steps: from these
+        and the changes of base and turn of each orientation, and both from the image
+        points. Image points have two coordinates: with three axes the third of each
+        source moves nothing.
     """
     influence = errors.influence
     linear = fit.fit.linear[fit.observed.models.codes]
-    n_points, n_axes = linear.shape[:2]
-    n_columns = n_axes * errors.n_sources
+    n_points, n_coordinates = linear.shape[:2]
+    axes = Axes(n_coordinates)
+    n_rows, n_columns = axes.size(n_points), axes.size(errors.n_sources)
     image_mm = 1.0 / (METRES_PER_MM * scale_number)
     # columns of x', y', x", y" of each point, and of the changes of its orientation
-    of_image = (n_axes * errors.sources[:, :, None] + np.arange(2)).reshape(n_points, 4)
+    of_image = axes.rows(errors.sources)[:, :, :2].reshape(n_points, 4)
     of_changes = N_CHANGES * influence.model[:, None] + np.arange(N_CHANGES)
-    of_point = n_axes * np.arange(n_points)[:, None] + np.arange(n_axes)
+    of_point = axes.rows(np.arange(n_points))
     n_changes = N_CHANGES * errors.n_models
-    by_image = linear @ influence.by_image[:, :n_axes] * image_mm
+    by_image = linear @ influence.by_image[:, :n_coordinates] * image_mm
     points = sparse.hstack(
         [
-            scattered(by_image, of_point, of_image, (n_axes * n_points, n_columns)),
+            scattered(by_image, of_point, of_image, (n_rows, n_columns)),
             scattered(
-                linear @ influence.gain[:, :n_axes],
+                linear @ influence.gain[:, :n_coordinates],
                 of_point,
                 of_changes,
-                (n_axes * n_points, n_changes),
+                (n_rows, n_changes),
             ),
         ],
         format="csr",
@@ -132,4 +137,5 @@ def image_chain(errors, fit, scale_number):
         influence.by_point * image_mm, of_changes, of_image, (n_changes, n_columns)
     )
     each = sparse.eye_array(n_columns, format="csr")
-    return points, sparse.vstack([each, changes], format="csr")
+    spread = sparse.vstack([each, changes], format="csr")
+    return PointOperator((points, spread), axes)

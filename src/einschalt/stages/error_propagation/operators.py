@@ -14,14 +14,13 @@ from scipy import sparse
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.errors import TableError
 from einschalt.foundations.names import encode
-from einschalt.theory.adjustment.propagation import (
-    PairLayout,
-    hat_operator,
-    pair_covariances,
-    point_covariances,
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    PointOperator,
     selection,
     weighted_mean,
 )
+from einschalt.theory.adjustment.propagation import PairLayout, hat_operator
 from einschalt.theory.transformation.sensitivity import (
     cofactors_of_rest,
     conformal_cofactors,
@@ -44,16 +43,36 @@ class FlightOperator:
 
     Attributes
     ----------
-    measured : bsr_array, shape (n_values · n_axes, n_values · n_axes)
+    measured : PointOperator
         From the measuring errors of all points of the flight, in ground units.
-    ground : bsr_array, shape (n_values · n_axes, n_ground · n_axes)
+    ground : PointOperator
         From the errors of the ground coordinates onto which its models were fitted.
-    n_axes : int
     """
 
-    measured: sparse.bsr_array
-    ground: sparse.bsr_array
-    n_axes: int
+    measured: PointOperator
+    ground: PointOperator
+
+    def selections(self, places, observed):
+        """Pick what the flight was fitted with.
+
+        Parameters
+        ----------
+        places : ndarray of int
+            Which source of ground coordinates stands in each row of their table.
+        observed : ObservedPoints
+            The points that the flight was fitted on.
+
+        Returns
+        -------
+        onto, fitted : PointOperator
+            Of the ground coordinates, and of the measured points.
+        """
+        ground, measured = self.ground, self.measured
+        rows = observed.row_numbers
+        return (
+            selection(places[observed.ground_rows], ground.n_sources, ground.axes),
+            selection(rows, measured.n_sources, measured.axes),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +90,7 @@ class GroundSources:
     count: int
 
 
-def flight_operator(transformation, model_points, ground, *, is_conformal):
+def flight_operator(transformation, model_points, ground, axes):
     """Error operator of all values of a flight.
 
     A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
@@ -83,8 +102,7 @@ def flight_operator(transformation, model_points, ground, *, is_conformal):
         Of ``model_points``.
     model_points : DataFrame
     ground : GroundSources
-    is_conformal : bool
-        Whether one complex coordinate stands for easting and northing.
+    axes : Axes
 
     Returns
     -------
@@ -93,30 +111,29 @@ def flight_operator(transformation, model_points, ground, *, is_conformal):
         not usable.
     """
     observed, fit = transformation.observed, transformation.fit
-    axes = ["x", "y", "z"][: observed.source.shape[1]]
-    coordinates = model_points[axes].to_numpy(dtype=float)
-    n_rows, n_axes = len(coordinates), 1 if is_conformal else len(axes)
+    names = ["x", "y", "z"][: observed.source.shape[1]]
+    coordinates = model_points[names].to_numpy(dtype=float)
+    n_rows = len(coordinates)
     sort = segments(observed.models.codes, len(observed.models))
     sorted_place = np.empty(n_rows, dtype=np.int64)
     sorted_place[sort.order] = np.arange(n_rows)
     layout = PairLayout(sort.start, sorted_place[observed.row_numbers])
     derive, cofactors = (
         (conformal_sensitivity, conformal_cofactors)
-        if is_conformal
+        if axes is Axes.COMPLEX
         else (sensitivity, cofactors_of_rest)
     )
     design = derive(fit, layout.model_of_row, coordinates[sort.order])
     weight_sum = segment_sum(observed.weights, observed.start)
     hat = hat_operator(design, cofactors(fit), weight_sum, observed.weights, layout)
-    in_given_order = selection(sorted_place, n_rows, n_axes)
-    hat = in_given_order @ hat
-    fitted = selection(observed.row_numbers, n_rows, n_axes)
-    onto = selection(ground.places[observed.ground_rows], ground.count, n_axes)
-    own = selection(np.arange(n_rows), n_rows, n_axes)
-    return FlightOperator(own - hat @ fitted, hat @ onto, n_axes)
+    hat = (selection(sorted_place, n_rows, axes) @ hat).formed()
+    fitted = selection(observed.row_numbers, n_rows, axes)
+    onto = selection(ground.places[observed.ground_rows], ground.count, axes)
+    own = selection(np.arange(n_rows), n_rows, axes)
+    return FlightOperator(own - (hat @ fitted).formed(), (hat @ onto).formed())
 
 
-def mean_operator(means, value_rows, n_values, n_axes):
+def mean_operator(means, value_rows, n_values, axes):
     """Operator of the means of stage 5.
 
     Parameters
@@ -124,17 +141,18 @@ def mean_operator(means, value_rows, n_values, n_axes):
     means : CoverageMean
     value_rows : ndarray of int
         Which row of the flight's values each value was that stage 5 was given.
-    n_values, n_axes : int
+    n_values : int
+    axes : Axes
 
     Returns
     -------
-    bsr_array, shape (n_points · n_axes, n_values · n_axes)
+    PointOperator
     """
     points, used = encode(means.points["point_id"]), encode(means.used["point_id"])
     sort = segments(points.locate(used)[used.codes], len(points))
     rows = value_rows[means.row_numbers]
     return weighted_mean(
-        rows[sort.order], means.weights[sort.order], sort.start, (n_values, n_axes)
+        rows[sort.order], means.weights[sort.order], sort.start, n_values, axes
     )
 
 
@@ -145,25 +163,27 @@ class PropagatedErrors:
     Attributes
     ----------
     point_ids : ndarray of object, shape (n_points,)
-    parts : dict of str to ndarray, shape (n_points, n_axes, n_axes)
+    parts : dict of str to ndarray, shape (n_points, n_coordinates, n_coordinates)
         Covariance from each source alone [m²].
-    chains : dict of str to tuple of sparse arrays
-        Error operator of each source as a product, the final points on the left.
+    chains : dict of str to PointOperator
+        From the errors of each source to the final points.
     standard_errors : dict of str to ndarray
         Of each source's observations, per coordinate [m].
-    n_axes : int
-        Of the operators: 1 where one complex coordinate stands for two.
     """
 
     point_ids: np.ndarray
     parts: dict
     chains: dict
     standard_errors: dict
-    n_axes: int
+
+    @property
+    def axes(self):
+        """Of the operators."""
+        return next(iter(self.chains.values())).axes
 
     @property
     def covariance(self):
-        """Covariance of each point, shape (n_points, n_axes, n_axes) [m²]."""
+        """Covariance of each point, (n_points, n_coordinates, n_coordinates) [m²]."""
         return sum(self.parts.values())
 
     def covariance_between(self, first, second):
@@ -178,7 +198,7 @@ class PropagatedErrors:
 
         Returns
         -------
-        ndarray, shape (n_pairs, n_axes, n_axes)
+        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
             [m²].
 
         Raises
@@ -198,14 +218,11 @@ class PropagatedErrors:
 
         Returns
         -------
-        ndarray, shape (n_pairs, n_axes, n_axes)
+        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
             [m²].
         """
         n_points = min(places.size, len(self.point_ids))
-        n_parts = max(
-            -(-len(places) // PAIRS_AT_ONCE),
-            n_ranges(self.chains, n_points, self.n_axes),
-        )
+        n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(self.chains, n_points))
         n_parts = max(1, min(n_parts, len(places)))
         parts = [self._between(part) for part in np.array_split(places, n_parts)]
         return np.concatenate(parts)
@@ -213,11 +230,10 @@ class PropagatedErrors:
     def _between(self, places):
         points, place = np.unique(places, return_inverse=True)
         pairs = place.reshape(places.shape)
-        total = 0.0
-        for source, rows in _rows_of(self.chains, points, self.n_axes):
-            sizes = self.standard_errors[source]
-            total = total + pair_covariances(rows, sizes, pairs, self.n_axes)
-        return _real_axes(total) if self.n_axes == 1 else total
+        return sum(
+            rows.covariances_between(pairs, self.standard_errors[source])
+            for source, rows in _rows_of(self.chains, points)
+        )
 
     def _places(self, point_ids):
         asked = encode(np.asarray(point_ids, dtype=object))
@@ -231,50 +247,48 @@ class PropagatedErrors:
         return place[asked.codes]
 
 
-def propagate(point_ids, chains, standard_errors, n_axes):
+def propagate(point_ids, chains, standard_errors):
     """Covariances of the final points from all sources.
 
     Parameters
     ----------
     point_ids : ndarray of object, shape (n_points,)
-    chains : dict of str to tuple of sparse arrays
-        Error operator of each source as a product, the final points on the left.
-    standard_errors : dict of str to ndarray, shape (n_sources,) or (n_sources, n_axes)
-        Per coordinate [m].
-    n_axes : int
+    chains : dict of str to PointOperator
+        From the errors of each source to the final points.
+    standard_errors : dict of str to ndarray
+        Per coordinate [m]; with a column for each axis where they differ.
 
     Returns
     -------
     PropagatedErrors
     """
-    n_points = next(iter(chains.values()))[0].shape[0] // n_axes
+    n_points = next(iter(chains.values())).n_points
     found = {source: [] for source in chains}
     # in ranges of points: the product as a whole would hold some hundred blocks a point
-    for places in np.array_split(
-        np.arange(n_points), n_ranges(chains, n_points, n_axes)
-    ):
-        for source, rows in _rows_of(chains, places, n_axes):
-            part = point_covariances(rows, standard_errors[source], n_axes)
-            found[source].append(_real_axes(part) if n_axes == 1 else part)
+    for places in np.array_split(np.arange(n_points), n_ranges(chains, n_points)):
+        for source, rows in _rows_of(chains, places):
+            found[source].append(rows.covariances(standard_errors[source]))
     parts = {source: np.concatenate(of_source) for source, of_source in found.items()}
-    return PropagatedErrors(point_ids, parts, chains, standard_errors, n_axes)
+    return PropagatedErrors(point_ids, parts, chains, standard_errors)
 
 
-def n_ranges(chains, n_points, n_axes):
+def n_ranges(chains, n_points):
     """Into how many ranges the points are divided, so that memory suffices.
 
     Parameters
     ----------
-    chains : dict of str to tuple of sparse arrays
-        Error operator of each source as a product, the final points on the left.
-    n_points, n_axes : int
+    chains : dict of str to PointOperator
+        From the errors of each source to the final points.
+    n_points : int
 
     Returns
     -------
     int
     """
-    row = max(_row_size(chain) for chain in chains.values())
-    by_memory = -(-n_points * n_axes * row // NUMBERS_AT_ONCE)
+    numbers = max(
+        chain.axes.size(n_points) * _row_size(chain) for chain in chains.values()
+    )
+    by_memory = -(-numbers // NUMBERS_AT_ONCE)
     return max(1, -(-n_points // POINTS_AT_ONCE), by_memory)
 
 
@@ -285,7 +299,7 @@ def _row_size(chain):
     their points depend on no more sources than those of small ones.
     """
     size, largest = 1.0, 1.0
-    for matrix in chain:
+    for matrix in chain.factors:
         width = matrix.shape[1]
         size = min(size * matrix.nnz / matrix.shape[0], width)
         likely = UNEVEN * size
@@ -293,35 +307,37 @@ def _row_size(chain):
     return int(largest) + 1
 
 
-def _rows_of(chains, places, n_axes):
+def _rows_of(chains, places):
     """Rows of some points in the product of each chain; what begins alike is shared.
 
     Yields
     ------
     source : str
-    rows : sparse array or ndarray
+    rows : PointOperator
+        Formed.
     """
-    n_points = next(iter(chains.values()))[0].shape[0] // n_axes
+    any_chain = next(iter(chains.values()))
+    picked = selection(places, any_chain.n_points, any_chain.axes)
     beginnings = Counter(
-        tuple(map(id, chain[:k])) for chain in chains.values() for k in _lengths(chain)
+        _key(chain, k) for chain in chains.values() for k in _lengths(chain)
     )
-    done = {(): selection(places, n_points, n_axes)}
+    done = {(): picked.matrix}
     for source, chain in chains.items():
         known = max((k for k in _lengths(chain) if _key(chain, k) in done), default=0)
         rows = done[_key(chain, known)]
-        for k in range(known, len(chain)):
-            rows = _filled(_times(rows, chain[k]))
+        for k in range(known, len(chain.factors)):
+            rows = _filled(_times(rows, chain.factors[k]))
             if beginnings[_key(chain, k + 1)] > 1:
                 done[_key(chain, k + 1)] = rows
-        yield source, rows
+        yield source, PointOperator((rows,), chain.axes)
 
 
 def _lengths(chain):
-    return range(1, len(chain) + 1)
+    return range(1, len(chain.factors) + 1)
 
 
 def _key(chain, length):
-    return tuple(map(id, chain[:length]))
+    return tuple(map(id, chain.factors[:length]))
 
 
 def _times(rows, matrix):
@@ -335,10 +351,3 @@ def _filled(rows):
     """As a full matrix where most of it is needed: it multiplies much faster."""
     is_full = sparse.issparse(rows) and rows.nnz > FULL * rows.shape[0] * rows.shape[1]
     return rows.toarray() if is_full else rows
-
-
-def _real_axes(scalar):
-    """Covariance of easting and northing from that of E + iN."""
-    same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
-    rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
-    return np.stack(rows, -2)

@@ -282,18 +282,15 @@ def _adjust_tables(tables, options):
     if tables.is_centre.any():
         part = tables.observations.of_models(verdicts.is_fine)
         solution = adjust_spatially(part.observations, solution.placement)
-    terms = _terms(part, options)
-    tests, terms = _examined(solution, terms, options)
-    if any(test.terms in terms for test in tests):
-        solution = solution.readjusted(part.observations, terms)
-    clean = clean_part(tables, part, solution, terms, options)
+    tests, solution = _examined(solution, options)
+    clean = clean_part(tables, part, solution, options)
     cleaned = clean.cleaned
-    control = examine_control(cleaned.solution, terms, options.significance)
+    control = examine_control(cleaned.solution, options.significance)
     is_set_aside = options.outliers != "keep"
     if is_set_aside:
         cleaned = replace(cleaned, solution=control.without)
     judged = _Judged(
-        deformation_table(tables, cleaned.solution, tests, terms, options),
+        deformation_table(tables, cleaned.solution, tests, options),
         control,
         clean.components,
         is_set_aside=is_set_aside,
@@ -318,29 +315,29 @@ class _Judged:
     is_set_aside: bool  # control that contradicts takes no part
 
 
-def _examined(solution, terms, options):
-    """Tests of all flights for deformations; terms with those to be modelled.
+def _examined(solution, options):
+    """Tests of all flights for deformations; the block with those to be modelled.
 
     A deformation of one flight bends the points, and with them the others. So the
     clearest is modelled before the other flights are tested.
     """
     is_plane = isinstance(solution, BlockSolution)
     if options.deformation == "ignored" or not is_plane:
-        return (), terms
+        return (), solution
     untested = set(np.unique(solution.observations.flight).tolist())
-    tests, found = {}, terms
+    is_modelled = options.deformation == "modelled"
+    tests, found = {}, solution
     while untested:
-        now = {k: examine_deformation(solution, found, k) for k in sorted(untested)}
+        now = {k: examine_deformation(found, k) for k in sorted(untested)}
         tests.update(now)
         clearest = min(now, key=lambda k: np.nan_to_num(now[k].p_value, nan=1.0))
         if not now[clearest].p_value < options.significance:
             break
-        found = (*(t for t in found if t.flight != clearest), now[clearest].terms)
         untested.remove(clearest)
-        if untested:
-            solution = solution.readjusted(solution.observations, found)
-    is_modelled = options.deformation == "modelled"
-    return [tests[k] for k in sorted(tests)], found if is_modelled else terms
+        if untested or is_modelled:
+            others = (t for t in found.terms if t.flight != clearest)
+            found = found.with_terms((*others, now[clearest].terms))
+    return [tests[k] for k in sorted(tests)], found if is_modelled else solution
 
 
 def _determined_part(tables):

@@ -11,10 +11,10 @@ from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import check_table
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.block_adjustment.observations import BlockObservations
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 
-AXES = ("easting", "northing", "height")
 COVARIANCES = {
     (0, 1): "covariance_en",
     (0, 2): "covariance_eh",
@@ -115,7 +115,8 @@ def code_block(flights, control_points) -> BlockTables:
         [number.codes + start for number, start in zip(numbers, first, strict=False)]
     )
     points, is_centre = _encode_points(parts)
-    n_axes = 3 if any(f.kind == SPATIAL for f in flights) else 2
+    is_spatial = any(flight.kind == SPATIAL for flight in flights)
+    axes = Axes.SPACE if is_spatial else Axes.PLANE
     flight = np.repeat(np.arange(len(flights)), np.diff(first))
     kind = np.array([f.kind for f in flights], dtype=object)[flight]
     models = pd.DataFrame(
@@ -125,9 +126,10 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    given = _given_control(control_points, points, n_axes)
+    given = _given_control(control_points, points, axes.names)
     order = segments(model, int(first[-1])).order
-    xyz = np.concatenate([part[list("xyz"[:n_axes])].to_numpy(float) for part in parts])
+    measured_axes = list("xyz" if is_spatial else "xy")
+    xyz = np.concatenate([part[measured_axes].to_numpy(float) for part in parts])
     measured = {
         "model": model[order],
         "point": points.codes[order],
@@ -136,7 +138,7 @@ def code_block(flights, control_points) -> BlockTables:
         "control": given.coordinates,
         "control_covariance": given.covariance,
     }
-    if n_axes < len(AXES) and (shared := _orientation(flights)) is not None:
+    if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
     return BlockTables(
         _observations(xyz[order], kind, measured),
@@ -166,7 +168,7 @@ def _orientation(flights):
 
 
 def _observations(xyz, kind, measured):
-    if xyz.shape[1] == len(AXES):
+    if xyz.shape[1] == len("xyz"):
         return SpatialObservations(xyz=xyz, **measured)
     return BlockObservations(xy=xyz, is_affine=kind == "affine", **measured)
 
@@ -218,16 +220,16 @@ class _Given:
     row: np.ndarray
 
 
-def _given_control(control_points, points, n_axes):
+def _given_control(control_points, points, axes):
     """Control of each coded point."""
-    n_points, axes = len(points), AXES[:n_axes]
-    coordinates = np.full((n_points, n_axes), np.nan)
-    covariance = np.zeros((n_points, n_axes, n_axes))
+    n_points, d = len(points), len(axes)
+    coordinates = np.full((n_points, d), np.nan)
+    covariance = np.zeros((n_points, d, d))
     row = np.full(n_points, -1)
     if control_points is None or len(control_points) == 0:
         return _Given(coordinates, covariance, row)
     schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
-    if n_axes == len(AXES):
+    if "height" in axes:
         schema = schema.requiring("height")
     checked = check_table(control_points, schema)
     raise_problems(checked.problems)
@@ -236,7 +238,7 @@ def _given_control(control_points, points, n_axes):
     is_used = (frame["role"] != "check").to_numpy() & (place >= 0)
     used = np.flatnonzero(is_used)
     coordinates[place[used]] = frame[list(axes)].to_numpy(float)[used]
-    own = _covariances(control_points, n_axes)
+    own = _covariances(control_points, axes)
     _refuse_impossible(own, frame)
     covariance[place[used]] = own[used]
     row[place[used]] = used
@@ -260,23 +262,23 @@ def _refuse_impossible(covariance, frame):
     )
 
 
-def _covariances(control_points, n_axes):
+def _covariances(control_points, axes):
     """Covariance of each row of control; 0 where no standard error is given.
 
     A height that has no standard error of its own has that of one coordinate.
     """
-    n, axes = len(control_points), range(n_axes)
-    covariance = np.zeros((n, n_axes, n_axes))
+    n, d = len(control_points), len(axes)
+    covariance = np.zeros((n, d, d))
     if "standard_error_m" in control_points:
         total = control_points["standard_error_m"].to_numpy(float)
-        covariance[:, axes, axes] = (np.nan_to_num(total) / SQRT2)[:, None] ** 2
-    for axis, name in enumerate(AXES[:n_axes]):
+        covariance[:, range(d), range(d)] = (np.nan_to_num(total) / SQRT2)[:, None] ** 2
+    for axis, name in enumerate(axes):
         own = control_points.get(f"standard_error_{name}")
         if own is not None:
             known = own.notna().to_numpy()
             covariance[known, axis, axis] = own.to_numpy(float)[known] ** 2
     for (one, other), name in COVARIANCES.items():
-        if name in control_points and other < n_axes:
+        if name in control_points and other < d:
             both = np.nan_to_num(control_points[name].to_numpy(float))
             covariance[:, one, other] = covariance[:, other, one] = both
     return covariance

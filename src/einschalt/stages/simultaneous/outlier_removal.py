@@ -40,7 +40,7 @@ class CleanedPart:
     components: pd.DataFrame
 
 
-def clean_part(tables, part, solution, terms, options) -> CleanedPart:
+def clean_part(tables, part, solution, options) -> CleanedPart:
     """Deal with gross errors, and give groups the errors that they show.
 
     Parameters
@@ -49,41 +49,40 @@ def clean_part(tables, part, solution, terms, options) -> CleanedPart:
     part : Part
     solution : BlockSolution or SpatialSolution
         Of the part.
-    terms : sequence of CommonTerms
     options : AdjustmentOptions
 
     Returns
     -------
     CleanedPart
     """
-    weighed = _weighed(tables, part, solution, terms, options)
+    weighed = _weighed(tables, part, solution, options)
     observations, block = weighed.part.observations, weighed.block
     if options.outliers == "keep":
         cleaned = CleanedBlock(block.solution, block.is_out)
     elif options.outliers == "snoop":
-        cleaned = with_all_control(block, observations, terms)
+        cleaned = with_all_control(block, observations)
     else:
-        cleaned = downweight(block, observations, terms, options.outliers)
+        cleaned = downweight(block, observations, options.outliers)
     return CleanedPart(weighed.part, cleaned, weighed.table)
 
 
-def _weighed(tables, part, solution, terms, options):
+def _weighed(tables, part, solution, options):
     """Sizes of errors, and the block without gross ones where these are looked for."""
     estimates_all = options.variance_components == "estimated"
     if options.outliers == "keep":
         block = OutlierFreeBlock.whole(solution)
-        return weigh_groups(tables, part, block, terms, all_of_them=estimates_all)
-    block = outlier_free_block(solution, terms, options.significance)
+        return weigh_groups(tables, part, block, all_of_them=estimates_all)
+    block = outlier_free_block(solution, options.significance)
     factors = 1.0
     for _ in range(MOST_ROUNDS):
         weighed = weigh_groups(
-            tables, part, block, terms, all_of_them=estimates_all, factors=factors
+            tables, part, block, all_of_them=estimates_all, factors=factors
         )
         if weighed.part is part:
             break
         part, factors, before = weighed.part, weighed.factors, block
-        solution = solution.readjusted(part.observations, terms)
-        block = outlier_free_block(solution, terms, options.significance)
+        solution = solution.readjusted(part.observations)
+        block = outlier_free_block(solution, options.significance)
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)

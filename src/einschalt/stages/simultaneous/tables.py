@@ -333,7 +333,7 @@ def common_table(tables, solution):
     )
 
 
-def deformation_table(tables, solution, tests, terms, options):
+def deformation_table(tables, solution, tests, options):
     """Deformations that the models of each flight share, and what is left of them.
 
     Parameters
@@ -342,8 +342,6 @@ def deformation_table(tables, solution, tests, terms, options):
     solution : BlockSolution
         After what was modelled.
     tests : sequence of DeformationTest
-    terms : sequence of CommonTerms
-        With which it was computed.
     options : AdjustmentOptions
 
     Returns
@@ -360,7 +358,7 @@ def deformation_table(tables, solution, tests, terms, options):
                 "f_statistic": test.f_statistic,
                 "p_value": test.p_value,
                 "is_detected": bool(test.p_value < options.significance),
-                "is_modelled": test.terms in terms,
+                "is_modelled": test.terms in solution.terms,
                 "size": test.size,
                 "size_middle": test.size_middle,
                 "size_edge": test.size_edge,

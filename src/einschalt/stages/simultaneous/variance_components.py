@@ -92,7 +92,7 @@ class Weighed:
     table: pd.DataFrame
 
 
-def weigh_groups(tables, part, block, terms, *, all_of_them, factors=1.0) -> Weighed:
+def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
     """Give the groups the errors that their residuals show, where that is asked for.
 
     Parameters
@@ -101,7 +101,6 @@ def weigh_groups(tables, part, block, terms, *, all_of_them, factors=1.0) -> Wei
     part : Part
     block : OutlierFreeBlock
         Of the part.
-    terms : sequence of CommonTerms
     all_of_them : bool
         Estimate every group and the control, or those that nobody has given only.
     factors : ndarray, shape (n_groups + 1,), optional
@@ -123,7 +122,7 @@ def weigh_groups(tables, part, block, terms, *, all_of_them, factors=1.0) -> Wei
             break
         applied *= step
         part = replace(part, observations=_scaled(part.observations, groups, step))
-        block = block.readjusted(part.observations, terms)
+        block = block.readjusted(part.observations)
         found = group_components(block, groups.code, n_groups)
     table = _table(part.observations, groups, applied, found)
     table["is_estimated"] = is_free[table.index] & table["factor"].notna()

@@ -10,36 +10,28 @@ Source: Satterthwaite 1946; see docs/theory/claim.md.
 import numpy as np
 from scipy.special import chdtrc, stdtr  # scipy.stats takes a second to import
 
-from einschalt.theory.adjustment.propagation import by_axis
 
-
-def draw_errors(standard_errors, n_axes, *, n_draws, seed):
+def draw_errors(standard_errors, axes, *, n_draws, seed):
     """Draw normal errors of all sources.
 
     Parameters
     ----------
     standard_errors : dict of str to ndarray
-        Of each source's observations, per coordinate [m]; shape (n,), or (n, n_axes)
-        where the axes differ.
-    n_axes : int
-        1 where one complex number stands for two coordinates.
+        Of each source's observations, per coordinate [m]; with a column for each axis
+        where they differ.
+    axes : Axes
     n_draws, seed : int
 
     Returns
     -------
-    dict of str to ndarray, shape (n · n_axes, n_draws)
-        [m]; complex where one number stands for easting and northing.
+    dict of str to ndarray, shape (n_numbers, n_draws)
+        Packed [m].
     """
     rng = np.random.default_rng(seed)
-    drawn = {}
-    for source, sizes in standard_errors.items():
-        of_axes = by_axis(sizes, n_axes).reshape(-1, 1)
-        shape = (len(of_axes), n_draws)
-        values = rng.standard_normal(shape)
-        if n_axes == 1:
-            values = values + 1j * rng.standard_normal(shape)
-        drawn[source] = of_axes * values
-    return drawn
+    return {
+        source: axes.draw(rng, sizes, n_draws)
+        for source, sizes in standard_errors.items()
+    }
 
 
 def apply_chains(errors, chains):
@@ -47,46 +39,17 @@ def apply_chains(errors, chains):
 
     Parameters
     ----------
-    errors : dict of str to ndarray, shape (n_sources · n_axes, n_draws)
-    chains : dict of str to tuple of sparse arrays
-        Operators of each source as a product, the quantities on the left.
+    errors : dict of str to ndarray, shape (n_numbers, n_draws)
+        Packed.
+    chains : dict of str to PointOperator
+        From each source to the quantities.
 
     Returns
     -------
-    ndarray, shape (n_quantities · n_axes, n_draws)
+    ndarray, shape (n_numbers, n_draws)
+        Of the quantities, packed.
     """
-    total = 0.0
-    for source, chain in chains.items():
-        part = errors[source]
-        for matrix in reversed(chain):
-            part = _applied(matrix.tocsr(), part)
-        total = total + part
-    return total
-
-
-def _applied(matrix, columns):
-    if np.iscomplexobj(columns) and not np.iscomplexobj(matrix):
-        # two real columns for each complex one: half the work
-        columns = np.ascontiguousarray(columns)
-        return (matrix @ columns.view(float)).view(complex)
-    return matrix @ columns
-
-
-def plan_of(columns, n_axes):
-    """Easting and northing of drawn quantities.
-
-    Parameters
-    ----------
-    columns : ndarray, shape (n · n_axes, n_draws)
-    n_axes : int
-
-    Returns
-    -------
-    ndarray, shape (n, 2, n_draws)
-    """
-    if n_axes == 1:
-        return np.stack([columns.real, columns.imag], axis=1)
-    return columns.reshape(-1, n_axes, columns.shape[1])[:, :2]
+    return sum(chain.apply(errors[source]) for source, chain in chains.items())
 
 
 def tail_of_squares(observed, drawn):

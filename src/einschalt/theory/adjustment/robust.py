@@ -157,10 +157,10 @@ def usual_length(fit, points):
     ndarray, shape (n_models,)
         √(χ²_k(½) f / (k n)) with the redundancy f of n points with k coordinates.
     """
-    n_axes = fit.residuals.shape[1]
-    n_observations = n_axes * np.diff(points.start)
+    n_coordinates = fit.residuals.shape[1]
+    n_observations = n_coordinates * np.diff(points.start)
     share = fit.redundancy / np.maximum(n_observations, 1)
-    return np.sqrt(chdtri(n_axes, 0.5) * share)
+    return np.sqrt(chdtri(n_coordinates, 0.5) * share)
 
 
 def segment_median(values, start):

@@ -31,12 +31,10 @@ class SumOfSquares:
 
     Attributes
     ----------
-    values : ndarray, shape (n_rows,)
-        Observed quantities that vanish without errors [m]; complex where one number
-        stands for easting and northing.
-    chains : dict of str to tuple of sparse arrays
-        From errors of the given size of each source to ``values``, as a product of
-        matrices, the rows of ``values`` on the left. A source that has none does not
+    values : ndarray, shape (n_numbers,)
+        Observed quantities that vanish without errors, packed [m].
+    chains : dict of str to PointOperator
+        From the errors of each source to ``values``. A source that has none does not
         enter.
     """
 
@@ -93,8 +91,8 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     sums : sequence of SumOfSquares
         At least as many as there are sources that are not held.
     standard_errors : dict of str to ndarray
-        Given size of each error of each source [m]; one for each column of the
-        right-most matrices, in the order of the sources.
+        Given size of the errors of each source, per coordinate [m]; with a column for
+        each axis where they differ.
     seed : int
         Of the draws from which means and covariances of the sums are taken.
     held : dict of str to float, optional
@@ -140,13 +138,14 @@ def _drawn_products(sums, standard_errors, seed):
     """Scalar products of drawn parts, shape (n_draws, n_sums, n_sources, n_sources)."""
     rng = np.random.default_rng(seed)
     n_sources = len(standard_errors)
-    longest = max(len(sizes) for sizes in standard_errors.values())
+    axes = next(iter(sums[0].chains.values())).axes
+    longest = max(axes.size(len(sizes)) for sizes in standard_errors.values())
     at_once = max(1, min(N_DRAWS, NUMBERS_AT_ONCE // longest))
     products = np.empty((N_DRAWS, len(sums), n_sources, n_sources))
     for first in range(0, N_DRAWS, at_once):
         n_draws = min(at_once, N_DRAWS - first)
         errors = {
-            source: _draw(rng, sizes, n_draws, is_complex=_is_complex(sums))
+            source: axes.draw(rng, sizes, n_draws)
             for source, sizes in standard_errors.items()
         }
         for place, part in enumerate(sums):
@@ -157,34 +156,12 @@ def _drawn_products(sums, standard_errors, seed):
     return products
 
 
-def _is_complex(sums):
-    return any(np.iscomplexobj(part.values) for part in sums)
-
-
-def _draw(rng, sizes, n_draws, *, is_complex):
-    shape = (len(sizes), n_draws)
-    drawn = rng.standard_normal(shape)
-    if is_complex:
-        drawn = drawn + 1j * rng.standard_normal(shape)
-    return sizes[:, None] * drawn
-
-
 def _drawn(part, source, errors):
     """What the errors of a source make of the values; zero where they do not enter."""
-    moved = errors[source]
+    drawn = errors[source]
     if source not in part.chains:
-        return np.zeros((len(part.values), moved.shape[1]), dtype=moved.dtype)
-    for matrix in reversed(part.chains[source]):
-        moved = _multiplied(matrix, moved)
-    return moved
-
-
-def _multiplied(matrix, columns):
-    rows = matrix.tocsr()
-    if np.iscomplexobj(columns) and not np.iscomplexobj(rows):
-        # two real columns for each complex one: half the work
-        return (rows @ columns.view(float)).view(complex)
-    return rows @ columns
+        return np.zeros((len(part.values), drawn.shape[1]), dtype=drawn.dtype)
+    return part.chains[source].apply(drawn)
 
 
 def _covariance_of_sums(products, factors):

@@ -1,17 +1,43 @@
-"""What plane and spatial blocks have in common once they are adjusted."""
+"""What plane and spatial blocks have in common, while and once they are adjusted."""
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from einschalt.theory.block_adjustment.observations import ObservedBlock
+from einschalt.theory.block_adjustment.solver import Ordering, Solver
 
+
+@dataclass(frozen=True, eq=False)
 class AdjustedBlock:
-    """Properties that follow from residuals and cofactors, whatever the models are.
+    """Adjusted block with d coordinates, in the order of the observations.
 
-    A solution has ``observations``, ``residuals`` (n_rows, d), ``redundancy``,
-    ``sum_of_squares``, ``solver``, ``ordering``, and the cofactors of its points
-    (n_points, d, d) and of what was adjusted (n_rows, d, d).
+    Attributes
+    ----------
+    observations : BlockObservations or SpatialObservations
+    points : ndarray, shape (n_points, d)
+        Easting, northing [, height] [m].
+    residuals : ndarray, shape (n_rows, d)
+        Transformed less adjusted [m].
+    control_residuals : ndarray, shape (n_points, d)
+        Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
+    redundancy : int
+    sum_of_squares : float
+        Σ w v² of all observations, of the control, and of the orientations' errors.
+    solver : Solver
+    ordering : Ordering
+        The last two in the order of elimination.
     """
+
+    observations: ObservedBlock
+    points: np.ndarray
+    residuals: np.ndarray
+    control_residuals: np.ndarray
+    redundancy: int
+    sum_of_squares: float
+    solver: Solver
+    ordering: Ordering
 
     @property
     def s_0(self):
@@ -43,6 +69,23 @@ class AdjustedBlock:
         return in_old_order(motion, self.ordering.order)
 
     @cached_property
+    def point_cofactors(self):
+        """Cofactors of the points, shape (n_points, d, d) [m²]."""
+        return in_old_order(self._cofactors("points"), self.ordering.reordered.points)
+
+    @cached_property
+    def adjusted_cofactors(self):
+        """Cofactors of transformed less adjusted points, (n_rows, d, d) [m²]."""
+        return in_old_order(self._cofactors("residuals"), self.ordering.reordered.rows)
+
+    def _cofactors(self, quantity):
+        """Of points or residuals, in the order of elimination."""
+        cofactors = self.solver.cofactors
+        if quantity == "points":
+            return cofactors.points
+        return cofactors.of_differences(self.solver.system.incidence.point)
+
+    @cached_property
     def leverage(self):
         """Share of each observation in its own adjusted value, (n_rows, d)."""
         diagonal = np.diagonal(self.adjusted_cofactors, axis1=1, axis2=2)
@@ -56,6 +99,81 @@ class AdjustedBlock:
         diagonal = np.diagonal(product, axis1=1, axis2=2).copy()
         diagonal[~self.observations.is_control | self.observations.is_fixed] = np.nan
         return diagonal
+
+
+class BlockInOrder:
+    """Observations and control of a block, in the order of elimination.
+
+    Parameters
+    ----------
+    observations : BlockObservations or SpatialObservations
+    ordering : Ordering
+        Of its models and points.
+
+    Attributes
+    ----------
+    given : BlockObservations or SpatialObservations
+        In their own order.
+    rows, points : ndarray of int
+        Old number of each observation and point.
+    incidence : Incidence
+    weights : ndarray, shape (n_rows,) or (n_rows, d)
+    prior : tuple of ndarray
+        Weight of the given coordinates of each point, and whether they are held.
+    is_control : ndarray of bool, shape (n_points,)
+    """
+
+    def __init__(self, observations, ordering):
+        self.given, self.ordering = observations, ordering
+        self.rows = ordering.reordered.rows
+        self.points = ordering.reordered.points
+        self.incidence = ordering.reordered.incidence
+        self.weights = observations.standard_error[self.rows] ** -2.0
+        self.prior = (
+            observations.control_weight[self.points],
+            observations.is_fixed[self.points],
+        )
+        self.is_control = observations.is_control[self.points]
+
+    def control_from(self, origin):
+        """Given coordinates, counted from an origin; 0 where a point is no control."""
+        control = self.given.control[self.points]
+        return np.where(self.is_control[:, None], control - origin, 0.0)
+
+    def common_fields(self, points, residuals, control, origin, n_unknowns):
+        """Fields of the adjusted block that are known whatever its models are.
+
+        Parameters
+        ----------
+        points, control : ndarray, shape (n_points, d)
+            Adjusted and given, from the origin [m].
+        residuals : ndarray, shape (n_rows, d)
+        origin : ndarray, shape (d,)
+        n_unknowns : int
+            Of the models.
+
+        Returns
+        -------
+        dict
+            In the order of the observations as they were given.
+        """
+        given, d = self.given, points.shape[1]
+        control_residuals = np.full_like(points, np.nan)
+        control_residuals[self.is_control] = (points - control)[self.is_control]
+        known = np.nan_to_num(control_residuals)
+        squares = np.sum(self.weights.reshape(len(residuals), -1) * residuals**2)
+        squares += np.einsum("na,nab,nb->", known, self.prior[0], known)
+        n_free = int((~given.is_fixed).sum())
+        n_observed = len(residuals) + int((given.is_control & ~given.is_fixed).sum())
+        return {
+            "observations": given,
+            "points": in_old_order(points + origin, self.points),
+            "residuals": in_old_order(residuals, self.rows),
+            "control_residuals": in_old_order(control_residuals, self.points),
+            "redundancy": int(d * (n_observed - n_free) - n_unknowns),
+            "sum_of_squares": float(squares),
+            "ordering": self.ordering,
+        }
 
 
 def in_old_order(values, old_number):
@@ -74,3 +192,20 @@ def in_old_order(values, old_number):
     result = np.empty_like(values)
     result[old_number] = values
     return result
+
+
+def largest_error(cofactors):
+    """Largest standard error of the unknowns of each model, for σ_0 = 1.
+
+    Parameters
+    ----------
+    cofactors : ndarray, shape (n_models, n_unknowns)
+        Diagonal elements.
+
+    Returns
+    -------
+    ndarray, shape (n_models,)
+        NaN where rounding has left no positive variance.
+    """
+    is_possible = (cofactors >= 0.0).all(axis=1)
+    return np.sqrt(np.where(is_possible, cofactors.max(axis=1), np.nan))

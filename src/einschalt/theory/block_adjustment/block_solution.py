@@ -7,7 +7,9 @@ import numpy as np
 
 from einschalt.theory.block_adjustment.adjusted_block import (
     AdjustedBlock,
+    BlockInOrder,
     in_old_order,
+    largest_error,
 )
 from einschalt.theory.block_adjustment.axis_coupling import (
     Channels,
@@ -15,13 +17,12 @@ from einschalt.theory.block_adjustment.axis_coupling import (
     reduce_models,
 )
 from einschalt.theory.block_adjustment.common_parameters import (
+    CommonTerms,
     Deformation,
     deformation_of,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.observations import BlockObservations
 from einschalt.theory.block_adjustment.solver import (
-    Ordering,
     Solver,
     build_solver,
     order_block,
@@ -63,87 +64,71 @@ class Bordered:
 
 @dataclass(frozen=True, eq=False)
 class BlockSolution(AdjustedBlock):
-    """Adjusted block, in the order of the observations that were given.
+    """Adjusted block of plane models.
 
     Attributes
     ----------
-    observations : BlockObservations
     affinities : ndarray, shape (n_models, 2, 3)
         Every model as E, N = shift + coefficient of x + coefficient of y, of model
         coordinates as they were measured, or as ``xy`` where they were corrected.
-    points : ndarray, shape (n_points, 2)
-        Easting, northing [m].
-    residuals : ndarray, shape (n_rows, 2)
-        Transformed less adjusted [m].
-    control_residuals : ndarray, shape (n_points, 2)
-        Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
     xy : ndarray, shape (n_rows, 2)
         Model coordinates, corrected by the common parameters.
     common : ndarray, shape (n_terms,)
         Coefficients of the deformation: ratios, or model units at the edge.
     common_cofactors : ndarray, shape (n_terms, n_terms)
+    terms : tuple of CommonTerms
+        Deformations that the models of a flight share.
     deformation : Deformation
-    redundancy : int
-    sum_of_squares : float
-        Σ w v² of all observations, of the control, and of the orientations' errors.
+        What these make of the observations.
     orientation : ndarray, shape (n_models, n_elements)
         Errors of the orientations as adjusted, over their standard errors.
-    solver : Solver
-    ordering : Ordering
     bordered : Bordered
-        The last three in the order of elimination.
+        In the order of elimination.
     reduced : ModelFrames
         Of the reduced coordinates in which the models were solved.
     """
 
-    observations: BlockObservations
     affinities: np.ndarray
-    points: np.ndarray
-    residuals: np.ndarray
-    control_residuals: np.ndarray
     xy: np.ndarray
     common: np.ndarray
     common_cofactors: np.ndarray
+    terms: tuple[CommonTerms, ...]
     deformation: Deformation
-    redundancy: int
-    sum_of_squares: float
     orientation: np.ndarray
-    solver: Solver
-    ordering: Ordering
     bordered: Bordered
     reduced: ModelFrames
 
-    def readjusted(self, observations, terms):
+    def readjusted(self, observations):
         """Adjust the same block with other errors or given coordinates.
 
         Parameters
         ----------
         observations : BlockObservations
             Of the same models and points.
+
+        Returns
+        -------
+        BlockSolution
+            With the same terms.
+        """
+        return adjust(observations, self.terms, self.ordering)
+
+    def with_terms(self, terms):
+        """Adjust the same observations with other deformations.
+
+        Parameters
+        ----------
         terms : sequence of CommonTerms
 
         Returns
         -------
         BlockSolution
         """
-        return adjust(observations, terms, self.ordering)
+        return adjust(self.observations, terms, self.ordering)
 
-    @cached_property
-    def point_cofactors(self):
-        """Cofactors of the points, shape (n_points, 2, 2) [m²]."""
-        solver = self.solver
-        plane = solver.channels.plane(solver.cofactors.points)
-        plane = plane + self.bordered.spread(self.bordered.points)
-        return in_old_order(plane, self.ordering.reordered.points)
-
-    @cached_property
-    def adjusted_cofactors(self):
-        """Cofactors of transformed less adjusted points, (n_rows, 2, 2) [m²]."""
-        solver = self.solver
-        differences = solver.cofactors.of_differences(solver.system.incidence.point)
-        plane = solver.channels.plane(differences)
-        plane = plane + self.bordered.spread(self.bordered.residuals)
-        return in_old_order(plane, self.ordering.reordered.rows)
+    def _cofactors(self, quantity):
+        plane = self.solver.channels.plane(super()._cofactors(quantity))
+        return plane + self.bordered.spread(getattr(self.bordered, quantity))
 
     @property
     def relative_errors(self):
@@ -157,10 +142,7 @@ class BlockSolution(AdjustedBlock):
         cofactors = np.diagonal(self.parameter_cofactors, axis1=1, axis2=2)[:, 2:]
         linear = self.affinities[:, :, 1:]
         scale = np.sqrt(np.sum(linear**2, axis=(1, 2)) / 2.0)
-        largest = np.where(
-            (cofactors >= 0.0).all(axis=1), cofactors.max(axis=1), np.nan
-        )
-        return np.sqrt(largest) / scale
+        return largest_error(cofactors) / scale
 
     @cached_property
     def parameter_cofactors(self):
@@ -247,11 +229,10 @@ class _Pass:
     xy: np.ndarray
 
 
-class _Task:
-    """A block that is adjusted, in the order of elimination."""
+class _Task(BlockInOrder):
+    """A plane block that is adjusted, in the order of elimination."""
 
     def __init__(self, observations, terms, ordering):
-        self._given = observations
         if ordering is None:
             n_models, n_points = observations.n_models, observations.n_points
             incidence = incidence_of(
@@ -260,32 +241,22 @@ class _Task:
             near = reduce_models(observations.xy, observations.model, n_models)
             chained = near.xy * near.frames.extent[observations.model][:, None]
             ordering = order_block(incidence, chained)
-        self.ordering = ordering
-        self._rows = ordering.reordered.rows
-        self._points = ordering.reordered.points
-        self._fans = ordering.reordered.incidence
-        control = observations.control[self._points]
-        is_control = observations.is_control[self._points]
+        super().__init__(observations, ordering)
+        control = observations.control[self.points][self.is_control]
         # the origin lies among the control: sums far from it lose digits
-        first = control[int(np.argmax(is_control))]
-        self._origin = first + (control[is_control] - first).mean(axis=0)
-        self._is_control = is_control
-        self._control = np.where(is_control[:, None], control - self._origin, 0.0)
-        self._xy = observations.xy[self._rows]
-        self._weights = observations.standard_error[self._rows] ** -2.0
-        self._prior = (
-            observations.control_weight[self._points],
-            observations.is_fixed[self._points],
-        )
-        self.deformation = deformation_of(observations, terms)
+        self._origin = control[0] + (control - control[0]).mean(axis=0)
+        self._control = self.control_from(self._origin)
+        self._xy = observations.xy[self.rows]
+        self._terms = tuple(terms)
+        self.deformation = deformation_of(observations, self._terms)
         self._channels = Channels(
             observations.is_affine[ordering.order], is_coupled=observations.is_coupled
         )
-        self._columns = self.deformation.columns[self._rows]
+        self._columns = self.deformation.columns[self.rows]
         self._orientation = None
         self._oriented = self._channels
         if observations.orientation is not None:
-            self._orientation = observations.orientation[self._rows]
+            self._orientation = observations.orientation[self.rows]
             self._oriented = Channels(
                 self._channels.is_affine,
                 is_coupled=True,
@@ -298,7 +269,7 @@ class _Task:
             return True
         if used is None:
             return False
-        change = (passed.affinities - used)[self._fans.model][:, :, 1:]
+        change = (passed.affinities - used)[self.incidence.model][:, :, 1:]
         return np.abs(change @ self._orientation).max() <= SETTLED_ON_GROUND
 
     def is_settled(self, step):
@@ -310,13 +281,13 @@ class _Task:
         """Adjust with model coordinates corrected by known common parameters."""
         # a block of millions of observations has no room for copies
         xy = self._xy if len(common) == 0 else self._xy + self._columns @ common
-        reduced = reduce_models(xy, self._fans.model, self._fans.n_models)
+        reduced = reduce_models(xy, self.incidence.model, self.incidence.n_models)
         channels, shared = self._channels, None
         if self._orientation is not None and affinities is not None:
-            linear = affinities[self._fans.model][:, :, 1:]
+            linear = affinities[self.incidence.model][:, :, 1:]
             channels, shared = self._oriented, linear @ self._orientation
         solver = build_solver(
-            self.ordering, reduced.xy, self._weights, self._prior, channels, shared
+            self.ordering, reduced.xy, self.weights, self.prior, channels, shared
         )
         frames = reduced.frames
         points, residuals, unknowns = self._without_common(solver)
@@ -350,7 +321,7 @@ class _Task:
     def _border(self, solver, affinities):
         """How the block answers to the common parameters, and their cofactors."""
         channels, n_terms = solver.channels, self._columns.shape[2]
-        n_models, n_points = self._fans.n_models, self._fans.n_points
+        n_models, n_points = self.incidence.n_models, self.incidence.n_points
         if n_terms == 0:
             return Bordered(
                 np.zeros((0, 0)),
@@ -358,11 +329,11 @@ class _Task:
                 self._columns,
                 np.zeros((n_models, channels.n_unknowns, 0)),
             )
-        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
+        on_ground = affinities[self.incidence.model][:, :, 1:] @ self._columns
         held = channels.split(np.zeros((n_points, 2, n_terms)))
         answer = solver.project(channels.split(-on_ground), held)
         residuals = channels.join(answer.residuals)
-        weighted = on_ground * self._weights[:, None, None]
+        weighted = on_ground * self.weights[:, None, None]
         normals = np.einsum("ncj,nck->jk", weighted, residuals)
         whole = np.einsum("ncj,ncj->j", weighted, on_ground)
         return Bordered(
@@ -376,44 +347,34 @@ class _Task:
         """Step of the common parameters."""
         if self._columns.shape[2] == 0:
             return np.zeros(0)
-        on_ground = affinities[self._fans.model][:, :, 1:] @ self._columns
-        weighted = on_ground * self._weights[:, None, None]
+        on_ground = affinities[self.incidence.model][:, :, 1:] @ self._columns
+        weighted = on_ground * self.weights[:, None, None]
         right = np.einsum("ncj,nc->j", weighted, residuals)
         return -bordered.cofactors @ right
 
     def solution(self, passed) -> BlockSolution:
         """Everything in the given order."""
-        given, is_control = self._given, self._is_control
-        control_residuals = np.full_like(passed.points, np.nan)
-        control_residuals[is_control] = (passed.points - self._control)[is_control]
-        known = np.nan_to_num(control_residuals)
-        squares = np.sum(self._weights[:, None] * passed.residuals**2)
-        squares += np.einsum("na,nab,nb->", known, self._prior[0], known)
-        squares += np.sum(passed.orientation**2)
+        given = self.given
         n_unknowns = np.where(given.is_affine, 6, 4).sum() + len(passed.common)
-        n_unknowns += 2 * int((~given.is_fixed).sum())
-        n_observed = 2 * len(given.xy)
-        n_observed += 2 * int((given.is_control & ~given.is_fixed).sum())
+        common = self.common_fields(
+            passed.points, passed.residuals, self._control, self._origin, n_unknowns
+        )
+        common["sum_of_squares"] += float(np.sum(passed.orientation**2))
         affinities = passed.affinities.copy()
         affinities[:, :, 0] += self._origin
         order = self.ordering.order
         return BlockSolution(
-            observations=given,
+            **common,
             affinities=in_old_order(affinities, order),
-            points=in_old_order(passed.points + self._origin, self._points),
-            residuals=in_old_order(passed.residuals, self._rows),
-            control_residuals=in_old_order(control_residuals, self._points),
             xy=given.xy
             if passed.xy is self._xy
-            else in_old_order(passed.xy, self._rows),
+            else in_old_order(passed.xy, self.rows),
             common=passed.common,
             common_cofactors=passed.bordered.cofactors,
+            terms=self._terms,
             deformation=self.deformation,
-            redundancy=int(n_observed - n_unknowns),
-            sum_of_squares=float(squares),
             orientation=in_old_order(passed.orientation, order),
             solver=passed.solver,
-            ordering=self.ordering,
             bordered=passed.bordered,
             reduced=ModelFrames(
                 in_old_order(passed.frames.centroid, order),

@@ -44,7 +44,7 @@ def judge_observations(solution, given) -> BlockTests:
 
     Parameters
     ----------
-    solution : BlockSolution
+    solution : AdjustedBlock
     given : BlockObservations
         The same with the standard errors that the observations have; those of the
         solution are larger where an observation was taken out or weighs less.
@@ -60,13 +60,13 @@ def judge_observations(solution, given) -> BlockTests:
     σ² R Rᵀ + R A Q Aᵀ: σ² R where they weigh as they should, and σ² I + A Q Aᵀ where
     they were taken out.
     """
-    n_rows, n_axes = solution.residuals.shape
+    n_rows, d = solution.residuals.shape
     used, variance = (
         o.standard_error.reshape(n_rows, 1, -1) ** 2
         for o in (solution.observations, given)
     )
     adjusted = solution.adjusted_cofactors
-    redundancy = np.eye(n_axes) - adjusted / used
+    redundancy = np.eye(d) - adjusted / used
     turned = np.swapaxes(redundancy, 1, 2)
     cofactors = (redundancy * variance) @ turned + redundancy @ adjusted
     found = _tests(solution, solution.residuals, cofactors, redundancy)
@@ -79,7 +79,7 @@ def judge_control(solution) -> BlockTests:
 
     Parameters
     ----------
-    solution : BlockSolution
+    solution : AdjustedBlock
 
     Returns
     -------
@@ -90,14 +90,14 @@ def judge_control(solution) -> BlockTests:
     is_tested = observations.is_control & ~observations.is_fixed
     given = observations.control_covariance[is_tested]
     adjusted = solution.point_cofactors[is_tested]
-    n_axes = observations.control.shape[1]
-    redundancy = np.eye(n_axes) - adjusted @ observations.control_weight[is_tested]
+    d = observations.control.shape[1]
+    redundancy = np.eye(d) - adjusted @ observations.control_weight[is_tested]
     residuals = solution.control_residuals[is_tested]
     least = max(LEAST_CHECK, CLEARLY * _pull(observations, solution))
     found = _tests(solution, residuals, given - adjusted, redundancy, least)
     n_points = observations.n_points
     w, p_value = np.full(n_points, np.nan), np.full(n_points, np.nan)
-    error = np.full((n_points, n_axes), np.nan)
+    error = np.full((n_points, d), np.nan)
     w[is_tested], p_value[is_tested] = found.w, found.p_value
     error[is_tested] = found.error
     return BlockTests(w, p_value, error)
@@ -109,21 +109,21 @@ def _tests(solution, residuals, cofactors, redundancy, least=LEAST_CHECK):
     A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
     estimated by −R⁻¹ v.
     """
-    n_axes = residuals.shape[1]
+    d = residuals.shape[1]
     is_checked = _least_share(redundancy) > least
     which = is_checked[:, None, None]
     v = residuals[:, :, None]
-    error = -np.linalg.solve(np.where(which, redundancy, np.eye(n_axes)), v)[:, :, 0]
-    weighted = np.linalg.solve(np.where(which, cofactors, np.eye(n_axes)), v)[:, :, 0]
+    error = -np.linalg.solve(np.where(which, redundancy, np.eye(d)), v)[:, :, 0]
+    weighted = np.linalg.solve(np.where(which, cofactors, np.eye(d)), v)[:, :, 0]
     square = np.sum(residuals * weighted, axis=1)
     square = np.where(is_checked & (square >= 0.0), square, np.nan)
     error = np.where(is_checked[:, None], error, np.nan)
     f, omega = solution.redundancy, solution.sum_of_squares
-    if f <= n_axes or omega <= 0.0:
+    if f <= d or omega <= 0.0:
         return BlockTests(np.full(len(square), np.nan), square * np.nan, error)
     share = np.minimum(square / omega, 1.0)
     # the share is beta distributed: (1 − T/Ω)^((f − 2)/2) for two coordinates
-    p_value = betaincc(n_axes / 2.0, (f - n_axes) / 2.0, share)
+    p_value = betaincc(d / 2.0, (f - d) / 2.0, share)
     return BlockTests(np.sqrt(square) / solution.s_0, p_value, error)
 
 
@@ -133,9 +133,9 @@ def _least_share(redundancy):
     The determinant over what the others would be if all were equal: exact then, and
     too small by 2^(d - 1) at most.
     """
-    n_axes = redundancy.shape[1]
-    mean = np.trace(redundancy, axis1=1, axis2=2) / n_axes
-    others = np.where(mean > 0.0, mean, np.inf) ** (n_axes - 1)
+    d = redundancy.shape[1]
+    mean = np.trace(redundancy, axis1=1, axis2=2) / d
+    others = np.where(mean > 0.0, mean, np.inf) ** (d - 1)
     return np.linalg.det(redundancy) / others
 
 

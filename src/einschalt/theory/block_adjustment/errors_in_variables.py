@@ -14,6 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.theory.block_adjustment.block_solution import adjust
+
 SEED = 1971
 # times the usual standard error: what was taken out moves no point, and nothing else
 LARGEST = 10.0
@@ -42,10 +44,12 @@ def displacement_by_design(solution):
     drawn = np.random.default_rng(SEED).normal(size=observations.xy.shape)
     moved = error[:, None] * drawn
     first, second = (
-        solution.readjusted(replace(observations, xy=observations.xy + e), ()).points
+        adjust(
+            replace(observations, xy=observations.xy + e), ordering=solution.ordering
+        ).points
         for e in (moved, -moved)
     )
     middle = solution.points
     if len(solution.common):  # compared without the deformations that models share
-        middle = solution.readjusted(observations, ()).points
+        middle = solution.with_terms(()).points
     return (first + second) / 2.0 - middle

@@ -15,7 +15,7 @@ from scipy.special import chdtri
 
 from einschalt.foundations.batches import segment_min_max
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
-from einschalt.theory.block_adjustment.block_solution import BlockSolution
+from einschalt.theory.block_adjustment.adjusted_block import AdjustedBlock
 from einschalt.theory.block_adjustment.block_tests import (
     judge_control,
     judge_observations,
@@ -39,13 +39,13 @@ class CleanedBlock:
 
     Attributes
     ----------
-    solution : BlockSolution
+    solution : AdjustedBlock
         Its observations have the standard errors that were used.
     is_out : ndarray of bool, shape (n_rows,)
         What was taken out.
     """
 
-    solution: BlockSolution
+    solution: AdjustedBlock
     is_out: np.ndarray
 
 
@@ -55,7 +55,7 @@ class OutlierFreeBlock:
 
     Attributes
     ----------
-    solution : BlockSolution
+    solution : AdjustedBlock
         Of the sound observations and the sound control.
     is_out : ndarray of bool, shape (n_rows,)
         Measurements that were taken out.
@@ -63,7 +63,7 @@ class OutlierFreeBlock:
         Given points that were set aside.
     """
 
-    solution: BlockSolution
+    solution: AdjustedBlock
     is_out: np.ndarray
     is_wrong: np.ndarray
 
@@ -73,7 +73,7 @@ class OutlierFreeBlock:
 
         Parameters
         ----------
-        solution : BlockSolution
+        solution : AdjustedBlock
 
         Returns
         -------
@@ -97,24 +97,23 @@ class OutlierFreeBlock:
             self.is_wrong, other.is_wrong
         )
 
-    def readjusted(self, given, terms):
+    def readjusted(self, given):
         """Adjust the block anew, without the same rows and given points.
 
         Parameters
         ----------
         given : BlockObservations
             All of them, with other errors.
-        terms : sequence of CommonTerms
 
         Returns
         -------
         OutlierFreeBlock
         """
-        solution = _without(self.solution, terms, given, self.is_out, self.is_wrong)
+        solution = _without(self.solution, given, self.is_out, self.is_wrong)
         return OutlierFreeBlock(solution, self.is_out, self.is_wrong)
 
 
-def outlier_free_block(solution, terms, significance) -> OutlierFreeBlock:
+def outlier_free_block(solution, significance) -> OutlierFreeBlock:
     """Take the worst observations and given points out until the test refuses none.
 
     Given points that contradict the block more than any measurement of theirs are set
@@ -123,9 +122,8 @@ def outlier_free_block(solution, terms, significance) -> OutlierFreeBlock:
 
     Parameters
     ----------
-    solution : BlockSolution
+    solution : AdjustedBlock
         With all observations.
-    terms : sequence of CommonTerms
     significance : float
         Probability with which a model without gross errors loses a point.
 
@@ -149,15 +147,15 @@ def outlier_free_block(solution, terms, significance) -> OutlierFreeBlock:
             is_out[worst] = True
         else:
             break
-        solution = _without(solution, terms, given, is_out, is_aside)
+        solution = _without(solution, given, is_out, is_aside)
     if not is_aside.any():
         return OutlierFreeBlock(solution, is_out, is_aside)
-    solution = _without(solution, terms, given, is_out, np.zeros_like(is_aside))
-    verdict = examine_control(solution, terms, significance)
+    solution = _without(solution, given, is_out, np.zeros_like(is_aside))
+    verdict = examine_control(solution, significance)
     return OutlierFreeBlock(verdict.without, is_out, verdict.is_suspect)
 
 
-def with_all_control(block, given, terms) -> CleanedBlock:
+def with_all_control(block, given) -> CleanedBlock:
     """Put given points that were set aside back into a sound block.
 
     Parameters
@@ -165,7 +163,6 @@ def with_all_control(block, given, terms) -> CleanedBlock:
     block : OutlierFreeBlock
     given : BlockObservations
         All of them.
-    terms : sequence of CommonTerms
 
     Returns
     -------
@@ -175,11 +172,11 @@ def with_all_control(block, given, terms) -> CleanedBlock:
     solution = block.solution
     if block.is_wrong.any():
         none = np.zeros_like(block.is_wrong)
-        solution = _without(solution, terms, given, block.is_out, none)
+        solution = _without(solution, given, block.is_out, none)
     return CleanedBlock(solution, block.is_out)
 
 
-def _without(solution, terms, given, is_out, is_aside):
+def _without(solution, given, is_out, is_aside):
     """Adjust the block anew, without these rows and given points."""
     factors = np.where(is_aside, OUT**2, 1.0)[:, None, None]
     changed = replace(
@@ -187,7 +184,7 @@ def _without(solution, terms, given, is_out, is_aside):
         standard_error=_times(given.standard_error, np.where(is_out, OUT, 1.0)),
         control_covariance=given.control_covariance * factors,
     )
-    solution = solution.readjusted(changed, terms)
+    solution = solution.readjusted(changed)
     n_lost = np.count_nonzero(is_out) + np.count_nonzero(is_aside)
     lost = solution.residuals.shape[1] * n_lost
     return replace(solution, redundancy=solution.redundancy - lost)
@@ -249,7 +246,7 @@ def _worst_rows(solution, tests, is_out, significance):
     return rows[np.unique(point[rows], return_index=True)[1]]
 
 
-def downweight(block, given, terms, norm_name) -> CleanedBlock:
+def downweight(block, given, norm_name) -> CleanedBlock:
     """Give observations with large residuals less weight (iteratively).
 
     The weights begin with the residuals of the sound block, and without its wrong
@@ -261,7 +258,6 @@ def downweight(block, given, terms, norm_name) -> CleanedBlock:
     block : OutlierFreeBlock
     given : BlockObservations
         All of them.
-    terms : sequence of CommonTerms
     norm_name : {"huber", "tukey"}
         Tukey's begins where Huber's ends.
 
@@ -274,10 +270,10 @@ def downweight(block, given, terms, norm_name) -> CleanedBlock:
     n_back = block.solution.residuals.shape[1] * np.count_nonzero(block.is_out)
     solution = replace(block.solution, redundancy=block.solution.redundancy + n_back)
     for name in ("huber", "tukey") if norm_name == "tukey" else (norm_name,):
-        solution = _weighted(solution, terms, NORMS[name], given.standard_error)
+        solution = _weighted(solution, NORMS[name], given.standard_error)
     if block.is_wrong.any():
         error = solution.observations.standard_error
-        solution = solution.readjusted(replace(given, standard_error=error), terms)
+        solution = solution.readjusted(replace(given, standard_error=error))
     norm = NORMS[norm_name][solution.residuals.shape[1]]
     return CleanedBlock(_consistent(solution, norm), np.zeros_like(block.is_out))
 
@@ -295,23 +291,23 @@ def _consistent(solution, norm):
     return replace(solution, sum_of_squares=solution.sum_of_squares + lost)
 
 
-def _weighted(solution, terms, norms, given_error):
+def _weighted(solution, norms, given_error):
     """Weights that belong to the residuals that they lead to."""
-    n_rows, n_axes = solution.residuals.shape
-    share = solution.redundancy / (n_axes * n_rows)  # without what is set aside
+    n_rows, d = solution.residuals.shape
+    share = solution.redundancy / (d * n_rows)  # without what is set aside
     factors = np.ones(n_rows)
     for _ in range(MOST_ITERATIONS):
         error = given_error.reshape(n_rows, -1)
         length = np.sqrt(((solution.residuals / error) ** 2).sum(axis=1))
-        scale = np.median(length) / np.sqrt(chdtri(n_axes, 0.5) * share)
+        scale = np.median(length) / np.sqrt(chdtri(d, 0.5) * share)
         if not scale > 0.0:
             break
-        new = np.maximum(norms[n_axes].weights(length / scale), LEAST_FACTOR)
+        new = np.maximum(norms[d].weights(length / scale), LEAST_FACTOR)
         is_settled = np.abs(new - factors).max() < TOLERANCE
         factors = new
         error = _times(given_error, 1.0 / np.sqrt(factors))
         changed = replace(solution.observations, standard_error=error)
-        solution = solution.readjusted(changed, terms)
+        solution = solution.readjusted(changed)
         if is_settled:
             break
     return solution
@@ -329,7 +325,7 @@ class ControlVerdict:
         nothing checks a point.
     error : ndarray, shape (n_points, 2)
         Error of the given coordinates that explains the contradiction [m].
-    without : BlockSolution
+    without : AdjustedBlock
         The block with the suspects set aside.
     """
 
@@ -337,10 +333,10 @@ class ControlVerdict:
     w: np.ndarray
     p_value: np.ndarray
     error: np.ndarray
-    without: BlockSolution
+    without: AdjustedBlock
 
 
-def examine_control(solution, terms, significance) -> ControlVerdict:
+def examine_control(solution, significance) -> ControlVerdict:
     """Find the given points that contradict the block, the worst first.
 
     A wrong one makes its neighbours look wrong too. So it is set aside before these are
@@ -348,8 +344,7 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
 
     Parameters
     ----------
-    solution : BlockSolution
-    terms : sequence of CommonTerms
+    solution : AdjustedBlock
     significance : float
         Probability with which good control has a suspect.
 
@@ -374,9 +369,9 @@ def examine_control(solution, terms, significance) -> ControlVerdict:
         covariance[worst] *= OUT**2
         changed = replace(observations, control_covariance=covariance)
         if lost is None:  # what robust weights lost of the sum of squares, see there
-            same = solution.readjusted(observations, terms)
+            same = solution.readjusted(observations)
             lost = solution.sum_of_squares / same.sum_of_squares
-        without = solution.readjusted(changed, terms)
+        without = solution.readjusted(changed)
         solution = replace(
             without,
             redundancy=solution.redundancy - observations.control.shape[1] * len(worst),

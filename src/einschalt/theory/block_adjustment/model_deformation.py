@@ -56,14 +56,12 @@ class DeformationTest:
     size_edge: float
 
 
-def examine_deformation(solution, terms, flight) -> DeformationTest:
+def examine_deformation(solution, flight) -> DeformationTest:
     """Test the models of a flight for a common deformation.
 
     Parameters
     ----------
     solution : BlockSolution
-    terms : sequence of CommonTerms
-        With which it was computed.
     flight : int
 
     Returns
@@ -71,7 +69,7 @@ def examine_deformation(solution, terms, flight) -> DeformationTest:
     DeformationTest
     """
     observations = solution.observations
-    known = {t.flight: t.families for t in terms}.get(flight, ())
+    known = {t.flight: t.families for t in solution.terms}.get(flight, ())
     is_affine = observations.is_affine[observations.flight == flight].all()
     wanted = (QUADRATIC, CUBIC) if is_affine else (AFFINITY, QUADRATIC, CUBIC)
     added = tuple(family for family in wanted if family not in known)
@@ -82,7 +80,7 @@ def examine_deformation(solution, terms, flight) -> DeformationTest:
     nothing = DeformationTest(own, *[np.nan] * 5)
     if degrees == 0 or rest <= 0 or len(rows) < LEAST_ROWS * degrees:
         return nothing
-    others = tuple(t for t in terms if t.flight != flight)
+    others = tuple(t for t in solution.terms if t.flight != flight)
     try:
         larger = adjust(observations, (*others, own), solution.ordering)
     except UndeterminedTermsError:  # the points of the models cannot tell terms apart

@@ -18,16 +18,15 @@ import numpy as np
 from einschalt.foundations.rotations import cross_matrix, rotation_by_vector
 from einschalt.theory.block_adjustment.adjusted_block import (
     AdjustedBlock,
+    BlockInOrder,
     in_old_order,
+    largest_error,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.solver import (
-    Ordering,
-    Solver,
     factor_block,
     order_block,
 )
-from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
 from einschalt.theory.transformation.helmert_3d import (
     angles_of,
@@ -46,42 +45,21 @@ class NoConvergenceError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class SpatialSolution(AdjustedBlock):
-    """Adjusted block of spatial models, in the order of the observations.
+    """Adjusted block of spatial models.
 
     Attributes
     ----------
-    observations : SpatialObservations
     placement : Placement
         Of the adjusted models.
-    points : ndarray, shape (n_points, 3)
-        Easting, northing, height [m].
-    residuals : ndarray, shape (n_rows, 3)
-        Transformed less adjusted [m].
-    control_residuals : ndarray, shape (n_points, 3)
-        Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
     extent : ndarray, shape (n_models,)
         Root mean square distance of the points of each model from its centroid, on the
         ground [m]: unit of its scale and turn.
-    redundancy : int
-    sum_of_squares : float
-        Σ w v² of all observations and of the control.
-    solver : Solver
-    ordering : Ordering
-        The last two in the order of elimination.
     """
 
-    observations: SpatialObservations
     placement: Placement
-    points: np.ndarray
-    residuals: np.ndarray
-    control_residuals: np.ndarray
     extent: np.ndarray
-    redundancy: int
-    sum_of_squares: float
-    solver: Solver
-    ordering: Ordering
 
-    def readjusted(self, observations, _terms=()):
+    def readjusted(self, observations):
         """Adjust the same block with other errors or given coordinates.
 
         Parameters
@@ -95,19 +73,6 @@ class SpatialSolution(AdjustedBlock):
         """
         return _Task(observations, self.ordering).solve(self.placement)
 
-    @cached_property
-    def point_cofactors(self):
-        """Cofactors of the points, shape (n_points, 3, 3) [m²]."""
-        points = self.solver.cofactors.points
-        return in_old_order(points, self.ordering.reordered.points)
-
-    @cached_property
-    def adjusted_cofactors(self):
-        """Cofactors of transformed less adjusted points, (n_rows, 3, 3) [m²]."""
-        solver = self.solver
-        differences = solver.cofactors.of_differences(solver.system.incidence.point)
-        return in_old_order(differences, self.ordering.reordered.rows)
-
     @property
     def relative_errors(self):
         """Standard error of scale and turn of each model, relative.
@@ -117,9 +82,7 @@ class SpatialSolution(AdjustedBlock):
         ndarray, shape (n_models,)
             For σ_0 = 1; NaN where rounding has left no positive variance.
         """
-        own = np.diagonal(self._step_cofactors, axis1=1, axis2=2)[:, 3:]
-        largest = np.where((own >= 0.0).all(axis=1), own.max(axis=1), np.nan)
-        return np.sqrt(largest)
+        return largest_error(np.diagonal(self._step_cofactors, axis1=1, axis2=2)[:, 3:])
 
     @cached_property
     def _step_cofactors(self):
@@ -172,27 +135,17 @@ def adjust_spatially(observations, start=None) -> SpatialSolution:
     return _Task(observations, order_block(incidence, chained)).solve(start)
 
 
-class _Task:
-    """A block that is adjusted, in the order of elimination."""
+class _Task(BlockInOrder):
+    """A spatial block that is adjusted, in the order of elimination."""
 
     def __init__(self, observations, ordering):
-        self._given = observations
-        self._ordering = ordering
-        self._rows = ordering.reordered.rows
-        self._points = ordering.reordered.points
-        self._model = ordering.reordered.incidence.model
-        self._xyz = observations.xyz[self._rows]
-        self._weights = observations.standard_error[self._rows] ** -2.0
-        self._prior = (
-            observations.control_weight[self._points],
-            observations.is_fixed[self._points],
-        )
-        self._control = observations.control[self._points]
-        self._is_control = observations.is_control[self._points]
+        super().__init__(observations, ordering)
+        self._model = self.incidence.model
+        self._xyz = observations.xyz[self.rows]
 
     def solve(self, start) -> SpatialSolution:
         """Iterate from a start."""
-        order = self._ordering.order
+        order = self.ordering.order
         place = replace(
             start,
             **{
@@ -200,7 +153,7 @@ class _Task:
                 for name in ("centroid", "centre", "scale", "rotation")
             },
         )
-        control = np.where(self._is_control[:, None], self._control - place.origin, 0.0)
+        control = self.control_from(place.origin)
         last = np.inf
         for _ in range(MOST_PASSES):
             arm = self._arms(place)
@@ -225,7 +178,7 @@ class _Task:
 
     def _extents(self, arm):
         """Root mean square length of the arms of each model."""
-        n_models = len(self._ordering.order)
+        n_models = len(self.ordering.order)
         count = np.bincount(self._model, minlength=n_models)
         squares = np.bincount(self._model, (arm**2).sum(axis=1), n_models)
         return np.sqrt(squares / count)
@@ -236,23 +189,15 @@ class _Task:
         unit = arm / extent[self._model][:, None]
         design[:, :, 3] = unit
         design[:, :, 4:] = cross_matrix(-unit)
-        return factor_block(self._ordering, design, self._weights, self._prior, None)
+        return factor_block(self.ordering, design, self.weights, self.prior, None)
 
     def _solution(self, place, control, found, last):
         solver, extent = last
-        given, order = self._given, self._ordering.order
+        order = self.ordering.order
         points, residuals = found.points[:, :, 0], found.residuals[:, :, 0]
-        control_residuals = np.full_like(points, np.nan)
-        difference = points - control
-        control_residuals[self._is_control] = difference[self._is_control]
-        known = np.nan_to_num(control_residuals)
-        squares = np.sum(self._weights * residuals**2)
-        squares += np.einsum("na,nab,nb->", known, self._prior[0], known)
-        n_unknowns = N_UNKNOWNS * given.n_models + 3 * int((~given.is_fixed).sum())
-        n_observed = 3 * len(given.xyz)
-        n_observed += 3 * int((given.is_control & ~given.is_fixed).sum())
+        n_unknowns = N_UNKNOWNS * self.given.n_models
         return SpatialSolution(
-            observations=given,
+            **self.common_fields(points, residuals, control, place.origin, n_unknowns),
             placement=replace(
                 place,
                 **{
@@ -260,14 +205,8 @@ class _Task:
                     for name in ("centroid", "centre", "scale", "rotation")
                 },
             ),
-            points=in_old_order(points + place.origin, self._points),
-            residuals=in_old_order(residuals, self._rows),
-            control_residuals=in_old_order(control_residuals, self._points),
             extent=in_old_order(extent, order),
-            redundancy=int(n_observed - n_unknowns),
-            sum_of_squares=float(squares),
             solver=solver,
-            ordering=self._ordering,
         )
 
 

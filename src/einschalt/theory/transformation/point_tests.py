@@ -22,7 +22,7 @@ class CommonPoints:
 
     Attributes
     ----------
-    source, target : ndarray, shape (n, n_axes)
+    source, target : ndarray, shape (n, n_coordinates)
     weights : ndarray, shape (n,)
     start : ndarray of int, shape (n_models + 1,)
         Model k owns rows ``start[k]:start[k + 1]``.
@@ -151,7 +151,7 @@ def other_point_tests(fit, sums, model, points):
 
     Returns
     -------
-    residuals : ndarray, shape (n, n_axes)
+    residuals : ndarray, shape (n, n_coordinates)
         Transformed less given [m].
     tests : PointTests
     """

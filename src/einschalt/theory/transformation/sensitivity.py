@@ -69,7 +69,7 @@ def sensitivity(fit, model, coordinates):
 
     Returns
     -------
-    ndarray, shape (n, n_axes, n_rest)
+    ndarray, shape (n, n_coordinates, n_rest)
     """
     return _SENSITIVITY[fit.kind](fit, model, coordinates)
 

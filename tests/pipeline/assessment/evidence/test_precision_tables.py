@@ -1,7 +1,5 @@
 """Sources of error, neighbours and ellipses of a result, against its covariances."""
 
-from functools import reduce
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +10,7 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.sections import error_sources, neighbours
+from einschalt.theory.adjustment.point_operator import Axes
 
 SETTINGS = [
     Settings(),
@@ -24,10 +23,10 @@ def dense_covariance(errors):
     """Covariance of all coordinates together, shape (2 n_points, 2 n_points)."""
     total = 0.0
     for source, chain in errors.chains.items():
-        whole = reduce(np.matmul, [part.toarray() for part in chain])
-        sigma = np.repeat(errors.standard_errors[source], errors.n_axes)
+        whole = chain.matrix.toarray()
+        sigma = errors.axes.each(errors.standard_errors[source]).ravel()
         total = total + (whole * sigma**2) @ whole.conj().T
-    if errors.n_axes == 2:
+    if errors.axes is Axes.PLANE:
         return total
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     return np.kron(np.real(total), np.eye(2)) + np.kron(np.imag(total), turn)

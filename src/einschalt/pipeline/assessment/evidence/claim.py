@@ -26,12 +26,11 @@ from einschalt.stages.error_propagation.error_model import (
 )
 from einschalt.theory.adjustment.monte_carlo import (
     apply_chains,
-    plan_of,
     tail_of_mean,
     tail_of_squares,
 )
 from einschalt.theory.adjustment.multiple_testing import holm
-from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE
 from einschalt.theory.adjustment.spatial_correlation import (
     Correlogram,
@@ -245,11 +244,10 @@ class _Examination:
         table = differences.table
         if len(table) == 0:
             return None
-        operator = differences.operator(
-            len(drawn) // self.model.n_axes, self.model.n_axes
-        )
+        axes = self.model.axes
+        operator = differences.operator(axes.count(len(drawn)), axes)
         good = self._without_suspects(table["point_id"])
-        of_draws = plan_of(operator.tocsr() @ drawn, self.model.n_axes)[good]
+        of_draws = axes.plan(operator.apply(drawn))[good]
         return _test_of_size(name, table[DIFFERENCES].to_numpy()[good], of_draws)
 
     def _without_suspects(self, point_ids):
@@ -263,9 +261,8 @@ class _Examination:
         means = mean_residuals(self.result, model, MOST_SUSPECTS)
         if len(means.vectors) < FEWEST_POINTS:
             return (), None
-        columns = means.of_values.tocsr() @ self.drawn.low
-        columns = columns - means.of_ground.tocsr() @ self.drawn.ground
-        of_draws = plan_of(columns, model.n_axes)
+        drawn = means.of_values.apply(self.drawn.low)
+        of_draws = model.axes.plan(drawn - means.of_ground.apply(self.drawn.ground))
         size = _test_of_size(RESIDUALS, means.vectors, of_draws)
         if model.is_assumed and self.result.block.approximate_m_0_m is not None:
             # errors that neighbours share leave small residuals: both tails
@@ -290,7 +287,7 @@ class _Examination:
         if left_out is None:
             return None
         drawn = apply_chains(self.drawn.sources, left_out.chains)
-        of_draws = plan_of(drawn, self.model.n_axes)
+        of_draws = self.model.axes.plan(drawn)
         good = _good(self.result.control_left_out["is_suspect"].to_numpy())
         return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])
 
@@ -307,8 +304,8 @@ class _Examination:
             return None
         observed, roles = _known(result)
         rows = np.flatnonzero((roles == role) & np.isfinite(observed).all(axis=1))
-        picked = selection(rows, len(observed), model.n_axes) @ model.final
-        of_points = plan_of(picked.tocsr() @ self.drawn.low, model.n_axes)
+        picked = (selection(rows, len(observed), model.axes) @ model.final).formed()
+        of_points = model.axes.plan(picked.apply(self.drawn.low))
         names = result.means.points["point_id"].to_numpy(dtype=object)[rows]
         of_given = self._given_errors(names)
         return _test_of_size(KNOWN[role], observed[rows], of_points - of_given)
@@ -318,8 +315,8 @@ class _Examination:
         given = self.result.block.control_points
         place = encode(given["point_id"]).locate(encode(point_ids))
         if CONTROL in self.drawn.sources:
-            return plan_of(self.drawn.sources[CONTROL], self.model.n_axes)[place]
-        size = control_errors(given, len(PLAN))[place]
+            return self.model.axes.plan(self.drawn.sources[CONTROL])[place]
+        size = control_errors(given, Axes.PLANE)[place]
         shape = (len(place), 2, self.drawn.low.shape[1])
         return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
 

@@ -1,9 +1,9 @@
 """Two points of a model that were measured under each other's name.
 
 Two exchanged names spoil all residuals of their model, the coverage differences of its
-points and every figure of the block. So each model with a suspect is transformed again
-with every pair of its worst points exchanged, and the pair that makes it fit is the
-cause.
+points and every figure of the block. So each model that fits badly, or has a suspect,
+is transformed again with every pair of its worst points exchanged, and the pair that
+makes it fit is the cause.
 """
 
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class ExchangedNames:
 
 
 def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
-    """Look for exchanged names in all models that have a suspect.
+    """Look for exchanged names in all models that fit badly, or have a suspect.
 
     Parameters
     ----------
@@ -99,21 +99,29 @@ def _in_flight(solution, name, kind):
 
 
 def _worst_points(solution, name):
-    """Points with the largest residuals of the models that have a suspect."""
+    """Points with the largest residuals of the models that hold something wrong."""
     residuals = solution.residuals[solution.residuals["flight"] == name]
     gross = solution.gross_measurements
     gross = gross[gross["flight"] == name].assign(is_suspect=True)
     columns = [*MODEL, "point_id", "residual_easting", "residual_northing"]
-    both = pd.concat(
-        [part[[*columns, "is_suspect"]] for part in (residuals, gross) if len(part)]
-        or [residuals[[*columns, "is_suspect"]]]
-    )
-    both = both[both.groupby(MODEL)["is_suspect"].transform("any")]
+    parts = [part for part in (residuals, gross) if len(part)] or [residuals]
+    both = pd.concat([part[[*columns, "is_suspect"]] for part in parts])
+    # two exchanged points mask each other: a model may fit badly without a suspect
+    keys = pd.MultiIndex.from_frame(both[MODEL])
+    is_wrong = both.groupby(MODEL)["is_suspect"].transform("any")
+    both = both[is_wrong | keys.isin(_models_that_fit_badly(solution, name))]
     miss = np.hypot(both["residual_easting"], both["residual_northing"])
     both = both.assign(miss=miss).sort_values("miss", ascending=False, kind="stable")
     models = both[MODEL].drop_duplicates().head(MOST_MODELS)
     both = both.drop_duplicates([*MODEL, "point_id"]).merge(models, on=MODEL)
     return both.groupby(MODEL).head(MOST_POINTS)[[*MODEL, "point_id"]]
+
+
+def _models_that_fit_badly(solution, name):
+    models = solution.models
+    models = models[(models["flight"] == name) & models["is_usable"].astype(bool)]
+    is_bad = models["m_0"] > LARGE_M_0 * models["m_0"].median()
+    return pd.MultiIndex.from_frame(models.loc[is_bad, MODEL])
 
 
 def _variants(measured, trials):

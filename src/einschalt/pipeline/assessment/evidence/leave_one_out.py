@@ -23,7 +23,7 @@ from einschalt.stages.error_propagation.error_model import (
 )
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
-from einschalt.theory.adjustment.propagation import selection
+from einschalt.theory.adjustment.point_operator import on_diagonal, selection
 
 # what is left of a residual where the other points alone just determine the model
 LEAST_REDUNDANCY = 1e-6
@@ -44,7 +44,7 @@ class LeftOutControl:
     point_ids : ndarray of object, shape (n_points,)
     differences : ndarray, shape (n_points, 2)
         Densified without the point, less given [m].
-    chains : dict of str to tuple of sparse arrays
+    chains : dict of str to PointOperator
         The differences from the errors of all sources.
     covariance : ndarray, shape (n_points, 2, 2)
         Of the differences [m²].
@@ -89,7 +89,7 @@ def leave_out_control(result):
         return None
     names = result.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
     chains = parts.chains()
-    found = propagate(names, chains, model.standard_errors, model.n_axes)
+    found = propagate(names, chains, model.standard_errors)
     covariance = found.covariance[:, : len(PLAN), : len(PLAN)]
     return LeftOutControl(names, parts.differences(), chains, covariance)
 
@@ -140,7 +140,7 @@ class _Prediction:
     """
 
     def __init__(self, result, model):
-        self.result, self.model, self.n_axes = result, model, model.n_axes
+        self.result, self.model, self.axes = result, model, model.axes
         high = result.high.transformation
         self.high_fit = _Fitted(high.observed, model.high.operator)
         self.control_of_fitted = model.high.places[high.observed.ground_rows]
@@ -157,23 +157,24 @@ class _Prediction:
         self._combine()
 
     def _leave_out_of_low_flight(self, at_final):
-        ax, final = self.n_axes, self.model.final
-        picked = selection(at_final[self.rows], final.shape[0] // ax, ax) @ final
-        used = np.unique(picked.tocsr().indices // ax)
+        final = self.model.final
+        at_rows = selection(at_final[self.rows], final.n_points, self.axes)
+        picked = (at_rows @ final).formed()
+        used = picked.used_sources
         low_fit = _Fitted(self.result.low.observed, self.model.low, used)
-        bound = low_fit.rows[~low_fit.is_spare]
-        is_bound = _sums_over(picked, bound, ax) > 0.0
+        is_bound = picked.depends_on(low_fit.rows[~low_fit.is_spare])
         self.rows, self.used = self.rows[~is_bound], used
-        keep = selection(np.flatnonzero(~is_bound), len(is_bound), ax)
+        keep = selection(np.flatnonzero(~is_bound), len(is_bound), self.axes)
         self.final = (keep @ picked).tocsr()
         self.of_values = (self.final @ low_fit.predicting()).tocsr()
 
     def _combine(self):
-        model, ax = self.model, self.n_axes
-        n_ground = model.low.ground.shape[1] // ax
-        own = selection(self.at_ground, n_ground, ax)
-        self.of_ground = _row_sums(self.final - self.of_values, ax) @ own
-        self.through = (self.of_values @ model.low.ground + self.of_ground).tocsr()
+        model = self.model
+        own = selection(self.at_ground, model.low.ground.n_sources, self.axes)
+        shared = (self.final - self.of_values).row_sums()
+        self.of_ground = (shared @ own).formed()
+        through_values = (self.of_values @ model.low.ground).formed()
+        self.through = (through_values + self.of_ground).tocsr()
         effect = (self.through @ model.high.mean @ self.high_fit.hat).tocsr()
         place = np.full(self.n_control, -1)
         place[self.rows] = np.arange(len(self.rows))
@@ -183,89 +184,79 @@ class _Prediction:
             (np.ones(len(fitted)), (of_fitted[fitted], fitted)),
             shape=(len(self.rows), len(of_fitted)),
         )
-        mask = sparse.kron(is_own, np.ones((ax, ax)), format="csr")
-        self.of_misfits = (effect.multiply(mask) @ self.high_fit.enlarging()).tocsr()
+        own_effect = effect.masked(is_own)
+        self.of_misfits = (own_effect @ self.high_fit.enlarging()).tocsr()
 
     def chains(self):
         """Of each source, the differences as one product."""
-        model, ax = self.model, self.n_axes
+        model, misfits = self.model, self.of_misfits
         high = model.high.operator
-        on_control = selection(self.control_of_fitted, self.n_control, ax)
-        given = selection(self.rows, self.n_control, ax)
-        picked = self.of_misfits @ self.high_fit.picked
-        of_high = (self.through @ model.high.mean + picked).tocsr()
-        of_control = of_high @ high.ground - self.of_misfits @ on_control - given
+        on_control = selection(self.control_of_fitted, self.n_control, self.axes)
+        given = selection(self.rows, self.n_control, self.axes)
+        picked = (misfits @ self.high_fit.picked).formed()
+        of_high = ((self.through @ model.high.mean).formed() + picked).tocsr()
+        of_fits = (of_high @ high.ground).formed() - (misfits @ on_control).formed()
         of_flights = (
             (of_high, high.measured, model.high.own),
             (self.of_values, model.low.measured, model.own),
         )
-        chains = {CONTROL: (of_control.tocsr(),)}
+        chains = {CONTROL: (of_fits - given).tocsr()}
         for left, measured, own in of_flights:
-            chains = add_flight_sources(chains, left @ measured, own)
+            chains = add_flight_sources(chains, (left @ measured).formed(), own)
         return chains
 
     def differences(self):
         """Predicted less given coordinates, shape (n_points, 2) [m]."""
         result = self.result
-        axes = [*PLAN, "height"] if self.n_axes > len(PLAN) else PLAN
-        given = result.block.control_points[axes].to_numpy(dtype=float)[self.rows]
+        names = list(self.axes.names)
+        given = result.block.control_points[names].to_numpy(dtype=float)[self.rows]
         origin = given.mean(axis=0)
         points = result.model_points[LOW]
-        values = np.zeros((len(points), len(axes)))
+        values = np.zeros((len(points), len(names)))
         fitted = result.low.transform(points.iloc[self.used])
-        values[self.used] = fitted[axes].to_numpy() - origin
-        ground = result.high.points[axes].to_numpy() - origin
+        values[self.used] = fitted[names].to_numpy() - origin
+        ground = result.high.points[names].to_numpy() - origin
         # models that are not usable have no part, but would spread their NaN
         misfits = np.nan_to_num(result.high.transformation.fit.residuals)
         found = (
-            self.of_values @ self._flat(values)
-            + self.of_ground @ self._flat(ground)
-            + self.of_misfits @ self._flat(misfits)
+            self.of_values.of_vectors(values)
+            + self.of_ground.of_vectors(ground)
+            + self.of_misfits.of_vectors(misfits)
         )
-        if self.n_axes == 1:
-            found = np.column_stack([found.real, found.imag])
-        return (np.reshape(found, given.shape) - (given - origin))[:, : len(PLAN)]
-
-    def _flat(self, vectors):
-        return vectors @ [1.0, 1j] if self.n_axes == 1 else vectors.ravel()
+        return (found - (given - origin))[:, : len(PLAN)]
 
 
 class _Fitted:
     """Fitted points of a flight, and what its models are without each of them."""
 
     def __init__(self, observed, operator, rows=None):
-        self.n_axes = operator.n_axes
-        self.n_rows = operator.measured.shape[0] // self.n_axes
+        self.measured, self.axes = operator.measured, operator.measured.axes
+        self.n_rows = self.measured.n_points
         self.rows = observed.row_numbers
         if rows is not None:
             self.rows = self.rows[np.isin(self.rows, rows)]
-        self.picked = selection(self.rows, self.n_rows, self.n_axes)
-        self.measured = operator.measured
-        rest = np.eye(self.n_axes) - self._own_blocks()
+        self.picked = selection(self.rows, self.n_rows, self.axes)
+        own = self._own_blocks()
+        self._unit = np.eye(own.shape[1], dtype=own.dtype)
+        rest = self._unit - own
         smallest = np.linalg.svd(rest, compute_uv=False)[:, -1]
         self.is_spare = smallest > LEAST_REDUNDANCY
-        rest[~self.is_spare] = np.eye(self.n_axes)
+        rest[~self.is_spare] = self._unit
         self._enlarged = np.linalg.inv(rest)
 
     @property
     def hat(self):
         """What the values of all rows take from the targets of the fitted points."""
-        own = selection(np.arange(self.n_rows), self.n_rows, self.n_axes)
-        return _finite((own - self.measured) @ self.picked.T)
+        own = selection(np.arange(self.n_rows), self.n_rows, self.axes)
+        return ((own - self.measured) @ self.picked.T).finite()
 
     def _own_blocks(self):
-        of_rows = _finite(self.picked - self.picked @ self.measured)
-        n, ax = len(self.rows), self.n_axes
-        found = np.empty((n, ax, ax), dtype=of_rows.dtype)
-        for a in range(ax):
-            for b in range(ax):
-                entries = of_rows[np.arange(n) * ax + a, self.rows * ax + b]
-                found[:, a, b] = np.asarray(entries).ravel()
-        return found
+        of_rows = self.picked - (self.picked @ self.measured).formed()
+        return of_rows.finite().blocks_at(np.arange(len(self.rows)), self.rows)
 
     def enlarging(self):
         """Errors of prediction from residuals: (I − H)⁻¹ of each fitted point."""
-        return _diagonal(self._enlarged)
+        return on_diagonal(self._enlarged)
 
     def predicting(self):
         """Let all values be predicted without their own points, but for a share.
@@ -273,33 +264,6 @@ class _Fitted:
         The prediction is B x + (I − B) x₀ of the value x and the target x₀, with B =
         (I − H)⁻¹: this is B.
         """
-        unit = np.eye(self.n_axes, dtype=self._enlarged.dtype)
-        blocks = np.tile(unit, (self.n_rows, 1, 1))
+        blocks = np.tile(self._unit, (self.n_rows, 1, 1))
         blocks[self.rows] = self._enlarged
-        return _diagonal(blocks)
-
-
-def _diagonal(blocks):
-    n, ax = blocks.shape[:2]
-    places = np.arange(n + 1)
-    return sparse.bsr_array((blocks, places[:-1], places), shape=(n * ax, n * ax))
-
-
-def _finite(matrix):
-    """Without the entries of models that could not be used."""
-    found = matrix.tocsr()
-    found.data = np.nan_to_num(found.data)
-    return found
-
-
-def _sums_over(matrix, columns, ax):
-    """Sum of the sizes of some block columns of each block row."""
-    chosen = np.zeros(matrix.shape[1])
-    chosen[columns * ax] = 1.0
-    return (abs(matrix.tocsr()) @ chosen)[::ax]
-
-
-def _row_sums(matrix, ax):
-    """Sum of the blocks of each row, as a matrix of blocks on the diagonal."""
-    ones = np.tile(np.eye(ax), (matrix.shape[1] // ax, 1))
-    return _diagonal((matrix @ ones).reshape(-1, ax, ax))
+        return on_diagonal(blocks)

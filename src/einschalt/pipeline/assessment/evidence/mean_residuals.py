@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import sparse
 
 from einschalt.foundations.batches import segments
-from einschalt.theory.adjustment.propagation import selection, weighted_mean
+from einschalt.theory.adjustment.point_operator import (
+    PointOperator,
+    selection,
+    weighted_mean,
+)
 
 KEY = ["coverage", "model_id", "point_id"]
 
@@ -22,15 +25,15 @@ class MeanResiduals:
         Transformed less approximate, easting and northing [m].
     positions : ndarray, shape (n_points, 2)
         Easting, northing [m].
-    of_values, of_ground : sparse array
+    of_values, of_ground : PointOperator
         They are ``of_values`` times the errors of the values less ``of_ground`` times
         those of the approximate coordinates.
     """
 
     vectors: np.ndarray
     positions: np.ndarray
-    of_values: sparse.sparray
-    of_ground: sparse.sparray
+    of_values: PointOperator
+    of_ground: PointOperator
 
 
 def mean_residuals(result, model, most_suspects) -> MeanResiduals:
@@ -55,22 +58,14 @@ def mean_residuals(result, model, most_suspects) -> MeanResiduals:
     places = model.places[onto]
     distinct, group = np.unique(places, return_inverse=True)
     sort = segments(group, len(distinct))
-    size = (len(rows), model.n_axes)
-    mean = weighted_mean(
-        np.arange(len(rows))[sort.order], np.ones(len(rows)), sort.start, size
-    )
-    n_values = model.low.measured.shape[0] // model.n_axes
-    plan = weighted_mean(
-        np.arange(len(rows))[sort.order], np.ones(len(rows)), sort.start, (len(rows), 1)
-    ).tocsr()
+    n_rows, axes = len(rows), model.axes
+    mean = weighted_mean(sort.order, np.ones(n_rows), sort.start, n_rows, axes)
     first = sort.order[sort.start[:-1]]
     return MeanResiduals(
-        vectors=plan @ low.fit.residuals[is_good, :2],
+        vectors=mean.of_vectors(low.fit.residuals[is_good])[:, :2],
         positions=observed.target[is_good][first, :2],
-        of_values=mean @ selection(rows, n_values, model.n_axes),
-        of_ground=selection(
-            distinct, model.low.ground.shape[1] // model.n_axes, model.n_axes
-        ),
+        of_values=(mean @ selection(rows, model.low.measured.n_points, axes)).formed(),
+        of_ground=selection(distinct, model.low.ground.n_sources, axes),
     )
 
 

@@ -13,8 +13,8 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
-from einschalt.stages.error_propagation.error_model import PLAN
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
+from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.block_adjustment.control_information import (
@@ -133,7 +133,7 @@ def find_patterns(result):
         Without any where the errors of the block cannot be propagated.
     """
     block, model, components = result.block, result.propagation, result.components
-    if model is None or model.high is None or model.n_axes > len(PLAN):
+    if model is None or model.high is None or model.axes is Axes.SPACE:
         return SystematicPatterns((), None)
     errors = dict(model.standard_errors)
     for flight in block.flights if components is not None else ():
@@ -197,7 +197,7 @@ def _affinity(flight, transformation, model, errors):
     rows = np.where(is_usable[points.model], weight[points.model], 0.0)
     functional = rows[:, None, None] * np.nan_to_num(derivatives)
     chains = model.chains_to_fits(flight, transformation.observed)
-    covariance = _covariance(functional, chains, errors, model.n_axes)
+    covariance = _covariance(functional, chains, errors)
     test = mean @ np.linalg.solve(covariance, mean)
     # film that is longer makes the way from model to ground shorter
     stretch, shear = -2.0 * mean
@@ -211,18 +211,13 @@ def _affinity(flight, transformation, model, errors):
     )
 
 
-def _covariance(functional, chains, standard_errors, n_axes):
+def _covariance(functional, chains, standard_errors):
     """Covariance of sums over all that a flight was fitted with, (n_sums, n_sums)."""
     rows = np.swapaxes(functional, 0, 1)
-    if n_axes == 1:
-        rows = rows @ np.array([1.0, -1j])
-    rows = rows.reshape(len(rows), -1)
     total = 0.0
     for source, chain in chains.items():
-        carried = rows
-        for matrix in chain:
-            carried = carried @ matrix
-        carried = carried * np.repeat(standard_errors[source], n_axes)
+        carried = chain.of_functionals(rows)
+        carried = carried * chain.axes.each(standard_errors[source]).ravel()
         total = total + np.real(carried @ carried.conj().T)
     return total
 
@@ -299,9 +294,7 @@ class _Values:
 
     @classmethod
     def of(cls, transformation, model_points, point, errors):
-        values = transformation.transform(model_points)
-        if "coverage" not in values:
-            values = values.assign(coverage="1")
+        values = transformation.values(model_points)
         residuals = transformation.residuals
         suspects = residuals.loc[residuals["is_suspect"], KEY]
         is_suspect = pd.MultiIndex.from_frame(values[KEY]).isin(

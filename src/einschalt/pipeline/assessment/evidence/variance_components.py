@@ -34,7 +34,12 @@ from einschalt.stages.error_propagation.operators import (
 )
 from einschalt.stages.model_screening import suspect_rows
 from einschalt.theory.adjustment.least_squares import SQRT2
-from einschalt.theory.adjustment.propagation import selection, weighted_mean
+from einschalt.theory.adjustment.point_operator import (
+    Axes,
+    selection,
+    unchanged,
+    weighted_mean,
+)
 from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
     estimate_factors,
@@ -111,8 +116,8 @@ def can_tell_components(result):
     """
     flights = result.block.flights
     is_own = not any(flight.has_images for flight in flights.values())
-    n_axes = result.errors.covariance.shape[1]
-    return is_own and len(flights) == len(FLIGHTS) and n_axes == len(PLAN)
+    is_plane = result.errors.axes is not Axes.SPACE
+    return is_own and len(flights) == len(FLIGHTS) and is_plane
 
 
 def estimate_components(result, low):
@@ -135,10 +140,7 @@ def estimate_components(result, low):
     block, points = result.block, result.model_points
     sources = _Sources.of(result, low)
     sums = [part for part in _sums(result, low, sources) if len(part.values)]
-    sizes = {
-        source: np.repeat(errors, sources.n_axes)
-        for source, errors in given_errors(block, points).items()
-    }
+    sizes = given_errors(block, points)
     if len(sums) < len(sizes):
         return None
     try:
@@ -165,7 +167,7 @@ class _Sources:
     Orientations are a source for each flight: their sizes come from its parallaxes.
     """
 
-    n_axes: int
+    axes: Axes
     behind: dict
     sizes: dict
     held: dict
@@ -181,9 +183,9 @@ class _Sources:
             if ORIENTATION in chains:
                 source = f"{ORIENTATION}, {name}"
                 behind[name][source] = chains[ORIENTATION]
-                sizes[source] = np.ones(own.n_orientation * own.n_axes)
+                sizes[source] = np.ones(own.n_orientation)
                 held[source] = np.sqrt(2.0 / errors[name].redundancy)
-        return cls(own.n_axes, behind, sizes, held)
+        return cls(own.axes, behind, sizes, held)
 
 
 def _sums(result, low, sources):
@@ -199,7 +201,7 @@ def _sums(result, low, sources):
         result.model_points[HIGH],
         GroundSources(np.flatnonzero(is_control), len(control)),
         gross[HIGH],
-        (sources.n_axes, sources.behind[HIGH]),
+        (sources.axes, sources.behind[HIGH]),
     )
     places = places_fitted_onto(result.block, high.points["point_id"])
     of_low = _MeasuredFlight(
@@ -207,15 +209,15 @@ def _sums(result, low, sources):
         result.model_points[LOW],
         GroundSources(places, len(high.points)),
         gross[LOW],
-        (sources.n_axes, sources.behind[LOW]),
+        (sources.axes, sources.behind[LOW]),
     )
     n_high = len(result.model_points[HIGH])
-    approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.n_axes)
-    from_control = {CONTROL: ()}
+    approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.axes)
+    from_control = {CONTROL: unchanged(sources.axes)}
     from_high = {
-        name: (approximate, *chain)
+        name: approximate @ chain
         for name, chain in add_flight_sources(
-            {CONTROL: (of_high.operator.ground,)},
+            {CONTROL: of_high.operator.ground},
             of_high.operator.measured,
             sources.behind[HIGH],
         ).items()
@@ -233,14 +235,11 @@ class _MeasuredFlight:
 
     def __init__(self, transformation, model_points, ground, is_refused, sources):
         self._observed, self._ground = transformation.observed, ground
-        n_axes, self._own = sources
-        self._n_axes = n_axes
+        self._axes, self._own = sources
         self.operator = flight_operator(
-            transformation, model_points, ground, is_conformal=n_axes == 1
+            transformation, model_points, ground, self._axes
         )
-        values = transformation.transform(model_points)
-        if "coverage" not in values:
-            values = values.assign(coverage="1")
+        values = transformation.values(model_points)
         self._values = values[list(PLAN)].to_numpy()
         self._point = encode(values["point_id"]).codes
         is_out = is_refused | suspect_rows(values, transformation)
@@ -249,12 +248,12 @@ class _MeasuredFlight:
     def differences(self, chains):
         """Values of each point less their mean."""
         rows = np.flatnonzero(self._is_good)
-        groups = _Groups(self._point[rows], self._n_axes)
-        size = (len(self._values), self._n_axes)
-        mean = groups.mean(rows, size)
-        each = selection(rows[groups.order], *size)
-        matrix = each - groups.spread() @ mean
-        return self._sum(matrix @ self._flat(self._values), matrix, None, chains)
+        groups = _Groups(self._point[rows], self._axes)
+        n_values = len(self._values)
+        mean = groups.mean(rows, n_values)
+        each = selection(rows[groups.order], n_values, self._axes)
+        picked = each - (groups.spread() @ mean).formed()
+        return self._sum((picked, self._values), picked, None, chains)
 
     def misfit(self, chains):
         """Residuals of each point that was fitted, on the average of its models."""
@@ -262,41 +261,41 @@ class _MeasuredFlight:
         is_good = self._is_good[observed.row_numbers]
         rows, onto = observed.row_numbers[is_good], observed.ground_rows[is_good]
         residuals = (self._values[observed.row_numbers] - observed.target)[is_good]
-        groups = _Groups(self._point[rows], self._n_axes)
-        mean = groups.mean(np.arange(len(rows)), (len(rows), self._n_axes))
-        picked = mean @ selection(rows, len(self._values), self._n_axes)
+        groups = _Groups(self._point[rows], self._axes)
+        mean = groups.mean(np.arange(len(rows)), len(rows))
+        picked = (mean @ selection(rows, len(self._values), self._axes)).formed()
         places = self._ground.places[onto]
-        given = mean @ selection(places, self._ground.count, self._n_axes)
-        return self._sum(mean @ self._flat(residuals), picked, given, chains)
+        given = (mean @ selection(places, self._ground.count, self._axes)).formed()
+        return self._sum((mean, residuals), picked, given, chains)
 
-    def _sum(self, values, picked, given, chains):
-        through_ground = picked @ self.operator.ground
+    def _sum(self, observed, picked, given, chains):
+        through_ground = (picked @ self.operator.ground).formed()
         if given is not None:
             through_ground = through_ground - given
-        through = {name: (through_ground, *rest) for name, rest in chains.items()}
-        measured = picked @ self.operator.measured
-        return SumOfSquares(values, add_flight_sources(through, measured, self._own))
-
-    def _flat(self, values):
-        # one complex number, or two in a row, as the operators have it
-        return values @ [1.0, 1j] if self._n_axes == 1 else values.ravel()
+        through = {name: through_ground @ rest for name, rest in chains.items()}
+        measured = (picked @ self.operator.measured).formed()
+        operator, vectors = observed
+        return SumOfSquares(
+            operator.apply(self._axes.packed(vectors)),
+            add_flight_sources(through, measured, self._own),
+        )
 
 
 class _Groups:
     """Rows grouped by their point."""
 
-    def __init__(self, points, n_axes):
+    def __init__(self, points, axes):
         _, group = np.unique(points, return_inverse=True)
         sort = segments(group, int(group.max(initial=-1)) + 1)
-        self.order, self._start, self._n_axes = sort.order, sort.start, n_axes
+        self.order, self._start, self._axes = sort.order, sort.start, axes
 
-    def mean(self, rows, size):
+    def mean(self, rows, n_all):
         """Mean of each group, from all values."""
         weights = np.ones(len(rows))
-        return weighted_mean(rows[self.order], weights, self._start, size)
+        return weighted_mean(rows[self.order], weights, self._start, n_all, self._axes)
 
     def spread(self):
         """Mean of its group for each row, sorted by group."""
         n_groups = len(self._start) - 1
         group = np.repeat(np.arange(n_groups), np.diff(self._start))
-        return selection(group, n_groups, self._n_axes)
+        return selection(group, n_groups, self._axes)

@@ -29,6 +29,7 @@ SIMULTANEOUS = tuple(judge for module in MODULES for judge in module.SIMULTANEOU
 
 # the gravest first: what is lost, what is wrong, what is weak, what is not checked
 ORDER = (
+    "exchanged_names",
     "failed_models",
     "points_without_coordinates",
     "orientations_without_convergence",

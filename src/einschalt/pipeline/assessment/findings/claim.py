@@ -8,7 +8,7 @@ from einschalt.pipeline.assessment.credibility import (
 from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 
-KINDS = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
+KIND_OF_TEST = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
 
 
 def claim_that_does_not_stand(two_step):
@@ -34,7 +34,7 @@ def claim_that_does_not_stand(two_step):
 def _rejected(test):
     return {
         "quantity": test.name,
-        "kind": KINDS.get(test.name, "rms"),
+        "kind": KIND_OF_TEST.get(test.name, "rms"),
         "n_points": int(test.n_points),
         "observed": float(test.observed),
         "predicted": float(test.predicted),

@@ -2,6 +2,7 @@
 
 from einschalt.pipeline.summary.suggestion import Suggestion
 from einschalt.pipeline.summary.suggestions import (
+    causes,
     claim,
     iterations,
     known_points,
@@ -14,6 +15,7 @@ from einschalt.pipeline.summary.suggestions import (
 )
 
 MODULES = (
+    causes,
     models,
     orientations,
     claim,

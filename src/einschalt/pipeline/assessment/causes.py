@@ -1,0 +1,111 @@
+"""Causes before consequences: what explains other findings is told first, and once.
+
+A pair of exchanged names spoils residuals, coverage differences, control and every
+figure of a block. Each of these is a finding; the pair explains them.
+"""
+
+from dataclasses import replace
+
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+
+MOST_EXCHANGES = 100
+# what a gross error in a model makes of the points that it holds
+OF_POINTS = frozenset(
+    {
+        "suspect_observations",
+        "gross_measurements",
+        "coverages_that_differ",
+        "points_that_differ",
+        "control_that_contradicts",
+        "control_against_block",
+        "control_set_aside",
+    }
+)
+# and of a block as a whole
+OF_BLOCK = frozenset(
+    {
+        "claim_that_does_not_stand",
+        "check_points_beyond_claim",
+        "control_points_beyond_claim",
+        "shifted_block",
+        "high_flight_that_misfits",
+        "contradicted_propagation",
+        "contradicted_budget",
+        "wrong_measuring_errors",
+        "contradicting_control",
+    }
+)
+
+
+def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
+    """Put causes first, and say which findings they explain.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        In their order.
+    exchanges : sequence of ExchangedNames
+        That were found; without any the findings stay as they are.
+    is_coupled : bool
+        Whether every model reaches every point, as in one adjustment that keeps gross
+        errors: then consequences are not bound to the points of the model.
+
+    Returns
+    -------
+    tuple of Finding
+        The cause, with the codes of what it ``explains`` among its facts, then all
+        others in their order, with ``explained_by``.
+    """
+    if not exchanges:
+        return tuple(findings)
+    points = {point for exchange in exchanges for point in exchange.model_points}
+    models = {exchange.model_id for exchange in exchanges}
+    marked = tuple(
+        replace(finding, explained_by="exchanged_names")
+        if _follows(finding, points, models, is_coupled=is_coupled)
+        else finding
+        for finding in findings
+    )
+    explained = tuple(f.code for f in marked if f.explained_by)
+    return (_exchanged_names(exchanges, explained), *marked)
+
+
+def _follows(finding, points, models, *, is_coupled):
+    if finding.code in OF_BLOCK:
+        return True
+    if finding.code == "models_with_large_m_0":
+        return set(finding.names) <= models
+    if finding.code not in OF_POINTS:
+        return False
+    return is_coupled or set(finding.names) <= points
+
+
+def _exchanged_names(exchanges, explained):
+    worst = exchanges[0]
+    return Finding(
+        "exchanged_names",
+        Subject.MEASUREMENT,
+        Gravity.GRAVE,
+        names=worst.points,
+        statistic="m_0 of the model, as measured and with the names put right",
+        observed=worst.m_0,
+        expected=worst.m_0_exchanged,
+        remedy="put_the_names_right",
+        facts={
+            "n_exchanges": len(exchanges),
+            "exchanges": tuple(map(_facts, exchanges[:MOST_EXCHANGES])),
+            "explains": explained,
+        },
+    )
+
+
+def _facts(exchange):
+    return {
+        "flight": exchange.flight,
+        "coverage": exchange.coverage,
+        "model_id": exchange.model_id,
+        "points": exchange.points,
+        "apart": exchange.apart,
+        "m_0": exchange.m_0,
+        "m_0_exchanged": exchange.m_0_exchanged,
+    }

@@ -1,0 +1,610 @@
+"""Operators on rows of points, and what stands for a point in them.
+
+A point is easting and northing, or easting, northing and height, in the rows and
+columns of an operator; or it is one complex number E + iN, where both coordinates are
+treated alike: a quarter of the numbers. Nobody else needs to know which.
+
+Steps that follow each other are a product that is not formed: mostly some of its rows
+are wanted, or what it makes of some columns.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from operator import matmul
+
+import numba
+import numpy as np
+from scipy import sparse
+
+from einschalt.foundations.batches import segment_sum
+
+GROUND_NAMES = ("easting", "northing", "height")
+N_PLAN = 2
+
+
+class Axes(Enum):
+    """Numbers that stand for a point in an operator.
+
+    Attributes
+    ----------
+    COMPLEX
+        E + iN, for operators that treat easting and northing alike.
+    PLANE
+        Easting, northing.
+    SPACE
+        Easting, northing, height.
+    """
+
+    COMPLEX = 1
+    PLANE = 2
+    SPACE = 3
+
+    @property
+    def names(self):
+        """Coordinates of a point, tuple of str."""
+        return GROUND_NAMES[: max(self.value, N_PLAN)]
+
+    def rows(self, places):
+        """Rows that belong to points.
+
+        Parameters
+        ----------
+        places : ndarray of int, any shape
+
+        Returns
+        -------
+        ndarray of int
+            With one axis more, the last one.
+        """
+        return np.asarray(places)[..., None] * self.value + np.arange(self.value)
+
+    def count(self, n_numbers):
+        """Count the points that so many numbers stand for."""
+        return n_numbers // self.value
+
+    def size(self, n_points):
+        """Count the numbers that stand for so many points."""
+        return n_points * self.value
+
+    def packed(self, vectors):
+        """Numbers that stand for vectors of points.
+
+        Parameters
+        ----------
+        vectors : ndarray, shape (n_points, n_coordinates)
+            In the order of ``names``.
+
+        Returns
+        -------
+        ndarray, shape (n_numbers,)
+        """
+        if self is Axes.COMPLEX:
+            return vectors @ [1.0, 1j]
+        return vectors.ravel()
+
+    def unpacked(self, numbers):
+        """Vectors of the points that numbers stand for.
+
+        Parameters
+        ----------
+        numbers : ndarray, shape (n_numbers,) or (n_numbers, n_draws)
+
+        Returns
+        -------
+        ndarray, shape (n_points, n_coordinates) or (n_points, n_coordinates, n_draws)
+        """
+        if self is Axes.COMPLEX:
+            return np.stack([numbers.real, numbers.imag], axis=1)
+        return numbers.reshape(-1, self.value, *numbers.shape[1:])
+
+    def plan(self, numbers):
+        """Easting and northing alone, as :meth:`unpacked`."""
+        return self.unpacked(numbers)[:, :N_PLAN]
+
+    def each(self, sizes):
+        """Sizes of errors by coordinate, where one may stand for all of them.
+
+        Parameters
+        ----------
+        sizes : ndarray, shape (n_points,) or (n_points, n_axes)
+
+        Returns
+        -------
+        ndarray, shape (n_points, n_axes)
+        """
+        columns = np.reshape(sizes, (len(sizes), -1))
+        return np.broadcast_to(columns, (len(sizes), self.value))
+
+    def draw(self, rng, sizes, n_draws):
+        """Draw normal errors of points.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+        sizes : ndarray, shape (n_points,) or (n_points, n_axes)
+            Standard errors, per coordinate.
+        n_draws : int
+
+        Returns
+        -------
+        ndarray, shape (n_numbers, n_draws)
+        """
+        each = self.each(sizes).reshape(-1, 1)
+        shape = (len(each), n_draws)
+        drawn = rng.standard_normal(shape)
+        if self is Axes.COMPLEX:
+            drawn = drawn + 1j * rng.standard_normal(shape)
+        return each * drawn
+
+
+@dataclass(frozen=True, eq=False)
+class PointOperator:
+    """Linear operator from rows of points to rows of points.
+
+    ``@`` puts one after another without multiplying, ``+`` adds without forming the
+    products, ``formed`` multiplies.
+
+    Attributes
+    ----------
+    factors : tuple of sparse arrays
+        Their product is the operator, the last step on the left. Without any it leaves
+        everything as it is.
+    axes : Axes
+    """
+
+    factors: tuple
+    axes: Axes
+
+    @property
+    def shape(self):
+        """Rows and columns of the product, in numbers."""
+        return self.factors[0].shape[0], self.factors[-1].shape[1]
+
+    @property
+    def n_points(self):
+        """Number of points that it gives."""
+        return self.axes.count(self.shape[0])
+
+    @property
+    def n_sources(self):
+        """Number of points that it takes."""
+        return self.axes.count(self.shape[1])
+
+    def __matmul__(self, other):
+        """Take another step before: the product is not formed."""
+        self._require_same_axes(other)
+        if self.factors and other.factors and self.shape[1] != other.shape[0]:
+            raise ValueError(f"operators of {self.shape} and {other.shape} numbers")
+        return PointOperator((*self.factors, *other.factors), self.axes)
+
+    def __neg__(self):
+        first, *others = self.factors
+        return PointOperator((-first, *others), self.axes)
+
+    def __add__(self, other):
+        """Sum of products, none of which is formed."""
+        self._require_same_axes(other)
+        length = max(len(self.factors), len(other.factors))
+        pairs = list(zip(self._padded(length), other._padded(length), strict=True))
+        if length == 1:
+            return PointOperator((self.factors[0] + other.factors[0],), self.axes)
+        first, *middle, last = pairs
+        factors = (
+            sparse.hstack(first, format="csr"),
+            *(sparse.block_diag(pair, format="csr") for pair in middle),
+            sparse.vstack(last, format="csr"),
+        )
+        return PointOperator(factors, self.axes)
+
+    def __sub__(self, other):
+        return self + -other
+
+    def _require_same_axes(self, other):
+        if self.axes is not other.axes:
+            raise ValueError(f"operators of {self.axes} and of {other.axes}")
+
+    def _padded(self, length):
+        through = sparse.eye_array(self.shape[1], format="csr")
+        return (*self.factors, *(through for _ in range(length - len(self.factors))))
+
+    @property
+    def matrix(self):
+        """The product, a sparse array."""
+        return reduce(matmul, self.factors)
+
+    def blocks_at(self, rows, columns):
+        """Small matrices by which points depend on others.
+
+        Parameters
+        ----------
+        rows, columns : ndarray of int, shape (n_pairs,)
+            Places of the point that is given, and of the one that it is taken from.
+
+        Returns
+        -------
+        ndarray, shape (n_pairs, n_axes, n_axes)
+        """
+        matrix, n_axes = self.matrix.tocsr(), self.axes.value
+        found = np.empty((len(rows), n_axes, n_axes), dtype=matrix.dtype)
+        for a in range(n_axes):
+            for b in range(n_axes):
+                entries = matrix[rows * n_axes + a, columns * n_axes + b]
+                found[:, a, b] = np.asarray(entries).ravel()
+        return found
+
+    def masked(self, pairs):
+        """Keep only how some points depend on some others.
+
+        Parameters
+        ----------
+        pairs : sparse array, shape (n_points, n_sources)
+            1 where they are kept, 0 elsewhere.
+
+        Returns
+        -------
+        PointOperator
+        """
+        whole = np.ones((self.axes.value, self.axes.value))
+        mask = sparse.kron(pairs, whole, format="csr")
+        return PointOperator((self.matrix.tocsr().multiply(mask),), self.axes)
+
+    def finite(self):
+        """Put 0 in the place of what is no number."""
+        matrix = self.matrix.tocsr()
+        matrix.data = np.nan_to_num(matrix.data)
+        return PointOperator((matrix,), self.axes)
+
+    def row_sums(self):
+        """Sum of the small matrices of each point, on the diagonal.
+
+        Returns
+        -------
+        PointOperator
+            What becomes of a shift that all points share, for each point.
+        """
+        n_axes = self.axes.value
+        every = np.tile(np.eye(n_axes), (self.n_sources, 1))
+        return on_diagonal((self.matrix @ every).reshape(-1, n_axes, n_axes))
+
+    @property
+    def used_sources(self):
+        """Points on which any point depends, ascending, ndarray of int."""
+        return np.unique(self.axes.count(self.matrix.tocsr().indices))
+
+    def depends_on(self, sources):
+        """Tell which points depend on any of some others.
+
+        Parameters
+        ----------
+        sources : ndarray of int
+
+        Returns
+        -------
+        ndarray of bool, shape (n_points,)
+        """
+        chosen = np.zeros(self.shape[1])
+        chosen[self.axes.rows(sources).ravel()] = 1.0
+        share = abs(self.matrix.tocsr()) @ chosen
+        return (share.reshape(-1, self.axes.value) > 0.0).any(axis=1)
+
+    @property
+    def T(self):  # noqa: N802
+        """Transposed, not conjugated."""
+        return PointOperator(tuple(part.T for part in self.factors[::-1]), self.axes)
+
+    def formed(self):
+        """Multiply its factors.
+
+        Returns
+        -------
+        PointOperator
+            With one factor.
+        """
+        return PointOperator((self.matrix,), self.axes)
+
+    def tocsr(self):
+        """As :meth:`formed`, by rows."""
+        return PointOperator((self.matrix.tocsr(),), self.axes)
+
+    @property
+    def last_step(self):
+        """The factor on the left alone."""
+        return PointOperator(self.factors[:1], self.axes)
+
+    def with_last_step(self, last_step):
+        """Take another last step in place of its own.
+
+        Parameters
+        ----------
+        last_step : PointOperator
+            Of the same values.
+
+        Returns
+        -------
+        PointOperator
+        """
+        return PointOperator((*last_step.factors, *self.factors[1:]), self.axes)
+
+    def apply(self, numbers):
+        """What becomes of packed vectors, or of columns of them.
+
+        Parameters
+        ----------
+        numbers : ndarray, shape (n_numbers,) or (n_numbers, n_draws)
+
+        Returns
+        -------
+        ndarray
+        """
+        for matrix in reversed(self.factors):
+            numbers = _applied(matrix.tocsr(), numbers)
+        return numbers
+
+    def of_vectors(self, vectors):
+        """What becomes of vectors of points.
+
+        Parameters
+        ----------
+        vectors : ndarray, shape (n_sources, n_coordinates)
+
+        Returns
+        -------
+        ndarray, shape (n_points, n_coordinates)
+        """
+        return self.axes.unpacked(self.apply(self.axes.packed(vectors)))
+
+    def of_functionals(self, rows):
+        """Weighted sums of what it gives, as sums over what it takes.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n_sums, n_points, n_coordinates)
+
+        Returns
+        -------
+        ndarray, shape (n_sums, n_numbers)
+            A sum is the real part of a row times packed vectors.
+        """
+        if self.axes is Axes.COMPLEX:
+            rows = rows @ np.array([1.0, -1j])
+        return reduce(matmul, self.factors, rows.reshape(len(rows), -1))
+
+    def covariances(self, standard_errors):
+        """Covariance of each point from independent errors.
+
+        Parameters
+        ----------
+        standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
+            Per coordinate [m].
+
+        Returns
+        -------
+        ndarray, shape (n_points, n_coordinates, n_coordinates)
+            [m²]. Equal and uncorrelated errors stay so under complex operators.
+        """
+        size = (self.axes.value, self.axes.value)
+        blocks = sparse.bsr_array(self.matrix, blocksize=size)
+        each = self.axes.each(standard_errors)
+        scaled = blocks.data * each[blocks.indices][:, None, :]
+        if self.axes is Axes.COMPLEX:
+            squares = np.abs(scaled) ** 2
+            return _of_real_axes(segment_sum(squares, blocks.indptr))
+        return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)
+
+    def covariances_between(self, pairs, standard_errors):
+        """Covariances between pairs of points from independent errors.
+
+        Parameters
+        ----------
+        pairs : ndarray of int, shape (n_pairs, 2)
+            Places of the points of each pair.
+        standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
+            Per coordinate [m].
+
+        Returns
+        -------
+        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
+            [m²]. Rows belong to the first point.
+        """
+        rows = sparse.csr_array(self.matrix)
+        rows.sort_indices()
+        pairs = np.ascontiguousarray(pairs, dtype=np.int64)
+        n_axes = self.axes.value
+        out = np.zeros((len(pairs), n_axes, n_axes), dtype=rows.dtype)
+        variances = np.square(self.axes.each(standard_errors)).ravel()
+        entries = (rows.indptr, rows.indices, rows.data)
+        _multiply_rows(*entries, variances, pairs, out)
+        return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+
+def unchanged(axes):
+    """Leave all points as they are, however many they are.
+
+    Parameters
+    ----------
+    axes : Axes
+
+    Returns
+    -------
+    PointOperator
+    """
+    return PointOperator((), axes)
+
+
+def of_blocks(blocks, columns, pointer, n_columns):
+    """Operator of small matrices, each from one point to another.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (n_blocks, n_axes, n_axes)
+        Sorted by the point that they lead to.
+    columns : ndarray of int, shape (n_blocks,)
+        The point that each leads from.
+    pointer : ndarray of int, shape (n_points + 1,)
+        First block of each point.
+    n_columns : int
+        Number of points that they may lead from.
+
+    Returns
+    -------
+    PointOperator
+    """
+    axes = Axes(blocks.shape[1])
+    shape = (axes.size(len(pointer) - 1), axes.size(n_columns))
+    return PointOperator((sparse.bsr_array((blocks, columns, pointer), shape),), axes)
+
+
+def on_diagonal(blocks):
+    """Operator of a small matrix for each point, shape (n_points, n_axes, n_axes)."""
+    places = np.arange(len(blocks) + 1)
+    return of_blocks(blocks, places[:-1], places, len(blocks))
+
+
+def sums(shares, columns, pointer, n_columns, axes):
+    """Weighted sums of points, the same in every coordinate.
+
+    Parameters
+    ----------
+    shares : ndarray, shape (n_values,)
+        Sorted by sum.
+    columns : ndarray of int, shape (n_values,)
+        Which point each belongs to.
+    pointer : ndarray of int, shape (n_sums + 1,)
+        First value of each sum.
+    n_columns : int
+        Number of points that they are taken from.
+    axes : Axes
+
+    Returns
+    -------
+    PointOperator
+    """
+    blocks = shares[:, None, None] * np.eye(axes.value)
+    return of_blocks(blocks, columns, pointer, n_columns)
+
+
+def selection(columns, n_columns, axes):
+    """Pick points: row i of the result is the point ``columns[i]``.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (n_rows,)
+    n_columns : int
+    axes : Axes
+
+    Returns
+    -------
+    PointOperator
+    """
+    one = np.ones(len(columns))
+    return sums(one, columns, np.arange(len(columns) + 1), n_columns, axes)
+
+
+def weighted_mean(rows, weights, start, n_all, axes):
+    """Weighted mean of the values of each point.
+
+    Parameters
+    ----------
+    rows : ndarray of int, shape (n_values,)
+        Which values, sorted by point.
+    weights : ndarray, shape (n_values,)
+    start : ndarray of int, shape (n_points + 1,)
+    n_all : int
+        Number of all values.
+    axes : Axes
+
+    Returns
+    -------
+    PointOperator
+    """
+    share = weights / np.repeat(segment_sum(weights, start), np.diff(start))
+    return sums(share, rows, start, n_all, axes)
+
+
+def zero(n_points, n_sources, axes):
+    """Operator of which nothing comes.
+
+    Parameters
+    ----------
+    n_points, n_sources : int
+    axes : Axes
+
+    Returns
+    -------
+    PointOperator
+    """
+    shape = (axes.size(n_points), axes.size(n_sources))
+    return PointOperator((sparse.csr_array(shape),), axes)
+
+
+def by_coordinate(matrix, axes, *, is_plan_only=False):
+    """Operator of a matrix that has one row and one column for each point.
+
+    Parameters
+    ----------
+    matrix : sparse array, shape (n_points, n_sources)
+    axes : Axes
+    is_plan_only : bool
+        Leave heights out: 0 comes of them.
+
+    Returns
+    -------
+    PointOperator
+    """
+    is_used = np.arange(axes.value) < (N_PLAN if is_plan_only else axes.value)
+    each = np.diag(is_used.astype(float))
+    return PointOperator((sparse.kron(matrix, each, format="csr"),), axes)
+
+
+def stacked(rows):
+    """Operator of operators beside and above each other.
+
+    Parameters
+    ----------
+    rows : sequence of sequence of PointOperator
+        Those of a row stand beside each other.
+
+    Returns
+    -------
+    PointOperator
+    """
+    beside = [sparse.hstack([part.matrix.tocsr() for part in row]) for row in rows]
+    return PointOperator((sparse.vstack(beside, format="csr"),), rows[0][0].axes)
+
+
+def _applied(matrix, columns):
+    if columns.ndim == 2 and np.iscomplexobj(columns) and not np.iscomplexobj(matrix):
+        # two real columns for each complex one: half the work
+        columns = np.ascontiguousarray(columns)
+        return (matrix @ columns.view(float)).view(complex)
+    return matrix @ columns
+
+
+def _of_real_axes(scalar):
+    """Covariance of easting and northing from that of E + iN."""
+    same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
+    rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
+    return np.stack(rows, -2)
+
+
+@numba.njit(cache=True, nogil=True)
+def _multiply_rows(pointer, column, value, variances, pairs, out):
+    n_axes = out.shape[1]
+    for p in range(len(pairs)):
+        for a in range(n_axes):
+            row_a = pairs[p, 0] * n_axes + a
+            for b in range(n_axes):
+                row_b = pairs[p, 1] * n_axes + b
+                i, last_i = pointer[row_a], pointer[row_a + 1]
+                j, last_j = pointer[row_b], pointer[row_b + 1]
+                while i < last_i and j < last_j:
+                    if column[i] < column[j]:
+                        i += 1
+                    elif column[i] > column[j]:
+                        j += 1
+                    else:
+                        product = value[i] * np.conj(value[j])
+                        out[p, a, b] += variances[column[i]] * product
+                        i += 1
+                        j += 1

@@ -1,0 +1,73 @@
+"""Exchanged names are found where they are, and nowhere else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.simulation.simulate_block import simulate_block
+
+
+def with_exchange(block, flight, model, pair):
+    """The block, two points of one model of a flight under each other's name."""
+    measured = getattr(block, flight)
+    points = measured.model_points.copy()
+    is_model = (points["coverage"] == model[0]) & (points["model_id"] == model[1])
+    rows = points.index[is_model & points["point_id"].isin(pair)]
+    points.loc[rows, "point_id"] = points.loc[rows, "point_id"].to_numpy()[::-1]
+    return replace(block, **{flight: replace(measured, model_points=points)})
+
+
+def some_model(block, flight, rng):
+    """A model of at least five points known on the ground, and two of these."""
+    points = getattr(block, flight).model_points
+    if flight == "high_flight":
+        control = block.control_points.query("role == 'control'")["point_id"]
+        points = points[points["point_id"].isin(control)]
+    models = points.groupby(["coverage", "model_id"])["point_id"].agg(list)
+    models = models[models.map(len) >= 5]
+    model = models.index[rng.integers(len(models))]
+    return model, tuple(rng.choice(models[model], 2, replace=False))
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_a_pair_in_the_low_flight_is_named(demo_block, outliers):
+    rng = np.random.default_rng(5)
+    for _ in range(3):
+        model, pair = some_model(demo_block, "low_flight", rng)
+        block = with_exchange(demo_block, "low_flight", model, pair)
+        settings = block.settings.updated({"outliers": outliers})
+        found = find_exchanged_names(densify(block, settings).solution)
+        assert len(found) == 1
+        exchange = found[0]
+        assert (exchange.coverage, exchange.model_id) == model
+        assert set(exchange.points) == set(pair)
+        # the other models of the demo block have some centimetres
+        assert exchange.m_0_exchanged < 0.3 < exchange.m_0
+        truth = demo_block.truth.set_index("point_id").loc[list(pair)]
+        apart = np.hypot(*np.diff(truth[["easting", "northing"]].to_numpy(), axis=0)[0])
+        assert exchange.apart == pytest.approx(apart, abs=0.5)
+
+
+def test_a_pair_in_the_high_flight_is_named():
+    block = simulate_block("neukirchen", seed=3)
+    model, pair = some_model(block, "high_flight", np.random.default_rng(1))
+    changed = with_exchange(block, "high_flight", model, pair)
+    found = find_exchanged_names(densify(changed).solution)
+    assert [(e.flight, e.coverage, e.model_id) for e in found] == [
+        ("high_flight", *model)
+    ]
+    assert set(found[0].points) == set(pair)
+
+
+def test_good_blocks_and_other_gross_errors_have_none(demo_block, good_result):
+    assert find_exchanged_names(good_result.solution) == ()
+    flight = demo_block.low_flight
+    points = flight.model_points.copy()
+    points.loc[points.index[40], "x"] += 5.0  # 40 m on the ground
+    wrong = replace(demo_block, low_flight=replace(flight, model_points=points))
+    result = densify(wrong)
+    assert result.residuals["is_suspect"].any()
+    assert find_exchanged_names(result.solution) == ()

@@ -1,0 +1,71 @@
+"""What a cause explains is told with it, and what it does not explain beside it."""
+
+import pytest
+
+from einschalt.pipeline.assessment.causes import OF_BLOCK, OF_POINTS, with_causes
+from einschalt.pipeline.assessment.evidence.exchanged_names import ExchangedNames
+from einschalt.pipeline.assessment.finding import Finding, Subject
+from einschalt.pipeline.assessment.findings.catalogue import ORDER
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
+
+EXCHANGE = ExchangedNames(
+    flight="low_flight",
+    coverage="2",
+    model_id="2/4",
+    points=("1048", "1050"),
+    apart=568.5,
+    m_0=197.6,
+    m_0_exchanged=0.094,
+    model_points=("1048", "1050", "1060"),
+)
+
+
+def found(code, *names):
+    return Finding(code, Subject.POINT, names=names)
+
+
+def explained(*findings, is_coupled=False):
+    marked = with_causes(findings, [EXCHANGE], is_coupled=is_coupled)
+    assert marked[0].code == "exchanged_names"
+    assert [f.code for f in marked[1:]] == [f.code for f in findings]
+    return [f.code for f in marked if f.explained_by]
+
+
+def test_without_a_cause_findings_stay_as_they_are():
+    findings = (found("points_that_differ", "1048"),)
+    assert with_causes(findings, (), is_coupled=False) == findings
+
+
+def test_points_of_the_model_are_explained_and_others_are_not():
+    inside = found("coverages_that_differ", "1050", "1060")
+    outside = found("points_that_differ", "1050", "2001")
+    assert explained(inside, outside) == ["coverages_that_differ"]
+
+
+def test_in_one_adjustment_that_keeps_gross_errors_all_points_are_reached():
+    outside = found("control_against_block", "1050", "2001")
+    assert explained(outside) == []
+    assert explained(outside, is_coupled=True) == ["control_against_block"]
+
+
+def test_other_models_and_what_no_gross_error_makes_stay():
+    assert explained(found("models_with_large_m_0", "2/4")) == ["models_with_large_m_0"]
+    assert explained(found("models_with_large_m_0", "2/4", "2/5")) == []
+    assert explained(found("failed_models", "2/4"), found("no_check_points")) == []
+
+
+@pytest.mark.parametrize("code", sorted(OF_POINTS | OF_BLOCK))
+def test_only_findings_that_exist_are_explained(code):
+    assert code in ORDER
+
+
+def test_the_words_name_the_pair_first_and_the_consequences_once(faulty_result):
+    findings = faulty_result.assessment.findings
+    assert findings[0].code == "exchanged_names"
+    first, *others = suggestions_of(findings)
+    assert first.problem.startswith("Exchanged names: 1048 and 1050 in low flight")
+    (consequences,) = first.details
+    n_explained = sum(bool(f.explained_by) for f in findings)
+    assert consequences.startswith(f"It explains {n_explained} further findings")
+    assert len(others) == len(findings) - 1 - n_explained
+    assert not any("1050" in str(other) for other in others)
