@@ -16,7 +16,11 @@ from einschalt.interfaces.files.input_files import checksum_or_none
 from einschalt.pipeline.block.block import plain_fields
 
 SCHEMA = 1
-LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio")
+# statsmodels is not among them: nothing that is written depends on it
+LIBRARIES = (
+    *("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio"),
+    "shapely",
+)
 
 
 def provenance(result) -> dict:

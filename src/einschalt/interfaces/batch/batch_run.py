@@ -14,6 +14,7 @@ from time import perf_counter
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.batches import n_cores
+from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import FileError, OutputError, SettingsError
 from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
@@ -32,7 +33,11 @@ from einschalt.interfaces.files.output_folder import (
     refuse_block_folder,
     require_free,
 )
-from einschalt.interfaces.files.written_files import MARKS, sealed_text
+from einschalt.interfaces.files.written_files import (
+    MARKS,
+    names_of_batch,
+    sealed_text,
+)
 from einschalt.pipeline.batch.block_table import (
     DONE,
     FAILED,
@@ -122,7 +127,8 @@ def plan_batch(
         states = pool.map(
             lambda item: look_at(*item, output / item[0], given or {}), named.items()
         )
-        states = [_overwriting(state) if overwrite else state for state in states]
+        known = names_of_batch(output)
+        states = [_allowed(state, known, overwrite=overwrite) for state in states]
     place = output_of_batch([state.task for state in states], overwrite=overwrite)
     require_free(output, place)
     sorting = _Sorting(which, marks or {}, place.inputs)
@@ -140,8 +146,11 @@ def plan_batch(
     )
 
 
-def _overwriting(state):
-    return replace(state, task=replace(state.task, overwrite=True))
+def _allowed(state, known, *, overwrite):
+    """The block with what may be replaced in the folder of its result."""
+    is_known = as_unicode(state.task.name) in known
+    task = replace(state.task, overwrite=overwrite, is_known=is_known)
+    return replace(state, task=task)
 
 
 def _require_folder(output):

@@ -9,9 +9,16 @@ from einschalt.interfaces.files.output_folder import (
 )
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.result_folder import DECIMALS
-from einschalt.interfaces.files.written_files import MARKS, PROVENANCE, Source
+from einschalt.interfaces.files.written_files import (
+    BLOCKS,
+    MARKS,
+    PROVENANCE,
+    Source,
+    names_of_batch,
+)
 from einschalt.interfaces.provenance import provenance_of_tables
 from einschalt.interfaces.reports.batch_report import render_batch
+from einschalt.pipeline.batch.block_table import DONE, UNCHANGED
 
 ERROR = DECIMALS["standard_error"]
 DECIMALS_OF_BLOCKS = {
@@ -66,4 +73,12 @@ def write_tables(table, folder, output):
         write_parquet(table, new / "blocks.parquet")
         write_text(new / "blocks.html", render_batch(table))
 
-    write_folder(folder, output, provenance_of_tables("batch"), write, beside=True)
+    names = names_of_batch(folder).union(_with_result(table))
+    facts = {**provenance_of_tables("batch"), BLOCKS: sorted(names)}
+    write_folder(folder, output, facts, write, beside=True)
+
+
+def _with_result(table):
+    """Blocks whose results this batch has written, or found whole."""
+    is_there = (table["outcome"] == DONE) | (table["reason"] == UNCHANGED)
+    return table.loc[is_there, "block"]

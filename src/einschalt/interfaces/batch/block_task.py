@@ -40,6 +40,8 @@ class BlockTask:
         Its inputs, block.toml first.
     overwrite : bool
         Whether what else lies in the folder of its result is replaced.
+    is_known : bool
+        Whether the batch has written a result of it before.
     """
 
     name: str
@@ -52,6 +54,7 @@ class BlockTask:
     title: str = ""
     files: tuple[Path, ...] = ()
     overwrite: bool = False
+    is_known: bool = False
 
     def is_of_present_input(self):
         """Whether nothing has changed since the block was looked at.
@@ -106,7 +109,8 @@ def output_of_task(task, inputs=None) -> Output:
     signs = {sign for sign in task.signature["inputs"].values() if sign is not None}
     source = Source("densify", task.title, task.files[:1], digest(sorted(signs)))
     inputs = InputFiles(task.files) if inputs is None else inputs
-    return Output(source, RESULT_NAMES, inputs, task.overwrite)
+    options = {"overwrite": task.overwrite, "is_known": task.is_known}
+    return Output(source, RESULT_NAMES, inputs, **options)
 
 
 def _inputs_of(block):

@@ -29,16 +29,21 @@ from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.written_files import (
     COMING,
     FORMER,
+    GEOPACKAGE,
     MARKS,
     PROVENANCE,
+    Evidence,
     Source,
     evidence_of,
+    is_interrupted,
     is_same_source,
     sealed_text,
 )
 
 # what systems and file managers put into a folder by themselves
 CLUTTER = {".ds_store", "thumbs.db", "desktop.ini", "lost+found", ".directory"}
+# a database that was open when its program ended; another one must not meet them
+SIDECARS = ("-wal", "-shm", "-journal")
 PREVIOUS = "previous_points.parquet"  # kept before the points that it was are replaced
 OTHER_FOLDER = "a new or empty folder, or one with results of the same input"
 NOT_OURS = "not written by einschalt"
@@ -106,6 +111,9 @@ class Output:
         Replace what lies there, inputs excepted.
     folders : frozenset of str
         Folders in it that are known: those of the blocks of a batch.
+    is_known : bool
+        The batch that made the folder says so. Where a run was interrupted, or its
+        provenance.json is lost, files are known by their names then.
     """
 
     source: Source
@@ -113,6 +121,7 @@ class Output:
     inputs: InputFiles
     overwrite: bool = False
     folders: frozenset = frozenset()
+    is_known: bool = False
 
 
 def refuse_block_folder(folder, inputs=None):
@@ -232,9 +241,11 @@ def refuse_input(path, inputs, *, is_overwriting=False):
 
 
 def _refuse_foreign(folder, output, taken):
-    evidence = evidence_of(folder)
+    evidence = _evidence(folder, output)
     foreign = [name for name in taken if not evidence.vouches_for(name)]
-    if foreign:
+    # other programs write into it when they open it
+    is_opened = foreign == [GEOPACKAGE] and GEOPACKAGE in evidence.checksums
+    if foreign and not (is_opened and not (folder / GEOPACKAGE).is_symlink()):
         changed = [name for name in foreign if name in evidence.checksums]
         if PROVENANCE in foreign:  # it vouches for the others, if for itself
             foreign = changed = [PROVENANCE]
@@ -256,6 +267,21 @@ def _refuse_foreign(folder, output, taken):
             remedy=OR_OVERWRITE,
             file=folder,
         )
+
+
+def _evidence(folder, output):
+    """What is known of a folder; of a half-written one that is known, all its files."""
+    evidence, origin = evidence_of(folder), output.source.origin(folder)
+    is_same = evidence.origin is None or is_same_source(evidence.origin, origin)
+    if not (output.is_known and is_same and is_interrupted(folder)):
+        return evidence
+    names = [name for name in _names_in(folder) if not _may_lie(folder, name, output)]
+    paths = [folder / name for name in names]
+    is_ours = {*names} <= {*output.names, COMING, FORMER}
+    if not is_ours or any(path.is_symlink() or not path.is_file() for path in paths):
+        return evidence
+    with said_as_file_error(folder):
+        return Evidence(folder, {p.name: {checksum(p)} for p in paths}, origin)
 
 
 def _refuse_content(folder, output):
@@ -376,7 +402,9 @@ def _write(folder, output, facts, write):
         # much may have happened meanwhile, and all names are known only now
         require_free(folder, replace(output, names=output.names.union(names)))
         with said_as_file_error(folder):
-            _put_in_place(folder, staging, names, _provenance(folder, output, facts))
+            facts = _provenance(folder, output, facts)
+            older = {} if facts is None else _evidence(folder, output).present()
+            _put_in_place(folder, staging, names, facts, older)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 
@@ -404,9 +432,12 @@ def _provenance(folder, output, facts):
     return {**facts, "origin": output.source.origin(folder)}
 
 
-def _put_in_place(folder, staging, names, facts):
+def _put_in_place(folder, staging, names, facts, older):
     """Give all files their names, so that at any moment it is known whose they are."""
-    stale = _announce(folder, staging, names, facts) if facts is not None else ()
+    stale = () if facts is None else _announce(folder, staging, names, facts, older)
+    if GEOPACKAGE in names:
+        for suffix in SIDECARS:
+            (folder / f"{GEOPACKAGE}{suffix}").unlink(missing_ok=True)
     if PREVIOUS in names:
         (staging / PREVIOUS).replace(folder / PREVIOUS)
     if facts is not None:
@@ -421,14 +452,13 @@ def _put_in_place(folder, staging, names, facts):
         (folder / COMING).replace(folder / PROVENANCE)
 
 
-def _announce(folder, staging, names, facts):
+def _announce(folder, staging, names, facts, older):
     """Say what lies there and what will; give the files that must go."""
-    evidence = evidence_of(folder)
-    present = evidence.present()
     hidden = {COMING, FORMER, PROVENANCE}
-    older = {name: sign for name, sign in present.items() if name not in hidden}
+    older = {name: sign for name, sign in older.items() if name not in hidden}
     if older:
-        former = {"program": "einschalt", "origin": evidence.origin, "outputs": older}
+        origin = evidence_of(folder).origin or facts["origin"]
+        former = {"program": "einschalt", "origin": origin, "outputs": older}
         write_text(folder / FORMER, sealed_text(former))
     outputs = {name: checksum(staging / name) for name in names}
     write_text(folder / COMING, sealed_text({**facts, "outputs": outputs}))

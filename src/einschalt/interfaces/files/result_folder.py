@@ -1,9 +1,12 @@
-"""A result as a folder: tables, map, report, summary, and where all of it comes from.
+"""A result as a folder: tables, map, report, what to think of it, and where it is from.
 
 provenance.json is taken away first and written last: where it stands, the folder is
 complete.
 """
 
+import json
+
+from einschalt.foundations.display_names import as_unicode
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
@@ -17,6 +20,7 @@ from einschalt.interfaces.files.output_folder import (
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.written_files import (
     FAILURE,
+    GEOPACKAGE,
     PROVENANCE,
     Source,
     digest,
@@ -37,11 +41,13 @@ IF_ANY = (
     "iterations",
     "repeated_settings",
 )
+ASSESSMENT = "assessment.json"
 CHANGES = "changes.csv"
 RESULT_NAMES = frozenset(
     (
         *(f"{n}{s}" for n in (*TABLES, *IF_ANY) for s in (".csv", ".parquet")),
-        *("failures.csv", "block.gpkg", "report.html", "summary.txt", PROVENANCE),
+        *("failures.csv", GEOPACKAGE, "report.html", "summary.txt"),
+        *(ASSESSMENT, PROVENANCE),
         *(PREVIOUS, CHANGES, FAILURE),  # of a batch
     )
 )
@@ -187,14 +193,16 @@ def write_result(
         The scale is not positive.
     """
     require_scale(ellipse_scale)
+    assessment = result.assessment  # its time is part of what provenance.json tells
 
     def write(staging):
         if write_more is not None:
             write_more(staging)
         _write_tables(result, staging)
-        write_geopackage(result, staging / "block.gpkg", ellipse_scale=ellipse_scale)
+        write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
         write_text(staging / "report.html", render(result))
-        write_text(staging / "summary.txt", lasting_summary(result))
+        write_text(staging / "summary.txt", lasting_summary(assessment))
+        write_text(staging / ASSESSMENT, _json(assessment))
 
     output = output_of(result.block, overwrite=overwrite)
     write_folder(folder, output, provenance(result), write, beside=beside)
@@ -209,6 +217,13 @@ def _write_tables(result, folder):
         write_csv(frame, folder / f"{name}.csv", decimals=decimals)
         if name != "failures":
             write_parquet(frame, folder / f"{name}.parquet")
+
+
+def _json(assessment):
+    """Everything that is to be thought of the result, for other programs."""
+    content = assessment.to_dict()
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    return as_unicode(f"{text}\n")
 
 
 def _ordered(frame, first):

@@ -20,13 +20,17 @@ PROVENANCE = "provenance.json"
 COMING = ".einschalt-coming.json"
 FORMER = ".einschalt-former.json"
 FAILURE = "failure.json"
+GEOPACKAGE = "block.gpkg"
 MARKS = ".einschalt-batch.json"
 SELF_EVIDENT = (COMING, PROVENANCE, FORMER, FAILURE, MARKS)
 # a batch of the first version listed neither of them
 UNLISTED_AT_FIRST = (FAILURE, "changes.csv", "previous_points.parquet")
+# a crash may leave files without content, in which nothing can be lost
+EMPTY = hashlib.sha256(b"").hexdigest()
 NOT_KNOWN = "not known"  # to the first version, which told blocks by their names
 ORIGIN = {"command", "name", "place", "inputs"}
 SEAL = "seal"
+BLOCKS = "blocks"
 PROGRAM = "einschalt"
 
 
@@ -196,6 +200,7 @@ class Evidence:
             if not known or not stat.S_ISREG(path.lstat().st_mode):
                 return None
             found = checksum(path)
+            known = {*known, EMPTY}
         except (OSError, ValueError):  # a name that cannot be one of a file
             return None
         return found if found in known else None
@@ -235,6 +240,55 @@ def evidence_of(folder) -> Evidence:
         for file, sign in listed.items():
             checksums.setdefault(file, set()).add(sign)
     return Evidence(folder, checksums, origins[0] if origins else None)
+
+
+def is_interrupted(folder) -> bool:
+    """Whether results were being put in place, or nothing says any more what they are.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    bool
+        A list of an exchange of files is there; or provenance.json is missing, or cut
+        off, so that it is no JSON.
+    """
+    if any(_own_file(folder / name)[1] is not None for name in (COMING, FORMER)):
+        return True
+    path = folder / PROVENANCE
+    if not path.is_file():
+        return not os.path.lexists(path)
+    try:
+        json.loads(path.read_bytes())
+    except ValueError:
+        return True
+    except (OSError, RecursionError):
+        pass
+    return False
+
+
+def names_of_batch(folder) -> frozenset:
+    """Names of the blocks whose results a batch has put below its folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the batch.
+
+    Returns
+    -------
+    frozenset of str
+        By its own provenance.json, and while it runs by its marks.
+    """
+    names = set()
+    for name in (PROVENANCE, MARKS):
+        content = _own_file(folder / name)[1] or {}
+        known = content.get(BLOCKS)
+        if SEAL in content and isinstance(known, (list, dict)):
+            names.update(as_unicode(name) for name in known)
+    return frozenset(names)
 
 
 def _own_file(path):
