@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
-TIMES = re.compile(rb'"(created|seconds)": ("[^"]*"|[\d.]+)')
+TIMES = re.compile(rb'"(created|seconds|seal)": ("[^"]*"|[\d.]+)')
+# these tables hold the times
+TIMED_TABLES = re.compile(rb'"(blocks\.(?:csv|parquet|html))": "[^"]*"')
 TIME_CELL = re.compile(rb'<td class="n">[^<]*</td></tr>')
 
 
@@ -32,7 +34,7 @@ def tree(folder):
 def _timeless(path):
     data = path.read_bytes()
     if path.name in {"provenance.json", "failure.json"}:
-        return TIMES.sub(rb'"\1": 0', data)
+        return TIMED_TABLES.sub(rb'"\1": 0', TIMES.sub(rb'"\1": 0', data))
     if path.name == "blocks.csv":
         rows = list(csv.DictReader(io.StringIO(data.decode("utf-8"))))
         return json.dumps([{**row, "seconds": 0} for row in rows]).encode()

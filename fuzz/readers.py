@@ -221,12 +221,12 @@ def _state_of_result(path):
 
 def _plan(path):
     folder = path.parent
-    plan_batch([folder.parent], folder, which="unfinished")
+    plan_batch([folder.parent], folder, which="unfinished", overwrite=True)
 
 
 def _comparison(path):
     points = pd.read_csv(path.with_name("points.csv"), dtype={"point_id": str})
-    compare_with_previous(points, path.parent)
+    compare_with_previous(points, path.parent, path.parent)
 
 
 def _write_result(folder):

@@ -116,6 +116,10 @@ class FileError(EinschaltError):
     """A file is missing, unreadable, or not what its name says."""
 
 
+class OutputError(FileError):
+    """Writing would lose what is there already, or another run is writing there."""
+
+
 class ChangedFileError(FileError):
     """A file changed while it was read; the next reading may find it sound."""
 

@@ -12,10 +12,15 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import pyproj
 
+from einschalt.interfaces.files.input_files import checksum_or_none
 from einschalt.pipeline.block.block import plain_fields
 
 SCHEMA = 1
-LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio")
+# statsmodels is not among them: nothing that is written depends on it
+LIBRARIES = (
+    *("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio"),
+    "shapely",
+)
 
 
 def provenance(result) -> dict:
@@ -36,10 +41,7 @@ def provenance(result) -> dict:
     """
     block = result.block
     return {
-        "schema": SCHEMA,
-        "program": "einschalt",
-        "version": metadata.version("einschalt"),
-        "created": datetime.now(UTC).isoformat(timespec="microseconds"),
+        **_head(),
         "block": _block_facts(block),
         "flights": {name: _flight_facts(f) for name, f in block.flights.items()},
         "settings": result.settings.model_dump(mode="json"),
@@ -47,6 +49,34 @@ def provenance(result) -> dict:
         "versions": versions(),
         "figures": _figures(result),
         "seconds": round(result.seconds, 3),
+    }
+
+
+def provenance_of_tables(command, files=()) -> dict:
+    """Collect where the results of a command come from that reads single tables.
+
+    Parameters
+    ----------
+    command : str
+    files : iterable of Path, optional
+        That it reads.
+
+    Returns
+    -------
+    dict
+        ``schema``, ``program``, ``version``, ``created``, ``command``, ``inputs`` and
+        ``versions``, as in :func:`provenance`.
+    """
+    inputs = [{"file": path.name, "sha256": checksum_or_none(path)} for path in files]
+    return {**_head(), "command": command, "inputs": inputs, "versions": versions()}
+
+
+def _head():
+    return {
+        "schema": SCHEMA,
+        "program": "einschalt",
+        "version": metadata.version("einschalt"),
+        "created": datetime.now(UTC).isoformat(timespec="microseconds"),
     }
 
 

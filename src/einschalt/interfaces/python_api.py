@@ -41,7 +41,8 @@ class Block(checked.Block):
         folder : str or Path
             Made where it does not exist.
         overwrite : bool, optional
-            Replace the files of a block that stands there.
+            Replace the files of a block that stands there; never files that this
+            block was read from.
 
         Raises
         ------
@@ -64,27 +65,33 @@ class DensificationResult(results.DensificationResult):
     ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
     """
 
-    def write(self, folder, *, ellipse_scale=None):
+    def write(self, folder, *, ellipse_scale=None, overwrite=False):
         """Write tables, GeoPackage, report, summary and provenance into a folder.
 
-        Every file is written whole or not at all; provenance.json comes last.
+        All files are written, or none; provenance.json comes last.
 
         Parameters
         ----------
         folder : str or Path
-            Made where it does not exist.
+            Made where it does not exist. An older result of the same block is
+            replaced.
         ellipse_scale : float, optional
             How much larger the confidence ellipses are drawn in block.gpkg. The
             default is a round factor that makes them visible.
+        overwrite : bool, optional
+            Replace what einschalt did not write, what has been changed since, and
+            results of another block. Files that the block was read from are never
+            replaced.
 
         Raises
         ------
         FileError
-            The folder cannot be written.
+            Something would be lost, or the folder cannot be written.
         SettingsError
             The scale is not positive.
         """
-        write_result(self, as_path("folder", folder), ellipse_scale=ellipse_scale)
+        path = as_path("folder", folder)
+        write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
 
 
 def read_block(path):
@@ -159,6 +166,7 @@ def densify_many(
     workers=None,
     memory_gb=None,
     which="changed",
+    overwrite=False,
     progress=None,
 ):
     """Compute many blocks, each in a process of its own, and write their results.
@@ -182,6 +190,9 @@ def densify_many(
         What is computed: blocks without a result of their present input, settings and
         version; of these not the ones that an interrupted run has seen fail; only
         those that failed; or every block.
+    overwrite : bool, optional
+        Replace what lies in the folders of the results and is not theirs; never files
+        that a block is read from.
     progress : callable, optional
         Called after each block with ``row``, ``n_done``, ``n_all`` and
         ``seconds_left`` as attributes of one object.
@@ -205,8 +216,10 @@ def densify_many(
     given = _given_settings(settings)
     _require_callable(progress, "the news after each block")
     engine = chosen_engine(scheduler, workers, memory_gb)
+    options = {"given": given, "which": which, "overwrite": overwrite}
+    plan_batch(blocks, output, **options)  # what is wrong is said before
     with batch_folder(output) as folder:
-        plan = plan_batch(blocks, folder, given=given, which=which)
+        plan = plan_batch(blocks, folder, **options)
         return run_batch(plan, engine, progress=progress)
 
 

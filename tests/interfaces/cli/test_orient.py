@@ -154,10 +154,11 @@ def test_coverages_are_kept_apart(invoke, parallaxes, tmp_path):
     given = pd.read_csv(parallaxes).query("model_id == '7/8'")
     both = pd.concat([given.assign(coverage=name) for name in ("north", "south")])
     write(both, parallaxes)
-    assert invoke("orient", parallaxes, "--base", 92, "-o", tmp_path).exit_code == 0
+    out = tmp_path / "out"
+    assert invoke("orient", parallaxes, "--base", 92, "-o", out).exit_code == 0
     for name in OF_PARALLAXES - {"failures"}:
-        assert set(read(tmp_path, name)["coverage"]) == {"north", "south"}
-    assert_figure(tmp_path, ["north: 7/8", "south: 7/8"])
+        assert set(read(out, name)["coverage"]) == {"north", "south"}
+    assert_figure(out, ["north: 7/8", "south: 7/8"])
 
 
 def test_a_table_without_models_is_one_model_and_that_is_said(
@@ -207,8 +208,11 @@ def test_six_point_models_come_with_the_construction_of_krames(
     invoke, parallaxes, tmp_path
 ):
     out = tmp_path / "out"
-    out.mkdir()
-    (out / "krames_older.svg").write_text("<svg/>", encoding="utf-8")
+    given = pd.read_csv(parallaxes, dtype={"model_id": str})
+    write(given.replace("7/8", "older"), parallaxes)
+    assert invoke("orient", parallaxes, "--base", 92, "-o", out).exit_code == 0
+    assert (out / "krames_older.svg").exists()
+    write(given, parallaxes)
     assert invoke("orient", parallaxes, "--base", 92, "-o", out).exit_code == 0
     drawn = {path.name for path in out.glob("krames_*.svg")}
     assert drawn == {"krames_7-8.svg", "krames_0012.svg"}
@@ -391,16 +395,16 @@ def test_wrong_values_name_file_row_and_point(invoke, parallaxes, tmp_path):
 def test_nothing_to_orient_has_status_2_and_still_says_why(
     invoke, parallaxes, tmp_path
 ):
+    out = tmp_path / "out"
+    assert invoke("orient", parallaxes, "--base", 92, "-o", out).exit_code == 0
+    assert (out / "residual_parallaxes.svg").exists()
     given = pd.read_csv(parallaxes).query("model_id == '9/10'")
     write(given, parallaxes)
-    (tmp_path / "residual_parallaxes.svg").write_text("of an older run")
-    shown = invoke("orient", parallaxes, "--base", 92, "-o", tmp_path)
+    shown = invoke("orient", parallaxes, "--base", 92, "-o", out)
     assert shown.exit_code == 2
     assert "no model could be oriented" in shown.stderr
-    assert read(tmp_path, "failures")["reason"].tolist() == [
-        "4 points, but five are needed"
-    ]
-    assert not (tmp_path / "residual_parallaxes.svg").exists()
+    assert read(out, "failures")["reason"].tolist() == ["4 points, but five are needed"]
+    assert not (out / "residual_parallaxes.svg").exists()
 
 
 def test_parquet_is_read_as_csv_is(invoke, parallaxes, tmp_path):
@@ -504,7 +508,8 @@ def test_hopeless_models_are_rows_with_verdict_and_reason(invoke, tmp_path, meth
 
 
 def test_as_a_process(spawn, terrain, tmp_path):
-    options = ["--principal-distance", "152", "--altitude", "1600", "-o", tmp_path]
+    out = ["-o", tmp_path / "out"]
+    options = ["--principal-distance", "152", "--altitude", "1600", *out]
     done = spawn("orient", "--terrain", terrain, *options)
     assert done.returncode == 0
     assert done.stderr == ""

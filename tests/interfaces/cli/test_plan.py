@@ -51,7 +51,8 @@ def test_camera_and_what_replaces_it(invoke, tmp_path):
     invoke("plan", "--camera", "dmc_3", "--output", file)
     assert pd.read_csv(file)["flying_height"][0] == pytest.approx(15000 * 0.092)
     options = ("--image-format", "50x100", "--principal-distance", "120")
-    invoke("plan", "--camera", "dmc_3", *options, "--edge", "corner", "--output", file)
+    given = ("plan", "--camera", "dmc_3", *options, "--edge", "corner")
+    invoke(*given, "--output", file, "--overwrite")
     row = pd.read_csv(file).iloc[0]
     assert row["flying_height"] == pytest.approx(15000 * 0.12)
     assert row["n_points"] == pytest.approx(0.6 * 0.05 * 0.1 * (15000 / 200) ** 2)

@@ -45,12 +45,13 @@ def test_older_file_is_replaced(tmp_path):
     assert (tmp_path / "a.bin").read_bytes() == b"new"
 
 
-def test_link_stays_a_link(tmp_path):
+def test_link_is_replaced_and_its_target_stays(tmp_path):
     (tmp_path / "target.txt").write_text("old")
     (tmp_path / "link.txt").symlink_to("target.txt")
     atomic.write_text(tmp_path / "link.txt", "new")
-    assert (tmp_path / "link.txt").is_symlink()
-    assert (tmp_path / "target.txt").read_text() == "new"
+    assert not (tmp_path / "link.txt").is_symlink()
+    assert (tmp_path / "link.txt").read_text() == "new"
+    assert (tmp_path / "target.txt").read_text() == "old"
 
 
 def write_half(path):

@@ -5,22 +5,22 @@ start. A run that finds it continues an interrupted one: what that one has finis
 counts as done, and the table becomes the one that it would have written.
 """
 
-import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.batches import n_cores
-from einschalt.foundations.errors import FileError, SettingsError
-from einschalt.interfaces.batch.batch_tables import write_tables
+from einschalt.foundations.display_names import as_unicode
+from einschalt.foundations.errors import FileError, OutputError, SettingsError
+from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
 from einschalt.interfaces.batch.block_search import name_blocks
 from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
-from einschalt.interfaces.batch.block_task import BlockTask
+from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.files.atomic import (
@@ -28,7 +28,16 @@ from einschalt.interfaces.files.atomic import (
     said_as_file_error,
     write_text,
 )
-from einschalt.interfaces.files.result_folder import refuse_block_folder
+from einschalt.interfaces.files.output_folder import (
+    Output,
+    refuse_block_folder,
+    require_free,
+)
+from einschalt.interfaces.files.written_files import (
+    MARKS,
+    names_of_batch,
+    sealed_text,
+)
 from einschalt.pipeline.batch.block_table import (
     DONE,
     FAILED,
@@ -38,8 +47,8 @@ from einschalt.pipeline.batch.block_table import (
     blocks_table,
     row_of_failure,
 )
+from einschalt.pipeline.progress import Stage
 
-MARKS = ".einschalt-batch.json"
 FAILED_BEFORE = "the last run failed"
 WHICH = ("changed", "unfinished", "failed", "all")
 
@@ -63,6 +72,8 @@ class BatchPlan:
         What tells the results at the start of the run from later ones.
     is_continued : bool
         Whether there was an interrupted run.
+    place : Output
+        What it writes into its own folder.
     """
 
     output: Path
@@ -72,9 +83,12 @@ class BatchPlan:
     names: tuple[str, ...]
     marks: dict
     is_continued: bool
+    place: Output
 
 
-def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
+def plan_batch(
+    blocks, output, *, given=None, which="changed", overwrite=False
+) -> BatchPlan:
     """Find out what a batch has to do; nothing is written.
 
     Parameters
@@ -88,6 +102,8 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
         What is computed: blocks without a result of their present input, settings and
         version; of these not the ones that an interrupted run has seen fail; only
         those that failed; or every block.
+    overwrite : bool, optional
+        Replace what else lies in the folders of the results, inputs excepted.
 
     Returns
     -------
@@ -97,7 +113,7 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
     ------
     EinschaltError
         ``which`` is unknown, a block is given twice, or the results would fall among
-        the blocks or into a file.
+        the blocks, into a file, or into a folder of somebody else.
     """
     if not is_choice(which, WHICH):
         raise SettingsError(f"which = {described(which)}", expected=" or ".join(WHICH))
@@ -111,9 +127,13 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
         states = pool.map(
             lambda item: look_at(*item, output / item[0], given or {}), named.items()
         )
-        sorting = _Sorting(which, marks or {})
-        for state in states:
-            sorting.take(state)
+        known = names_of_batch(output)
+        states = [_allowed(state, known, overwrite=overwrite) for state in states]
+    place = output_of_batch([state.task for state in states], overwrite=overwrite)
+    require_free(output, place)
+    sorting = _Sorting(which, marks or {}, place.inputs)
+    for state in states:
+        sorting.take(state)
     return BatchPlan(
         output=output,
         to_run=tuple(sorted(sorting.to_run, key=lambda task: -task.size)),
@@ -122,7 +142,15 @@ def plan_batch(blocks, output, *, given=None, which="changed") -> BatchPlan:
         names=tuple(named),
         marks=sorting.new_marks,
         is_continued=marks is not None,
+        place=place,
     )
+
+
+def _allowed(state, known, *, overwrite):
+    """The block with what may be replaced in the folder of its result."""
+    is_known = as_unicode(state.task.name) in known
+    task = replace(state.task, overwrite=overwrite, is_known=is_known)
+    return replace(state, task=task)
 
 
 def _require_folder(output):
@@ -144,8 +172,9 @@ def _marks_of_an_interrupted_run(output):
 class _Sorting:
     """Parts blocks that must be computed from those whose row is known."""
 
-    def __init__(self, which, marks):
+    def __init__(self, which, marks, inputs):
         self.which = which
+        self.inputs = inputs
         self.marks = marks
         self.to_run = []
         self.reasons = {}
@@ -156,6 +185,8 @@ class _Sorting:
         name = state.task.name
         row = None if self.which == "all" else self._known_row(state)
         if row is None:
+            row = self._refused_row(state.task)
+        if row is None:
             self.to_run.append(state.task)
             failed = f"; {FAILED_BEFORE}" if state.failure else ""
             self.reasons[name] = f"{state.why or 'asked for'}{failed}"
@@ -164,6 +195,14 @@ class _Sorting:
         self.rows[name] = row
         if name in self.marks and row["outcome"] != SKIPPED:
             self.new_marks[name] = self.marks[name]
+
+    def _refused_row(self, task):
+        """Row of a block whose result has no place: nobody computes it in vain."""
+        try:
+            require_free(task.folder, output_of_task(task, self.inputs))
+        except FileError as error:
+            return row_of_failure(task.name, error, Stage.WRITING.key)
+        return None
 
     def _known_row(self, state):
         name = state.task.name
@@ -202,16 +241,18 @@ def run_batch(plan, engine, *, progress=None):
     EinschaltError
         The output cannot be written, or the engine is gone; blocks that are done stay.
     """
-    write_text(plan.output / MARKS, json.dumps({"schema": 1, "blocks": plan.marks}))
+    marks = {"schema": 1, "program": "einschalt", "blocks": plan.marks}
+    write_text(plan.output / MARKS, sealed_text(marks))
     rows = dict(plan.rows)
     try:
         for row in _computed(plan, engine, progress or _silent):
             rows[row["block"]] = row
     except BaseException:  # an interruption as well: what is done is said
-        write_tables(_table(plan, rows), plan.output)
+        with suppress(OutputError):  # the interruption is what must be said
+            write_tables(_table(plan, rows), plan.output, plan.place)
         raise
     table = _table(plan, rows)
-    write_tables(table, plan.output)
+    write_tables(table, plan.output, plan.place)
     with said_as_file_error(plan.output / MARKS):
         (plan.output / MARKS).unlink()
     return table

@@ -2,9 +2,23 @@
 
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.output_folder import (
+    InputFiles,
+    Output,
+    write_folder,
+)
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.result_folder import DECIMALS
+from einschalt.interfaces.files.written_files import (
+    BLOCKS,
+    MARKS,
+    PROVENANCE,
+    Source,
+    names_of_batch,
+)
+from einschalt.interfaces.provenance import provenance_of_tables
 from einschalt.interfaces.reports.batch_report import render_batch
+from einschalt.pipeline.batch.block_table import DONE, UNCHANGED
 
 ERROR = DECIMALS["standard_error"]
 DECIMALS_OF_BLOCKS = {
@@ -16,7 +30,27 @@ DECIMALS_OF_BLOCKS = {
 }
 
 
-def write_tables(table, folder):
+NAMES = frozenset(("blocks.csv", "blocks.parquet", "blocks.html", PROVENANCE, MARKS))
+
+
+def output_of_batch(tasks=(), *, overwrite=False) -> Output:
+    """Tell what a batch writes into its own folder.
+
+    Parameters
+    ----------
+    tasks : iterable of BlockTask, optional
+    overwrite : bool, optional
+
+    Returns
+    -------
+    Output
+    """
+    folders = frozenset(task.name.partition("/")[0] for task in tasks)
+    inputs = InputFiles(file for task in tasks for file in task.files)
+    return Output(Source("batch"), NAMES, inputs, overwrite, folders)
+
+
+def write_tables(table, folder, output):
     """Write blocks.csv, blocks.parquet and blocks.html.
 
     Parameters
@@ -24,12 +58,27 @@ def write_tables(table, folder):
     table : DataFrame
         Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
     folder : Path
+    output : Output
+        Of :func:`output_of_batch`.
 
     Raises
     ------
     FileError
-        The folder cannot be written.
+        The folder cannot be written, or somebody else has put files there meanwhile:
+        the tables are in a new one beside it then.
     """
-    write_csv(table, folder / "blocks.csv", decimals=DECIMALS_OF_BLOCKS)
-    write_parquet(table, folder / "blocks.parquet")
-    write_text(folder / "blocks.html", render_batch(table))
+
+    def write(new):
+        write_csv(table, new / "blocks.csv", decimals=DECIMALS_OF_BLOCKS)
+        write_parquet(table, new / "blocks.parquet")
+        write_text(new / "blocks.html", render_batch(table))
+
+    names = names_of_batch(folder).union(_with_result(table))
+    facts = {**provenance_of_tables("batch"), BLOCKS: sorted(names)}
+    write_folder(folder, output, facts, write, beside=True)
+
+
+def _with_result(table):
+    """Blocks whose results this batch has written, or found whole."""
+    is_there = (table["outcome"] == DONE) | (table["reason"] == UNCHANGED)
+    return table.loc[is_there, "block"]

@@ -10,7 +10,8 @@ from importlib import metadata
 from time import perf_counter
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.batch.block_state import FAILURE, read_json, result_since
+from einschalt.interfaces.batch.block_state import read_json, result_since
+from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.batch.changes_file import (
     compare_with_previous,
     read_changes,
@@ -20,10 +21,12 @@ from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
-from einschalt.interfaces.files.result_folder import (
+from einschalt.interfaces.files.output_folder import require_free
+from einschalt.interfaces.files.result_folder import write_result
+from einschalt.interfaces.files.written_files import (
+    FAILURE,
     PROVENANCE,
-    refuse_block_folder,
-    write_result,
+    evidence_of,
 )
 from einschalt.pipeline.batch.block_table import (
     DONE,
@@ -102,12 +105,13 @@ class _Progress:
 
 def _run(task, progress):
     _require_version(task.signature["version"])
-    refuse_block_folder(task.folder)
+    require_free(task.folder, output_of_task(task))
     with locked(make_folder(task.folder), waits=True):
         if result_since(task) is None:
             _compute(task, progress)
-        with said_as_file_error(task.folder / FAILURE):
-            (task.folder / FAILURE).unlink(missing_ok=True)
+        if evidence_of(task.folder).vouches_for(FAILURE):
+            with said_as_file_error(task.folder / FAILURE):
+                (task.folder / FAILURE).unlink()
         # read while nobody else may write it
         return row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
 
@@ -116,9 +120,16 @@ def _compute(task, progress):
     progress(Stage.READING)
     block = read_block(task.block)
     result = densify(block, block.settings.updated(task.given), progress=progress)
+    progress(Stage.ASSESSMENT)
+    result.assessment  # noqa: B018
     progress(Stage.WRITING)
-    compare_with_previous(result.points, task.folder)
-    write_result(result, task.folder)
+    write_result(
+        result,
+        task.folder,
+        overwrite=task.overwrite,
+        beside=True,
+        write_more=lambda new: compare_with_previous(result.points, task.folder, new),
+    )
 
 
 def _require_version(version):

@@ -10,15 +10,12 @@ import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from einschalt.interfaces.batch.block_task import (
-    BlockTask,
-    checksum_or_none,
-    task_of,
-)
-from einschalt.interfaces.files.result_folder import PROVENANCE
+from einschalt.interfaces.batch.block_task import BlockTask, task_of
+from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE
 from einschalt.pipeline.settings import with_present_words
 
-FAILURE = "failure.json"
+COMPARISON = ("changes.csv", "previous_points.parquet")
 NO_RESULT = "no result yet"
 INPUT = {"table", "file", "sha256"}
 SAID = ("stage", "reason", "remedy")
@@ -114,13 +111,17 @@ def _present(settings):
 
 
 def whole_result(folder) -> dict | None:
-    """Provenance of a result all of whose files are there, as they were written."""
+    """Provenance of a result all of whose files are there, as they were written.
+
+    The comparison with the run before is no part of it.
+    """
     provenance = read_json(folder / PROVENANCE)
     if provenance is None or not _is_provenance(provenance):
         return None
     is_whole = all(
         checksum_or_none(folder / name) == sign
         for name, sign in provenance["outputs"].items()
+        if name not in COMPARISON
     )
     return provenance if is_whole else None
 

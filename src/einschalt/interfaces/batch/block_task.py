@@ -4,10 +4,14 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
 from einschalt.interfaces.files.block_toml import BLOCK_FILE, read_block_toml
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.output_folder import InputFiles, Output
+from einschalt.interfaces.files.result_folder import RESULT_NAMES
+from einschalt.interfaces.files.written_files import Source, digest
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,14 @@ class BlockTask:
     former : str or None
         Checksum of the provenance of the result that stood there when the block was
         looked at.
+    title : str
+        Name of the block, as its block.toml gives it.
+    files : tuple of Path
+        Its inputs, block.toml first.
+    overwrite : bool
+        Whether what else lies in the folder of its result is replaced.
+    is_known : bool
+        Whether the batch has written a result of it before.
     """
 
     name: str
@@ -39,6 +51,10 @@ class BlockTask:
     signature: dict
     size: int
     former: str | None = None
+    title: str = ""
+    files: tuple[Path, ...] = ()
+    overwrite: bool = False
+    is_known: bool = False
 
     def is_of_present_input(self):
         """Whether nothing has changed since the block was looked at.
@@ -64,7 +80,7 @@ def task_of(name, block, folder, given) -> BlockTask:
     -------
     BlockTask
     """
-    files, settings = _inputs_of(block)
+    files, settings, title = _inputs_of(block)
     if settings is not None:
         settings = settings.updated(given).model_dump(mode="json")
     signature = {
@@ -73,17 +89,39 @@ def task_of(name, block, folder, given) -> BlockTask:
         "inputs": {table: checksum_or_none(path) for table, path in files.items()},
     }
     size = sum(_size(path) for path in files.values())
-    return BlockTask(name, block, folder, given, signature, size)
+    facts = {"title": title, "files": tuple(files.values())}
+    return BlockTask(name, block, folder, given, signature, size, **facts)
+
+
+def output_of_task(task, inputs=None) -> Output:
+    """Tell what the computation of a block writes.
+
+    Parameters
+    ----------
+    task : BlockTask
+    inputs : InputFiles, optional
+        Files that are not to be written; its own where nothing is said.
+
+    Returns
+    -------
+    Output
+    """
+    signs = {sign for sign in task.signature["inputs"].values() if sign is not None}
+    source = Source("densify", task.title, task.files[:1], digest(sorted(signs)))
+    inputs = InputFiles(task.files) if inputs is None else inputs
+    options = {"overwrite": task.overwrite, "is_known": task.is_known}
+    return Output(source, RESULT_NAMES, inputs, **options)
 
 
 def _inputs_of(block):
-    """Files that a block reads, by table, and its settings, as far as known."""
+    """Files that a block reads, by table, its settings and name, as far as known."""
+    title = as_unicode(block.resolve().name)
     toml_file = block / BLOCK_FILE
     files = {"block": toml_file}
     try:
         toml = read_block_toml(toml_file)
     except EinschaltError:  # the computation will say it
-        return files, None
+        return files, None, title
     for name, section in toml.sections.items():
         if name in POINT_TABLES:
             named = {name: section.file}
@@ -93,25 +131,8 @@ def _inputs_of(block):
         for table, source in named.items():
             if isinstance(source, str) and source.strip():
                 files[table] = block / source
-    return files, toml.settings
-
-
-def checksum_or_none(path):
-    """SHA-256 of a file; None where it is missing, or cannot be read.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    str or None
-    """
-    try:
-        # a device or a pipe may never end
-        return checksum(path) if path.is_file() else None
-    except (OSError, ValueError):  # the computation will say it
-        return None
+    section = toml.sections.get("block")
+    return files, toml.settings, (section and section.name) or title
 
 
 def _size(path):

@@ -8,14 +8,13 @@ counts as not there.
 from einschalt.foundations import tables
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.batch.block_state import whole_result
-from einschalt.interfaces.files.atomic import said_as_file_error, write_bytes
+from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.interfaces.files.csv_tables import read_csv, write_csv
+from einschalt.interfaces.files.output_folder import PREVIOUS
 from einschalt.interfaces.files.parquet_tables import read_parquet
-from einschalt.interfaces.files.result_folder import DECIMALS
+from einschalt.interfaces.files.result_folder import CHANGES, DECIMALS
 from einschalt.pipeline.batch.block_table import CHANGES_OF_POINTS, compare_points
 
-PREVIOUS = "previous_points.parquet"
-CHANGES = "changes.csv"
 POINTS = "points.parquet"
 DECIMALS_OF_CHANGES = {
     "easting": DECIMALS["easting"],
@@ -37,10 +36,11 @@ CHANGED_POINTS = tables.Schema(
 )
 
 
-def compare_with_previous(points, folder):
+def compare_with_previous(points, folder, into):
     """Write what moved since the run before; keep the points it is compared with.
 
-    A run that is killed from here on finds them again, and writes the same.
+    A run that is killed after it has put these in place finds them again, and writes
+    the same.
 
     Parameters
     ----------
@@ -48,6 +48,8 @@ def compare_with_previous(points, folder):
         Of the new result.
     folder : Path
         Of the result before, whose files still stand there.
+    into : Path
+        Folder in which the new result is written.
 
     Raises
     ------
@@ -55,15 +57,14 @@ def compare_with_previous(points, folder):
         The folder cannot be written.
     """
     before = whole_result(folder)
-    if before is not None and POINTS in before["outputs"]:
-        write_bytes(folder / PREVIOUS, (folder / POINTS).read_bytes())
-    previous = _sound(read_parquet, folder / PREVIOUS, POINTS_BEFORE)
+    is_whole = before is not None and POINTS in before["outputs"]
+    source = folder / (POINTS if is_whole else PREVIOUS)
+    previous = _sound(read_parquet, source, POINTS_BEFORE)
     if previous is None:
-        with said_as_file_error(folder / CHANGES):
-            (folder / CHANGES).unlink(missing_ok=True)
         return
+    write_bytes(into / PREVIOUS, source.read_bytes())
     changes = compare_points(points, previous)
-    write_csv(changes, folder / CHANGES, decimals=DECIMALS_OF_CHANGES)
+    write_csv(changes, into / CHANGES, decimals=DECIMALS_OF_CHANGES)
 
 
 def read_changes(folder):

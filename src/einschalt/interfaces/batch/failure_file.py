@@ -1,18 +1,18 @@
 """failure.json: why a block of a batch failed, in its result folder."""
 
-import json
 import traceback
 from contextlib import suppress
 
-from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
     ChangedFileError,
     EinschaltError,
     FileError,
 )
-from einschalt.interfaces.batch.block_state import FAILURE
+from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.files.atomic import make_folder, write_text
+from einschalt.interfaces.files.output_folder import require_free
+from einschalt.interfaces.files.written_files import FAILURE, sealed_text
 from einschalt.pipeline.batch.local_engine import ProcessEndedError
 from einschalt.pipeline.progress import Stage
 
@@ -50,10 +50,12 @@ def keep_failure(task, row, error):
     }
     if not isinstance(error, (EinschaltError, MemoryError)):  # to be reported
         content["traceback"] = traceback.format_exception(error)
-    # on a full disk the row of the table says it all
+    # on a full disk, or in a folder of somebody else, the row of the table says it all
     with suppress(FileError):
-        text = json.dumps(content, indent=2, ensure_ascii=False)
-        write_text(make_folder(task.folder) / FAILURE, as_unicode(f"{text}\n"))
+        output = output_of_task(task)
+        require_free(task.folder, output)
+        content["origin"] = output.source.origin(task.folder)
+        write_text(make_folder(task.folder) / FAILURE, sealed_text(content))
 
 
 def _problems(error):

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.exits import print_error, with_exit_status
-from einschalt.interfaces.cli.paths import given_path, output_option
+from einschalt.interfaces.cli.paths import given_path, output_option, overwrite_option
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -60,6 +60,7 @@ def batch(
     ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
+    overwrite: Annotated[bool, overwrite_option()] = False,
     given: dict,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
@@ -70,7 +71,8 @@ def batch(
     Writes one folder per block, named after it, with the files that densify writes,
     and blocks.csv, blocks.parquet and blocks.html: one row per block. A block whose
     result is there is skipped, unless its tables, its settings or the version of the
-    program have changed. A block that fails does not stop the others.
+    program have changed; where a folder holds anything but its result, it fails. A
+    block that fails does not stop the others.
 
     Exit status: 0 when every block that was asked for has its result, 1 when some
     failed, 2 when the call is wrong or the folder cannot be written, 130 when
@@ -82,7 +84,7 @@ def batch(
     which = _mode(resume=resume, only_failed=only_failed, everything=everything)
     where = {"scheduler": scheduler, "workers": workers, "memory_gb": memory}
     how = {"is_dry_run": dry_run, "is_quiet": quiet}
-    run_blocks(folder, output, given, where, which, **how)
+    run_blocks(folder, output, given, where, which, overwrite=overwrite, **how)
 
 
 def _mode(**flags):

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -33,6 +33,7 @@ def densify(
             help="How much larger the ellipses are drawn in block.gpkg.",
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
     ] = False,
@@ -40,10 +41,13 @@ def densify(
     """Compute a block's points, and how good they are.
 
     Writes points, models, residuals, orientations (each .csv and .parquet),
-    failures.csv, block.gpkg, report.html, summary.txt and provenance.json. Models that
-    fail do not stop the others; they are said, and the exit status is 0.
+    failures.csv, block.gpkg, report.html, summary.txt, assessment.json and
+    provenance.json. Results of the same block are replaced; a folder with anything else
+    is refused. Models that fail do not stop the others; they are said, and the exit
+    status is 0.
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli.work.densify import densify_folder  # noqa: PLC0415
 
-    densify_folder(block, output, given, ellipse_scale=ellipse_scale, is_quiet=quiet)
+    options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+    densify_folder(block, output, given, **options, is_quiet=quiet)

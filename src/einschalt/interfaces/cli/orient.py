@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 EXAMPLES = (
     "einschalt orient y_parallaxes.csv --base 92 --output out",
@@ -88,6 +88,7 @@ def orient(
     wing: _terrain(
         float, "points 3 to 6 from the base in the image [mm] (default: 100)."
     ) = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Orient image pairs, and say which are near a dangerous surface.
 
@@ -98,8 +99,9 @@ def orient(
 
     Writes parameters, cofactors, residuals, contradiction (of parallaxes), model_points
     and model_precision (of images), dangerous_surface and failures, each .csv and
-    .parquet, summary.txt, residual_parallaxes.svg, and of the first six-point models
-    Krames' construction. Models that fail do not stop the others.
+    .parquet, summary.txt, provenance.json, residual_parallaxes.svg, and of the first
+    six-point models Krames' construction. Results of the same tables are replaced; a
+    folder with anything else is refused. Models that fail do not stop the others.
     """
     asked = dict(locals())
     # imported when the command runs, so that help does not wait for it

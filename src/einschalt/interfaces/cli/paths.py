@@ -42,3 +42,18 @@ def output_option(text):
     return typer.Option(
         "--output", "-o", parser=given_path, metavar="<path>", help=text
     )
+
+
+def overwrite_option(text="Replace what lies there, inputs excepted."):
+    """Option ``--overwrite`` of a command.
+
+    Parameters
+    ----------
+    text : str, optional
+        Its help.
+
+    Returns
+    -------
+    typer.models.OptionInfo
+    """
+    return typer.Option("--overwrite", help=text)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
+from einschalt.interfaces.cli.paths import overwrite_option
 
 EXAMPLES = (
     "einschalt plan",
@@ -156,6 +157,7 @@ def plan(
             "with --expect the map of precision."
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Say what precision a flight will give, before it is flown.
 

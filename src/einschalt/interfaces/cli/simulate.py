@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 EXAMPLES = (
     "einschalt simulate --output out/simulated",
@@ -100,7 +100,7 @@ def simulate(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a block that stands there.")
+        bool, overwrite_option("Replace a block, or repetitions, that stand there.")
     ] = False,
 ):
     """Simulate a block whose true coordinates are known.
@@ -139,7 +139,8 @@ def simulate(
 
     design = work.chosen_design(preset, _given(geometry), _given(noise))
     if repeat is not None:
-        work.repeat_design(design, repeat, seed, (scheduler, workers), output)
+        where = (scheduler, workers)
+        work.repeat_design(design, repeat, seed, where, output, overwrite=overwrite)
         return
     work.simulate_folder(design, seed, output, overwrite=overwrite)
 

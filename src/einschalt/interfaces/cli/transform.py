@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option
+from einschalt.interfaces.cli.paths import output_option, overwrite_option
 
 EXAMPLES = (
     "einschalt transform model_points.csv ground_points.csv --output out",
@@ -45,13 +45,17 @@ def transform(
             show_default="the points of MODEL_POINTS",
         ),
     ] = None,
+    overwrite: Annotated[bool, overwrite_option()] = False,
 ):
     """Fit one transformation per model, and transform points.
 
-    Writes parameters, models, residuals, failures and points, each .csv and .parquet.
+    Writes parameters, models, residuals, failures and points, each .csv and .parquet,
+    and provenance.json. Results of the same tables are replaced; a folder with anything
+    else is refused.
     Residuals are transformed less given. Models that fail do not stop the others.
     """
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli.work.transform import transform_tables  # noqa: PLC0415
 
-    transform_tables(model_points, ground_points, output, kind, apply)
+    files = (model_points, ground_points, apply)
+    transform_tables(*files, output, kind, overwrite=overwrite)

@@ -11,6 +11,7 @@ import os
 import platform
 import re
 import secrets
+import shutil
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,7 +46,8 @@ def replacing(path):
     Parameters
     ----------
     path : str or Path
-        The file as it shall be called; an older one is replaced.
+        The file as it shall be called; an older one is replaced, also where it is a
+        link, whose target stays.
 
     Yields
     ------
@@ -57,8 +59,10 @@ def replacing(path):
     FileError
         The folder cannot be written, or the disk is full. Nothing has changed then.
     """
-    path = Path(os.path.realpath(path))  # a link stays a link, its target is replaced
-    hidden = path.with_name(f"{_own_prefix()}-{secrets.token_hex(4)}-{path.name}")
+    path = Path(path)
+    # a link is replaced itself: what it leads to may be anything
+    path = Path(os.path.realpath(path.parent)) / path.name
+    hidden = path.with_name(hidden_name(path.name))
     with said_as_file_error(path):
         try:
             remove_leftovers(path.parent)
@@ -149,10 +153,26 @@ def make_folder(folder) -> Path:
     return folder
 
 
-def remove_leftovers(folder):
-    """Remove hidden files of runs that were killed.
+def hidden_name(name):
+    """Name under which something is written until it is whole.
 
-    A file goes only if it bears our pattern and its process is gone; where that cannot
+    Parameters
+    ----------
+    name : str
+        That it will have.
+
+    Returns
+    -------
+    str
+        Of this process, and of no other file.
+    """
+    return f"{_own_prefix()}-{secrets.token_hex(4)}-{name}"
+
+
+def remove_leftovers(folder):
+    """Remove hidden files and folders of runs that were killed.
+
+    One goes only if it bears our pattern and its process is gone; where that cannot
     be known (another computer, Windows), only after a day.
 
     Parameters
@@ -177,6 +197,8 @@ def _place():
 def _is_abandoned(leftover):
     match = LEFTOVER.match(leftover.name)
     if os.name == "posix" and match["place"] == _place():
+        if int(match["pid"]) == os.getpid():  # whatever the clock says
+            return False
         return not _is_running(int(match["pid"])) or _is_old(leftover)
     return _is_old(leftover)
 
@@ -221,6 +243,9 @@ def _remove_with_sidecars(hidden):
 
 def _remove(path):
     try:
-        path.unlink(missing_ok=True)
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
     except OSError:  # read-only by now, or another run was quicker: it does no harm
         return

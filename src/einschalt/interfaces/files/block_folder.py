@@ -168,6 +168,7 @@ class _Draft:
     settings: object = None
     sources: dict = field(default_factory=dict)
     checksums: dict = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
 
@@ -180,6 +181,7 @@ class _Reading:
         self.toml = toml
         self.sources = {"block": toml.source}
         self.checksums = {toml.source: file.checksum()}
+        self.files = [file.path.absolute()]  # the present folder may be another later
         self.notes = []
 
     def fields(self):
@@ -197,6 +199,7 @@ class _Reading:
             "settings": self.toml.settings,
             "sources": self.sources,
             "checksums": self.checksums,
+            "files": tuple(self.files),
             "may_be_unmeasured": any(
                 sections[name].may_be_unmeasured
                 for name in POINT_TABLES
@@ -249,6 +252,7 @@ class _Reading:
         """What a function reads from a file, which is signed for."""
         file = read_once(self._path(source, section, key), source)
         self.checksums[source] = file.checksum()
+        self.files.append(file.path.absolute())
         return _understood(file, read, source)
 
     def _said(self, section, key, read):

@@ -1,9 +1,11 @@
 """A block is written to a folder: block.toml and its tables."""
 
+import os
+from pathlib import Path
+
 import pandas as pd
 
-from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.atomic import make_folder
+from einschalt.foundations.errors import OutputError
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
@@ -11,7 +13,14 @@ from einschalt.interfaces.files.block_parts import (
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE, write_block_toml
 from einschalt.interfaces.files.camera_toml import write_camera
+from einschalt.interfaces.files.output_folder import (
+    InputFiles,
+    Output,
+    require_free,
+    write_folder,
+)
 from einschalt.interfaces.files.tables_by_suffix import write_table
+from einschalt.interfaces.files.written_files import Source
 
 
 def write_block(block, folder, *, suffix=".csv", overwrite=False):
@@ -26,16 +35,52 @@ def write_block(block, folder, *, suffix=".csv", overwrite=False):
     suffix : str, optional
         ``.csv`` or ``.parquet``.
     overwrite : bool, optional
-        Replace files that have the names of the block's.
+        Replace files that have the names of the block's, but never one that the block
+        was read from.
 
     Raises
     ------
+    OutputError
+        A file is there already, or the block was read from it.
     FileError
-        A file is there already, or the folder cannot be written.
+        The folder cannot be written.
     """
-    folder = make_folder(folder)
-    if not overwrite:
-        _refuse_files(folder, _file_names(block, suffix))
+    names = _file_names(block, suffix)
+    require_block_place(folder, names, overwrite=overwrite)
+    inputs = InputFiles(block.files)
+    output = Output(Source("block", block.name), frozenset(names), inputs, overwrite)
+    write_folder(folder, output, None, lambda new: _write_files(block, new, suffix))
+
+
+def require_block_place(folder, names=(BLOCK_FILE,), *, overwrite=False):
+    """Refuse to write where a block, or a table of one of its names, stands.
+
+    Parameters
+    ----------
+    folder : str or Path
+    names : iterable of str, optional
+        Files of the block, as far as they are known.
+    overwrite : bool, optional
+
+    Raises
+    ------
+    OutputError
+        A file is there already.
+    """
+    for name in () if overwrite else names:
+        if os.path.lexists(Path(folder) / name):
+            raise OutputError(
+                f"the folder holds {name} already",
+                expected="a new folder for the block",
+                remedy="Name another folder, or write with overwrite=True "
+                "(on the command line --overwrite)",
+                file=folder,
+            )
+    output = Output(Source("block"), frozenset(names), InputFiles(), overwrite)
+    require_free(folder, output)
+
+
+def _write_files(block, folder, suffix):
     sections = {"block": {"name": block.name, "crs": block.crs}}
     for name in POINT_TABLES:
         frame = getattr(block, name)
@@ -68,19 +113,6 @@ def _file_names(block, suffix):
         stems += [_stem(name, key) for key, is_it in is_table.items() if is_it]
         cameras += [f"{name}_camera.toml"] * (flight.camera is not None)
     return [BLOCK_FILE, *cameras, *(f"{stem}{suffix}" for stem in stems)]
-
-
-def _refuse_files(folder, names):
-    """Refuse to write where a block, or a table of one of its names, stands."""
-    for name in names:
-        if (folder / name).exists():
-            raise FileError(
-                f"the folder holds {name} already",
-                expected="a new folder for the block",
-                remedy="Name another folder, or write with overwrite=True "
-                "(on the command line --overwrite)",
-                file=folder,
-            )
 
 
 def _stem(flight_name, key):

@@ -297,3 +297,21 @@ def checksum(path):
     """
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def checksum_or_none(path):
+    """SHA-256 of a file; None where it is missing, or cannot be read.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    str or None
+    """
+    try:
+        # a device or a pipe may never end
+        return checksum(path) if path.is_file() else None
+    except (OSError, ValueError):  # the computation will say it
+        return None

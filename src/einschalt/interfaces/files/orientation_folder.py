@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pandas as pd
 
-from einschalt.interfaces.files.atomic import make_folder, write_text
+from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.reports.krames_figure import krames_figure
@@ -20,6 +20,16 @@ from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
 FIGURE = "residual_parallaxes.svg"
 KRAMES_FIGURE = "krames_{}.svg"
 MOST_KRAMES_FIGURES = 6
+TABLES = (
+    *("models", "parameters", "cofactors", "residuals", "contradiction"),
+    *("model_points", "model_precision", "dangerous_surface", "failures"),
+)
+NAMES = frozenset(
+    (
+        *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
+        *(FIGURE, "summary.txt", "provenance.json"),
+    )
+)
 # what the name of a file should not have
 UNFIT = re.compile(r"[^\w.-]+")
 
@@ -30,15 +40,14 @@ def write_forecast(forecast, folder):
     Parameters
     ----------
     forecast : SurfaceForecast
-    folder : str or Path
-        Made where it does not exist.
+    folder : Path
+        It exists.
 
     Raises
     ------
     FileError
         The folder cannot be written.
     """
-    folder = make_folder(folder)
     tables = {"dangerous_surface": forecast.models.reset_index()}
     _write(folder, tables, forecast.summary())
 
@@ -51,15 +60,14 @@ def write_parallax_orientation(oriented, y_parallaxes, folder):
     oriented : ParallaxOrientation
     y_parallaxes : DataFrame
         The measurements that it comes from.
-    folder : str or Path
-        Made where it does not exist.
+    folder : Path
+        It exists.
 
     Raises
     ------
     FileError
         The folder cannot be written.
     """
-    folder = make_folder(folder)
     keys = _keys(oriented.models, oriented.has_coverages)
     tables = {
         "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
@@ -84,15 +92,14 @@ def write_image_orientation(oriented, principal_distance, folder):
     oriented : ImageOrientation
     principal_distance : float
         [mm]
-    folder : str or Path
-        Made where it does not exist.
+    folder : Path
+        It exists.
 
     Raises
     ------
     FileError
         The folder cannot be written.
     """
-    folder = make_folder(folder)
     keys = _keys(oriented.models, "coverage" in oriented.residuals)
     elements = oriented.elements
     tables = {
@@ -152,15 +159,10 @@ def _write_figure(folder, oriented, points, base, keys):
     svg = parallax_figure(points, models)
     if svg:
         write_text(folder / FIGURE, f"{svg}\n")
-    else:
-        # an older one would show other models
-        (folder / FIGURE).unlink(missing_ok=True)
 
 
 def _write_krames_figures(folder, oriented, y_parallaxes):
     """Draw the first models that have three points in each base-normal plane."""
-    for older in folder.glob(KRAMES_FIGURE.format("*")):
-        older.unlink()
     is_drawn = np.isfinite(oriented.contradiction["N_0"].to_numpy())
     is_drawn &= oriented.models["is_usable"].to_numpy(dtype=bool)
     drawn = oriented.models[is_drawn].head(MOST_KRAMES_FIGURES)

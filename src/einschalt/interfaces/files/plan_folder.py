@@ -1,7 +1,5 @@
 """What a plan leaves behind: tables, figures and its text."""
 
-from pathlib import Path
-
 from einschalt.interfaces.files.atomic import make_folder, write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
@@ -26,7 +24,7 @@ def write_plan(folder, tables, figures, text):
     FileError
         A file cannot be written.
     """
-    folder = make_folder(Path(folder))
+    folder = make_folder(folder)
     for name, table in tables.items():
         write_csv(table, folder / f"{name}.csv")
         write_parquet(table, folder / f"{name}.parquet")

@@ -1,28 +1,34 @@
-"""A result as a folder: tables, map, report, summary, and where all of it comes from.
+"""A result as a folder: tables, map, report, what to think of it, and where it is from.
 
 provenance.json is taken away first and written last: where it stands, the folder is
 complete.
 """
 
 import json
-from pathlib import Path
 
-from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.atomic import (
-    make_folder,
-    said_as_file_error,
-    write_text,
-)
+from einschalt.foundations.display_names import as_unicode
+from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.geopackage import write_geopackage
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.output_folder import (
+    PREVIOUS,
+    InputFiles,
+    Output,
+    write_folder,
+)
 from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.written_files import (
+    FAILURE,
+    GEOPACKAGE,
+    PROVENANCE,
+    Source,
+    digest,
+)
 from einschalt.interfaces.provenance import provenance
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.summary.summary import lasting_summary
 
-PROVENANCE = "provenance.json"
 TABLES = ("points", "models", "residuals", "orientations")
 IF_ANY = (
     "orientation_residuals",
@@ -34,6 +40,16 @@ IF_ANY = (
     "control_left_out",
     "iterations",
     "repeated_settings",
+)
+ASSESSMENT = "assessment.json"
+CHANGES = "changes.csv"
+RESULT_NAMES = frozenset(
+    (
+        *(f"{n}{s}" for n in (*TABLES, *IF_ANY) for s in (".csv", ".parquet")),
+        *("failures.csv", GEOPACKAGE, "report.html", "summary.txt"),
+        *(ASSESSMENT, PROVENANCE),
+        *(PREVIOUS, CHANGES, FAILURE),  # of a batch
+    )
 )
 FIRST_COLUMNS = {
     "points": (
@@ -123,81 +139,91 @@ DECIMALS = {
 }
 
 
-def write_result(result, folder, *, ellipse_scale=None):
+def output_of(block, *, overwrite=False) -> Output:
+    """Tell what densifying a block writes, and from what.
+
+    Parameters
+    ----------
+    block : Block
+    overwrite : bool, optional
+
+    Returns
+    -------
+    Output
+    """
+    signs = sorted(set(block.checksums.values()))
+    inputs = digest(signs) if block.files else None
+    source = Source("densify", block.name, block.files[:1], inputs)
+    return Output(source, RESULT_NAMES, InputFiles(block.files), overwrite)
+
+
+def write_result(
+    result,
+    folder,
+    *,
+    ellipse_scale=None,
+    overwrite=False,
+    beside=False,
+    write_more=None,
+):
     """Write everything that a result holds.
 
     Parameters
     ----------
     result : DensificationResult
     folder : str or Path
-        Made where it does not exist; files of an older result are replaced.
+        Made where it does not exist; files of an older result of the same block are
+        replaced, all of them or none.
     ellipse_scale : float, optional
         How much larger the confidence ellipses are drawn in block.gpkg.
+    overwrite : bool, optional
+        Replace what else lies there, inputs of the block excepted.
+    beside : bool, optional
+        Write into a new folder beside it where it is refused, and say so.
+    write_more : callable, optional
+        Writes further files into the folder that it is given.
 
     Raises
     ------
+    OutputError
+        Something would be lost: an input, files of the user, results of another block.
     FileError
-        The folder cannot be written. Every file that stands in it is whole.
+        The folder cannot be written. Files that were there are as they were.
     SettingsError
         The scale is not positive.
     """
-    refuse_block_folder(folder)
     require_scale(ellipse_scale)
-    folder = make_folder(folder)
-    with said_as_file_error(folder / PROVENANCE):
-        (folder / PROVENANCE).unlink(missing_ok=True)
-    written = _write_tables(result, folder)
-    write_geopackage(result, folder / "block.gpkg", ellipse_scale=ellipse_scale)
-    write_text(folder / "report.html", render(result))
-    write_text(folder / "summary.txt", lasting_summary(result))
-    written += ["block.gpkg", "report.html", "summary.txt"]
-    outputs = {name: checksum(folder / name) for name in written}
-    origin = {**provenance(result), "outputs": outputs}
-    text = json.dumps(origin, indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(folder / PROVENANCE, text + "\n")
+    assessment = result.assessment  # its time is part of what provenance.json tells
 
+    def write(staging):
+        if write_more is not None:
+            write_more(staging)
+        _write_tables(result, staging)
+        write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
+        write_text(staging / "report.html", render(result))
+        write_text(staging / "summary.txt", lasting_summary(assessment))
+        write_text(staging / ASSESSMENT, _json(assessment))
 
-def refuse_block_folder(folder):
-    """Refuse a folder that holds a block as the place for results.
-
-    Tables of a block and of a result have the same names: its measurements would be
-    overwritten.
-
-    Parameters
-    ----------
-    folder : str or Path
-
-    Raises
-    ------
-    FileError
-        It holds a block.
-    """
-    if (Path(folder) / "block.toml").exists():
-        raise FileError(
-            "the folder holds a block, whose tables would be overwritten",
-            expected="a folder of its own for the results",
-            remedy="Name another folder",
-            file=folder,
-        )
+    output = output_of(result.block, overwrite=overwrite)
+    write_folder(folder, output, provenance(result), write, beside=beside)
 
 
 def _write_tables(result, folder):
-    written = []
-    for name in IF_ANY:  # an older result may have had it
-        for suffix in (".csv", ".parquet"):
-            with said_as_file_error(folder / f"{name}{suffix}"):
-                (folder / f"{name}{suffix}").unlink(missing_ok=True)
     # a table of its own where there is anything in it
     further = [name for name in IF_ANY if len(getattr(result, name))]
     for name in (*TABLES, *further, "failures"):
         frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
         decimals = {column: _decimals(column) for column in frame.columns}
         write_csv(frame, folder / f"{name}.csv", decimals=decimals)
-        written.append(f"{name}.csv")
         if name != "failures":
             write_parquet(frame, folder / f"{name}.parquet")
-            written.append(f"{name}.parquet")
-    return written
+
+
+def _json(assessment):
+    """Everything that is to be thought of the result, for other programs."""
+    content = assessment.to_dict()
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    return as_unicode(f"{text}\n")
 
 
 def _ordered(frame, first):

@@ -8,6 +8,7 @@ stop a block: it is found here as well (``model_problems``), and becomes a row o
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -235,6 +236,8 @@ class Block:
         File name of each table, said in messages.
     checksums : dict of str to str
         SHA-256 of each file that was read, by its name.
+    files : tuple of Path
+        Files that it was read from, the block's own first: no output replaces them.
     notes : tuple of str
         What was ignored, filled in or reprojected while reading.
     may_be_unmeasured : bool
@@ -257,6 +260,7 @@ class Block:
     settings: Settings = field(default_factory=Settings)
     sources: dict = field(default_factory=dict)
     checksums: dict = field(default_factory=dict)
+    files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
 

@@ -11,11 +11,12 @@ from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.pipeline.batch.block_table import summarize_batch
+from einschalt.pipeline.progress import Stage
 
 SOME_FAILED = 1
 
 
-def run_blocks(folder, output, given, where, which, *, is_dry_run, is_quiet):
+def run_blocks(folder, output, given, where, which, *, overwrite, is_dry_run, is_quiet):
     """Compute the blocks below a folder, and print the outcome of each.
 
     Parameters
@@ -26,6 +27,8 @@ def run_blocks(folder, output, given, where, which, *, is_dry_run, is_quiet):
     where : dict
         scheduler, workers and memory_gb, as ``densify_many`` takes them.
     which : {"changed", "unfinished", "failed", "all"}
+    overwrite : bool
+        Replace what else lies in the folders of the results, inputs excepted.
     is_dry_run : bool
         Only print what would be computed.
     is_quiet : bool
@@ -42,7 +45,8 @@ def run_blocks(folder, output, given, where, which, *, is_dry_run, is_quiet):
     blocks = find_blocks(folder, output)
     if is_dry_run:
         python_api.chosen_engine(**where)  # what is wrong with it
-        _tell_plan(plan_batch(blocks, output, given=given, which=which))
+        options = {"given": given, "which": which, "overwrite": overwrite}
+        _tell_plan(plan_batch(blocks, output, **options))
         return
     with batch_progress(is_quiet=is_quiet) as progress:
         table = python_api.densify_many(
@@ -51,6 +55,7 @@ def run_blocks(folder, output, given, where, which, *, is_dry_run, is_quiet):
             **where,
             settings=given,
             which=which,
+            overwrite=overwrite,
             progress=progress,
         )
     _end(table, perf_counter() - started, output, is_quiet=is_quiet)
@@ -72,7 +77,10 @@ def _tell_plan(plan):
         if name in plan.reasons:
             print_out(f"run   {printable(name)}: {printable(plan.reasons[name])}")
         else:
-            said = plan.rows[name]["reason"] or "done by the interrupted run"
-            print_out(f"keep  {printable(name)}: {printable(said)}")
+            row = plan.rows[name]
+            said = row["reason"] or "done by the interrupted run"
+            # its result has no place: a failure that is known before
+            word = "fail" if row.get("stage") == Stage.WRITING.key else "keep"
+            print_out(f"{word}  {printable(name)}: {printable(said)}")
     n_run, n_all = len(plan.to_run), len(plan.names)
     print_out(f"{n_run} of {n_all} blocks would be computed; nothing was written")

@@ -4,11 +4,14 @@ from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
-from einschalt.interfaces.files.result_folder import refuse_block_folder
-from einschalt.pipeline.progress import Stage
+from einschalt.interfaces.files.output_folder import held_folder
+from einschalt.interfaces.files.result_folder import output_of, write_result
+from einschalt.pipeline.progress import Stage, stage_reporter
 
 
-def densify_folder(block, output, given, *, ellipse_scale=None, is_quiet=False):
+def densify_folder(
+    block, output, given, *, ellipse_scale=None, overwrite=False, is_quiet=False
+):
     """Compute a block, write its results and print their summary.
 
     Parameters
@@ -18,6 +21,8 @@ def densify_folder(block, output, given, *, ellipse_scale=None, is_quiet=False):
         Settings that go before those of block.toml.
     ellipse_scale : float, optional
         How much larger the ellipses are drawn.
+    overwrite : bool, optional
+        Replace what lies in the folder of the results, inputs excepted.
     is_quiet : bool
         Print nothing.
 
@@ -27,14 +32,20 @@ def densify_folder(block, output, given, *, ellipse_scale=None, is_quiet=False):
         The input is wrong, or the results cannot be written.
     """
     # before the work, which would be lost
-    refuse_block_folder(output)
     require_scale(ellipse_scale)
     read = python_api.read_block(block)
     settings = read.settings.updated(given)
-    with stage_progress(is_quiet=is_quiet) as progress:
+    with (
+        held_folder(output, output_of(read, overwrite=overwrite)),
+        stage_progress(is_quiet=is_quiet) as progress,
+    ):
+        report_progress = stage_reporter(progress)
         result = python_api.densify(read, settings, progress=progress)
-        progress(Stage.WRITING, Stage.WRITING.fraction)
-        result.write(output, ellipse_scale=ellipse_scale)
+        report_progress(Stage.ASSESSMENT)
+        result.assessment  # noqa: B018
+        report_progress(Stage.WRITING)
+        options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+        write_result(result, output, **options, beside=True)
     if not is_quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")

@@ -15,8 +15,9 @@ from einschalt.foundations.tables import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
-from einschalt.interfaces.files import orientation_folder
+from einschalt.interfaces.files import orientation_folder as to
 from einschalt.interfaces.files.camera_toml import read_camera
+from einschalt.interfaces.files.table_output import results_of_tables
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.stages.relative_orientation.dangerous_surface import (
     TERRAIN_HEIGHTS,
@@ -48,6 +49,7 @@ def orient_pairs(
     camera,
     outliers,
     terrain,
+    overwrite,
     **plan,
 ):
     """Orient image pairs, or forecast dangerous surfaces; write and print the result.
@@ -60,6 +62,8 @@ def orient_pairs(
     case, base, method, estimator, outliers : str or None
     principal_distance : float or None
         [mm]
+    overwrite : bool
+        Replace what lies in the folder of the results, inputs excepted.
     **plan : float or None
         Of the flight over the terrain; image_format and wing [mm].
 
@@ -70,13 +74,15 @@ def orient_pairs(
     typer.Exit
         No model could be oriented.
     """
+    files = (measurements, terrain, camera, _base_table(base))
+    results = results_of_tables("orient", files, to.NAMES, output, overwrite=overwrite)
     for name in LENGTHS_MM:
         plan[name] = _in_metres(plan[name])
     if terrain is not None:
         _refuse("--terrain", TABLE=measurements, case=case, base=base)
         _refuse("--terrain", method=method, estimator=estimator, camera=camera)
         result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
-        orientation_folder.write_forecast(result, output)
+        write, more = to.write_forecast, ()
         is_done = True
     elif principal_distance is not None or camera is not None:
         _refuse("--principal-distance or --camera", method=method, **plan)
@@ -85,19 +91,25 @@ def orient_pairs(
         if principal_distance is not None:
             _refuse("--principal-distance", camera=camera)
         result, distance = _from_images(measurements, seen_by, base, _given(options))
-        orientation_folder.write_image_orientation(result, distance, output)
+        write, more = to.write_image_orientation, (distance,)
         is_done = bool(result.converged.any())
     else:
         _refuse("--base", estimator=estimator, outliers=outliers, **plan)
         options = _given({"case": case, "method": method})
         result, parallaxes = _from_parallaxes(measurements, base, options)
-        orientation_folder.write_parallax_orientation(result, parallaxes, output)
+        write, more = to.write_parallax_orientation, (parallaxes,)
         is_done = result.is_usable
+    results.write(write, result, *more)
     print_out(result.summary())
     print_out(f"\nResults in {output}")
     if not is_done:
         print_error("einschalt: no model could be oriented; failures.csv says why")
         raise typer.Exit(WRONG)
+
+
+def _base_table(base):
+    """Table that a base names; it may be a number instead."""
+    return Path(base) if base is not None and Path(base).is_file() else None
 
 
 def _given(options):

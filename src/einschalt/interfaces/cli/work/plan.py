@@ -26,6 +26,8 @@ def plan_flight(options, typed):
         A value is not sensible, or the results cannot be written.
     """
     asked = asked_of(options, typed)
+    figure, output = options["figure"], options["output"]
+    place = None if output is None and figure is None else _place(options)
     answer = _answer(asked)
     if options["terrain"] is not None:
         # imported when a terrain is given: the tables alone come faster
@@ -33,13 +35,12 @@ def plan_flight(options, typed):
 
         answer = with_terrain(answer, options["terrain"], asked)
     print_out(answer.text)
-    figure, output = options["figure"], options["output"]
-    if figure is not None:
-        _write_figure(answer, figure)
-        print_out(f"\nFigure in {figure}")
     if output is not None:
-        _write(answer, output)
+        _write(answer, output, place)
         print_out(f"\nPlan in {output}")
+    if figure is not None:
+        _write_figure(answer, figure, place)
+        print_out(f"\nFigure in {figure}")
 
 
 def _answer(asked):
@@ -59,24 +60,62 @@ def _answer(asked):
     return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
 
 
-def _write(answer, output):
+def _place(options):
+    """What is written, known by all that was asked; a folder is refused at once."""
+    # imported when something is written: the text needs nothing of it
+    from einschalt.interfaces.files.output_folder import require_free  # noqa: PLC0415
+    from einschalt.interfaces.files.table_output import (  # noqa: PLC0415
+        output_of_question,
+    )
+
+    apart = {"context", "output", "figure", "overwrite"}
+    asked = {name: value for name, value in options.items() if name not in apart}
+    files = [options["terrain"]] if options["terrain"] is not None else []
+    names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
+    place = output_of_question("plan", asked, names, files, overwrite=overwrite)
+    if options["output"] is not None and not options["output"].suffix:
+        require_free(options["output"], place)
+    return place
+
+
+def _write(answer, output, place):
     """Write one table, or a folder with everything."""
     # imported when something is written: the text needs no pandas
     from einschalt.interfaces.files import tables_by_suffix  # noqa: PLC0415
+    from einschalt.interfaces.files.output_folder import write_folder  # noqa: PLC0415
     from einschalt.interfaces.files.plan_folder import write_plan  # noqa: PLC0415
+    from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
+    from einschalt.interfaces.provenance import provenance_of_tables  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
     if output.suffix:
         table = next(iter(answer.tables().values()))
-        tables_by_suffix.write_table(table, output)
+        write_file(
+            output,
+            lambda path: tables_by_suffix.write_table(table, path),
+            place.inputs,
+            overwrite=place.overwrite,
+        )
         return
     figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
-    write_plan(output, answer.tables(), figures, answer.text)
+    write_folder(
+        output,
+        place,
+        provenance_of_tables("plan", place.inputs.paths),
+        lambda new: write_plan(new, answer.tables(), figures, answer.text),
+        beside=True,
+    )
 
 
-def _write_figure(answer, file):
+def _write_figure(answer, file, place):
     """Write the first figure in the format that the suffix names."""
     # imported when a figure is written: matplotlib takes its time
+    from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import write_figure  # noqa: PLC0415
 
-    write_figure(lambda: next(iter(answer.figures().values())), file)
+    write_file(
+        file,
+        lambda path: write_figure(lambda: next(iter(answer.figures().values())), path),
+        place.inputs,
+        overwrite=place.overwrite,
+    )

@@ -7,10 +7,11 @@ import typer
 from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.tables import check_table
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
-from einschalt.interfaces.files.atomic import said_as_file_error
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.table_output import results_of_tables
 from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.transformation_kinds import (
     TRANSFORMATION_KINDS,
@@ -20,6 +21,10 @@ from einschalt.stages.transformation_kinds import (
 
 ONE_MODEL = "1"
 TABLES = ("parameters", "models", "residuals", "failures", "points")
+NAMES = (
+    *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
+    PROVENANCE,
+)
 # a tenth of a millimetre, and a hundredth of it for what is small
 DECIMALS = {
     **dict.fromkeys(("easting", "northing", "height"), 4),
@@ -29,16 +34,20 @@ DECIMALS = {
 }
 
 
-def transform_tables(model_points, ground_points, output, kind, apply=None):
+def transform_tables(
+    model_points, ground_points, apply, output, kind, *, overwrite=False
+):
     """Fit one transformation per model, and write and print what it gives.
 
     Parameters
     ----------
     model_points, ground_points : Path
+    apply : Path or None
+        Table of the points to transform; those of the models where it is None.
     output : Path
     kind : str
-    apply : Path, optional
-        Table of the points to transform.
+    overwrite : bool, optional
+        Replace what lies in the folder of the results, inputs excepted.
 
     Raises
     ------
@@ -47,6 +56,8 @@ def transform_tables(model_points, ground_points, output, kind, apply=None):
     typer.Exit
         No model could be transformed.
     """
+    files = (model_points, ground_points, apply)
+    results = results_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
     tables = {
@@ -56,11 +67,7 @@ def transform_tables(model_points, ground_points, output, kind, apply=None):
         "failures": _with_given_keys(fit.failures, source),
         "points": fit.transform(applied),
     }
-    with said_as_file_error(output):
-        output.mkdir(parents=True, exist_ok=True)
-    for name in TABLES:
-        write_csv(tables[name], output / f"{name}.csv", decimals=DECIMALS)
-        write_parquet(tables[name], output / f"{name}.parquet")
+    results.write(_write, tables)
     print_out(fit.summary())
     if len(fit.models) == 1 and fit.is_usable:
         print_out(
@@ -70,6 +77,12 @@ def transform_tables(model_points, ground_points, output, kind, apply=None):
     if not fit.is_usable:
         print_error("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(WRONG)
+
+
+def _write(tables, folder):
+    for name in TABLES:
+        write_csv(tables[name], folder / f"{name}.csv", decimals=DECIMALS)
+        write_parquet(tables[name], folder / f"{name}.parquet")
 
 
 def _read(model_file, ground_file, apply_file, kind):

@@ -167,7 +167,8 @@ def beyond_strain_test(result):
     str
         Empty where it is small enough.
     """
-    n_control = int((result.block.control_points["role"] != "check").sum())
+    control = result.block.control_points
+    n_control = 0 if control is None else int((control["role"] != "check").sum())
     if n_control > MOST_CONTROL:
         return f"{n_control} control points, at most {MOST_CONTROL}"
     if len(result.models) > MOST_MODELS:
