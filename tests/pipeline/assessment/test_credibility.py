@@ -104,3 +104,56 @@ def test_a_block_without_control_errors_has_no_misfit(demo_block):
     control = demo_block.control_points.drop(columns="standard_error_m")
     result = densify(replace(demo_block, control_points=control))
     assert high_flight_misfit(result.examination) is None
+
+
+@pytest.fixture(scope="module")
+def adjusted(demo_block):
+    """The demo block in one adjustment, with control that a change has spoilt."""
+
+    def densified(change, **settings):
+        control = change(demo_block.control_points.copy())
+        block = replace(demo_block, control_points=control)
+        chosen = block.settings.updated({"method": "simultaneous", **settings})
+        return densify(block, chosen)
+
+    return densified
+
+
+def test_a_clean_adjustment_is_believed_as_it_is(adjusted):
+    result = adjusted(lambda control: control)
+    credible = result.assessment.credible
+    assert credible.reason is Reason.ADJUSTED
+    assert credible.value == pytest.approx(result.figures.mean_total)
+    assert result.examination.checked.is_supported
+
+
+def test_names_shifted_by_one_row_are_no_centimetres(adjusted):
+    def shift(control):
+        names = control["point_id"].to_numpy()
+        return control.assign(point_id=np.roll(names, 1))
+
+    result = adjusted(shift, tolerance=0.10)
+    credible = result.assessment.credible
+    assert credible.is_lower_bound
+    truth = result.block.truth.set_index("point_id").loc[result.points["point_id"]]
+    axes = ["easting", "northing"]
+    miss = result.points[axes].to_numpy() - truth[axes].to_numpy()
+    is_new = (result.points["role"] == "new").to_numpy()
+    true = np.sqrt(np.mean(np.sum(miss[is_new] ** 2, axis=1)))
+    assert true > 100.0
+    # never below half of what is true
+    assert credible.value > 0.5 * true
+    assert not result.points["is_within_tolerance"].any()
+    assert "or worse" in result.summary().splitlines()[0]
+    assert any(f.code == "adjustment_that_misfits" for f in result.assessment.findings)
+
+
+def test_errors_larger_than_given_enlarge_the_figure(demo_block):
+    flight = replace(demo_block.low_flight, m_g_um=demo_block.low_flight.m_g_um / 2.0)
+    block = replace(demo_block, low_flight=flight)
+    result = densify(block, block.settings.updated({"method": "simultaneous"}))
+    credible, s_0 = result.assessment.credible, result.simultaneous.s_0
+    assert 1.25 < s_0 < 2.0
+    assert credible.reason is Reason.ADJUSTED_ENLARGED
+    assert credible.value == pytest.approx(s_0 * result.figures.mean_total)
+    assert not credible.is_lower_bound

@@ -113,9 +113,12 @@ def _further_sections(result, set_sections):
 
 def _headline(result):
     """Figures that stand large at the head of the page: number, and what it is."""
-    figures = result.figures
+    figures, credible = result.figures, result.assessment.credible
     shown = [(f"{figures.n_new}", "new points")]
-    if np.isfinite(figures.mean_total):
+    if credible.is_lower_bound and np.isfinite(credible.value):
+        text = "or worse, total: the stated precision is contradicted"
+        shown.append((length(credible.value), text))
+    elif np.isfinite(figures.mean_total):
         shown.append((length(figures.mean_total), "propagated, total"))
     if np.isfinite(figures.mean_paper):
         shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))

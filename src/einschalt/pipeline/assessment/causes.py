@@ -24,6 +24,7 @@ OF_POINTS = frozenset(
 # and of a block as a whole
 OF_BLOCK = frozenset(
     {
+        "adjustment_that_misfits",
         "claim_that_does_not_stand",
         "check_points_beyond_claim",
         "control_points_beyond_claim",

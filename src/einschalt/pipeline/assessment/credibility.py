@@ -12,12 +12,17 @@ import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
-from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
+from einschalt.theory.adjustment.significance import (
+    CLAIM_SIGNIFICANCE,
+    FINDING_SIGNIFICANCE,
+)
 
 TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
 # a root mean square this much beyond the expected one is worth a word
 MIN_REPORTED_RATIO = 1.25
+# beyond it errors are not only larger than given: something is wrong
+LARGEST_S_0 = 2.0
 
 
 class Reason(StrEnum):
@@ -28,6 +33,8 @@ class Reason(StrEnum):
     BUDGET = "budget"  # nothing else is known, and nothing contradicts it
     BUDGET_CONTRADICTED = "budget_contradicted"
     ADJUSTED = "adjusted"  # that of the simultaneous adjustment
+    ADJUSTED_ENLARGED = "adjusted_enlarged"  # its residuals show larger errors
+    ADJUSTED_CONTRADICTED = "adjusted_contradicted"  # known points or residuals do
     UNKNOWN = "unknown"
 
 
@@ -92,7 +99,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
 
 
 def figure_of_adjustment(examined) -> CredibleFigure:
-    """Take the figure of one adjustment.
+    """Choose the figure of one adjustment to believe.
 
     Parameters
     ----------
@@ -101,18 +108,50 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     Returns
     -------
     CredibleFigure
+        Its own figure, enlarged by s_0 or by the differences at known points where
+        chance does not explain them; as a lower bound where more than the size of the
+        random errors must be wrong.
     """
-    total = examined.figures.mean_total
-    is_known = bool(np.isfinite(total))
+    total, s_0 = examined.figures.mean_total, float(examined.adjustment.s_0)
+    known = (examined.known_check, examined.known_control)
+    ratios = [part.ratio for part in known if part.are_beyond]
+    is_refuted = bool(ratios) or s_0 > LARGEST_S_0 or examined.keeps_wrong_control
+    if is_large_s_0(examined.adjustment):
+        ratios.append(s_0)
+    enlargement = max([1.0, *ratios])
     return CredibleFigure(
-        value=float(total),
-        is_lower_bound=False,
-        # the paper's budget is that of two steps
-        column=TOTAL if is_known else PAPER,
+        value=float(total * enlargement),
+        is_lower_bound=is_refuted,
+        column=examined.claimed_column,
         # s_0 never makes a figure smaller
-        factor=float(np.nanmax([1.0, examined.adjustment.s_0])),
-        reason=Reason.ADJUSTED if is_known else Reason.UNKNOWN,
+        factor=float(np.nanmax([enlargement, s_0])),
+        reason=_reason(total, is_refuted=is_refuted, is_enlarged=enlargement > 1.0),
     )
+
+
+def _reason(total, *, is_refuted, is_enlarged):
+    if not np.isfinite(total):
+        return Reason.UNKNOWN
+    if is_refuted:
+        return Reason.ADJUSTED_CONTRADICTED
+    return Reason.ADJUSTED_ENLARGED if is_enlarged else Reason.ADJUSTED
+
+
+def is_large_s_0(adjustment) -> bool:
+    """Whether the residuals of an adjustment are larger than chance explains.
+
+    Parameters
+    ----------
+    adjustment : BlockAdjustment
+
+    Returns
+    -------
+    bool
+    """
+    if adjustment.redundancy <= 0:
+        return False
+    limits = ratio_limits(adjustment.redundancy, CLAIM_SIGNIFICANCE, MIN_REPORTED_RATIO)
+    return bool(adjustment.s_0 > limits[1])
 
 
 def claimed_column(figures) -> str:

@@ -12,6 +12,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.pipeline.assessment.credibility import (
+    PAPER,
+    TOTAL,
+    claimed_column,
     figure_of_adjustment,
     figure_of_two_steps,
 )
@@ -32,6 +35,7 @@ from einschalt.pipeline.assessment.evidence.variance_components import (
     can_tell_components,
     estimate_components,
 )
+from einschalt.pipeline.assessment.known_points import check_points, control_points
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
     checked_figure_of_two_steps,
@@ -75,6 +79,16 @@ class Examination(PrecisionTables):
     figures = property(attrgetter("solution.figures"))
     approximations = property(attrgetter("solution.approximations"))
     coverages = property(attrgetter("solution.coverages"))
+
+    @cached_property
+    def known_check(self):
+        """Check points against what is claimed for them: KnownPoints."""
+        return check_points(self)
+
+    @cached_property
+    def known_control(self):
+        """Control points that the result holds, likewise: KnownPoints."""
+        return control_points(self)
 
     @cached_property
     def repeated_settings(self):
@@ -136,6 +150,11 @@ class TwoStepExamination(Examination):
     def held_control(self):
         """Control points that the result holds: all of them, rows of ``points``."""
         return self.points[self.points["role"] == "control"]
+
+    @property
+    def claimed_column(self):
+        """Standard error that is claimed for single points, a column of ``points``."""
+        return claimed_column(self.figures)
 
     @cached_property
     def credible(self):
@@ -222,6 +241,18 @@ class SimultaneousExamination(Examination):
         given = self.adjustment.control
         aside = given.loc[given["is_set_aside"], "point_id"]
         return control[~control["point_id"].isin(aside)]
+
+    @property
+    def claimed_column(self):
+        """Standard error that is claimed for single points, a column of ``points``."""
+        # the paper's budget is that of two steps
+        return TOTAL if np.isfinite(self.figures.mean_total) else PAPER
+
+    @property
+    def keeps_wrong_control(self):
+        """Whether control that contradicts all models takes part all the same."""
+        control = self.adjustment.control
+        return bool((control["is_suspect"] & ~control["is_set_aside"]).any())
 
     @cached_property
     def credible(self):

@@ -94,20 +94,6 @@ def control_points(examined) -> KnownPoints:
     return _compared(examined, examined.held_control)
 
 
-def check_points_exceed(examined) -> bool:
-    """Whether the differences at check points are larger than the claimed figure.
-
-    Parameters
-    ----------
-    examined : DensificationResult
-
-    Returns
-    -------
-    bool
-    """
-    return check_points(examined).are_beyond
-
-
 def _compared(examined, rows):
     differences = rows[DIFFERENCES].to_numpy(dtype=float)
     names = rows["point_id"].to_numpy(dtype=object)
@@ -117,7 +103,7 @@ def _compared(examined, rows):
 def _claimed(examined, rows):
     """Total figure claimed for densified - given: both have an error."""
     given = examined.block.control_points
-    variance = rows[examined.credible.column].to_numpy(dtype=float) ** 2
+    variance = rows[examined.claimed_column].to_numpy(dtype=float) ** 2
     if given is not None and "standard_error_m" in given:
         errors = given.set_index("point_id")["standard_error_m"].astype(float)
         variance = variance + np.nan_to_num(errors.reindex(rows["point_id"])) ** 2

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import TOTAL
-from einschalt.pipeline.assessment.known_points import check_points_exceed
 from einschalt.pipeline.settings import NO_TOLERANCE
 
 
@@ -106,13 +105,13 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     Returns
     -------
     CheckedFigure
-        It falls where check points exceed it.
+        It falls where known points or residuals contradict it.
     """
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
         column=TOTAL if TOTAL in examined.points else "",
         factor=examined.credible.factor,
-        is_supported=not check_points_exceed(examined),
+        is_supported=not examined.credible.is_lower_bound,
         is_tested=redundancy > 0 or n_check > 0,
     )
 

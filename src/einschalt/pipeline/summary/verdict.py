@@ -51,10 +51,15 @@ def _(facts: TwoStepPrecision, credible):
 
 @_how_good.register
 def _(facts: SimultaneousPrecision, credible):
-    del credible
     if math.isnan(facts.total):
         return " from the simultaneous adjustment"
     other = facts.two_steps
     is_known = other is not None and math.isfinite(other.total)
     beside = f"; {length(other.total)} in two steps" if is_known else ""
-    return f", {length(facts.total)} (total, simultaneous adjustment{beside})"
+    value = length(credible.value)
+    if credible.is_lower_bound:
+        value = f"{value} or worse"
+        beside = f"; stated {length(facts.total)}"
+    elif credible.reason is Reason.ADJUSTED_ENLARGED:
+        beside = f", enlarged by s_0; stated {length(facts.total)}"
+    return f", {value} (total, simultaneous adjustment{beside})"

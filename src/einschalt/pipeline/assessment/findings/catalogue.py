@@ -40,6 +40,7 @@ ORDER = (
     "corrections_that_spoil",
     "models_upside_down",
     "claim_that_does_not_stand",
+    "adjustment_that_misfits",
     "block_that_shrinks",
     "drift_without_control",
     "iterations_that_spoil",

@@ -8,7 +8,6 @@ from einschalt.pipeline.assessment.finding import (
     Subject,
 )
 from einschalt.pipeline.assessment.findings.row_keys import first_names
-from einschalt.pipeline.assessment.known_points import check_points, control_points
 from einschalt.theory.adjustment.global_tests import (
     mean_differs_from_zero,
     mean_p_values,
@@ -24,7 +23,7 @@ LEAST_SHARE_OF_SHIFT = 0.5
 
 def check_points_beyond_claim(examined):
     """Differences at check points that are larger than the claimed figure."""
-    known = check_points(examined)
+    known = examined.known_check
     if not known.are_beyond:
         return None
     return Finding(
@@ -38,7 +37,7 @@ def check_points_beyond_claim(examined):
 
 def check_points_better_than_claim(examined):
     """Differences at check points that are smaller than the claimed figure."""
-    known = check_points(examined)
+    known = examined.known_check
     if not known.are_too_small:
         return None
     return Finding(
@@ -52,7 +51,7 @@ def check_points_better_than_claim(examined):
 
 def control_points_beyond_claim(examined):
     """Control points that the densified coordinates miss by more than is claimed."""
-    known = control_points(examined)
+    known = examined.known_control
     if not known.are_beyond:
         return None
     miss = np.hypot(*known.differences.T)
@@ -84,8 +83,8 @@ def _compared(title, known):
 def shifted_block(examined):
     """Differences at known points with a mean that chance does not explain: drift."""
     for role, known in (
-        ("check", check_points(examined)),
-        ("control", control_points(examined)),
+        ("check", examined.known_check),
+        ("control", examined.known_control),
     ):
         if known.count < FEWEST_POINTS:
             continue

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.credibility import LARGEST_S_0, TOTAL, is_large_s_0
 from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 from einschalt.pipeline.assessment.findings.row_keys import first_names
+from einschalt.theory.adjustment.global_tests import ratio_p_value
 
 LARGE = 3.0
 MOSTLY = 0.5
@@ -89,9 +90,29 @@ def block_that_shrinks(adjusted):
     )
 
 
+def adjustment_that_misfits(adjusted):
+    """Residuals of the simultaneous adjustment that the given errors do not explain."""
+    adjustment = adjusted.adjustment
+    if not is_large_s_0(adjustment):
+        return None
+    s_0 = float(adjustment.s_0)
+    is_grave = s_0 > LARGEST_S_0
+    return Finding(
+        "adjustment_that_misfits",
+        Subject.BLOCK,
+        Gravity.GRAVE if is_grave else Gravity.WARNING,
+        statistic="s_0 of the simultaneous adjustment",
+        observed=s_0,
+        expected=1.0,
+        probability=float(ratio_p_value(s_0, adjustment.redundancy)),
+        remedy="look_for_names_control_and_units" if is_grave else "give_larger_errors",
+        facts={"s_0": s_0, "redundancy": int(adjustment.redundancy)},
+    )
+
+
 def _rms(values):
     return float(np.sqrt(np.mean(values**2)))
 
 
 TWO_STEP = (imprecise_points,)
-SIMULTANEOUS = (imprecise_points, block_that_shrinks)
+SIMULTANEOUS = (imprecise_points, block_that_shrinks, adjustment_that_misfits)

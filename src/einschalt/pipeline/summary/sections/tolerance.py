@@ -14,6 +14,11 @@ TITLES = {
     "standard_error_total": PROPAGATED,
     "standard_error_paper": BUDGET,
 }
+ADJUSTMENTS = (
+    Reason.ADJUSTED,
+    Reason.ADJUSTED_ENLARGED,
+    Reason.ADJUSTED_CONTRADICTED,
+)
 UNKNOWN = "No figure is known for these points, so that none passes."
 FALLEN = (
     "None passes, since the claimed figure does not stand: the true error is larger"
@@ -54,7 +59,7 @@ def _figure(used, credible):
     """Which figure decided, and whether it stands."""
     if not used.column:
         return (UNKNOWN,)
-    is_adjusted = credible.reason in (Reason.ADJUSTED, Reason.UNKNOWN)
+    is_adjusted = credible.reason in ADJUSTMENTS
     title = ADJUSTED if is_adjusted else TITLES[used.column]
     times = f", taken {factor(used.factor)}" if used.factor > 1.0 else ""
     said = [f"Figure used: {title}{times}."]

@@ -9,6 +9,13 @@ REMEDIES = {
     "measure_more_control_there": (
         "Measure more control there, spread over the model, or do without these points"
     ),
+    "look_for_names_control_and_units": (
+        "Look for exchanged names, wrong control and wrong units"
+    ),
+    "give_larger_errors": (
+        "Look for gross errors and deformed models, or give larger m_g_um and "
+        "standard_error_m"
+    ),
     "give_control_on_the_far_side": "Give control on the far side of the block too",
 }
 
@@ -43,7 +50,18 @@ def block_that_shrinks(finding):
     )
 
 
+def adjustment_that_misfits(finding):
+    """How much larger the residuals are than the given errors explain."""
+    facts = finding.facts
+    return Suggestion(
+        f"The residuals of the simultaneous adjustment are {factor(facts['s_0'])} as "
+        f"large as the given errors explain (s_0, redundancy {facts['redundancy']})",
+        REMEDIES[finding.remedy],
+    )
+
+
 WORDS = {
+    "adjustment_that_misfits": adjustment_that_misfits,
     "imprecise_points": imprecise_points,
     "block_that_shrinks": block_that_shrinks,
 }
