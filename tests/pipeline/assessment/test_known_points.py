@@ -48,7 +48,9 @@ def test_no_points_say_nothing():
 
 
 def test_differences_are_those_of_the_figures(good_result):
-    assert check_points(good_result.examination).rms == pytest.approx(good_result.figures.check_rms)
+    assert check_points(good_result.examination).rms == pytest.approx(
+        good_result.figures.check_rms
+    )
     control = control_points(good_result.examination)
     assert control.rms == pytest.approx(good_result.figures.control_rms)
     # both coordinates have errors

@@ -71,7 +71,9 @@ def test_weights_stay_those_of_the_whole_block(demo_block, kind, mean):
     control = block.control_points[block.control_points["role"] != "check"]
     checks = set(block.control_points["point_id"]) - set(control["point_id"])
     errors = {  # those of the whole block
-        "high": result.solution.high.transformation.values(high_points, least_redundancy=30),
+        "high": result.solution.high.transformation.values(
+            high_points, least_redundancy=30
+        ),
         "low": result.single_values,
     }
 

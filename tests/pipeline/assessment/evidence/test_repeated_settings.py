@@ -64,7 +64,7 @@ def test_summary_and_report_say_both_figures(result):
     text = result.summary()
     assert "Repeated settings (m_g of one setting, total)" in text
     assert "no contradiction" in text
-    assert "5.0 µm" in sections(result.assessment)['repeated_settings'].text()
+    assert "5.0 µm" in sections(result.assessment)["repeated_settings"].text()
     assert "Repeated settings" in render(result)
     assert settings_that_scatter(result.examination) is None
     assert scattered_points(result.examination) is None
@@ -81,12 +81,12 @@ def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
     assert found.remedy == "give_at_least_that_m_g"
     # all are too wide: single ones are not named
     assert scattered_points(larger.examination) is None
-    assert "larger" in sections(larger.assessment)['repeated_settings'].text()
+    assert "larger" in sections(larger.assessment)["repeated_settings"].text()
     smaller = es.densify(set_again(m_g_um=M_G_UM * 1.5))
     assert smaller.repeated_settings["p_value"].iloc[0] > 0.99
     assert settings_that_scatter(smaller.examination) is None
     # √(7.5² − 5² (1 − 1/3)) instead of 7.5 / √3
-    said = " ".join(sections(smaller.assessment)['repeated_settings'].text().split())
+    said = " ".join(sections(smaller.assessment)["repeated_settings"].text().split())
     assert smaller.repeated_settings["is_smaller"].all()
     assert "a mean of 3 settings has 6.3 µm and not 4.3; m_g_um = 11 makes" in said
 
@@ -117,6 +117,6 @@ def test_means_with_their_spread_say_the_same(result, tmp_path):
 
 def test_blocks_without_repeats_have_no_section(good_result):
     assert good_result.repeated_settings.empty
-    assert not sections(good_result.assessment)['repeated_settings'].rows
+    assert not sections(good_result.assessment)["repeated_settings"].rows
     assert settings_that_scatter(good_result.examination) is None
     assert scattered_points(good_result.examination) is None

@@ -80,7 +80,7 @@ def test_helmert_is_told_to_become_affine():
 def test_affine_takes_it_up_and_says_so():
     result = computed(film_affinity=3e-4)
     assert film_affinity(result.examination) is None
-    assert "taken up by affine" in sections(result.assessment)['patterns'].text()
+    assert "taken up by affine" in sections(result.assessment)["patterns"].text()
     assert network_strain(result) is None
 
 
@@ -130,7 +130,7 @@ def test_displacements_point_where_the_strain_does():
     )
     assert cosine > 0.6
     assert not result.simultaneous.control["is_suspect"].any()
-    rows = sections(result.assessment)['control_strain'].rows
+    rows = sections(result.assessment)["control_strain"].rows
     assert [row[0] for row in rows] == found.index[: len(rows)].tolist()
     assert strained_network_of_adjustment(result.examination).remedy == "check_network"
 
@@ -148,12 +148,12 @@ def test_control_that_is_worse_than_was_said():
     found = network_strain(result)
     assert found.code == "contradicting_control"
     assert found.remedy == "look_for_wrong_control_or_raise_errors"
-    assert "single points" in sections(result.assessment)['patterns'].text()
+    assert "single points" in sections(result.assessment)["patterns"].text()
 
 
 def test_nothing_is_tested_where_errors_are_not_propagated(given_approximations_result):
     assert given_approximations_result.patterns == SystematicPatterns((), None)
-    assert not sections(given_approximations_result.assessment)['patterns'].rows
+    assert not sections(given_approximations_result.assessment)["patterns"].rows
     assert film_affinity(given_approximations_result.examination) is None
     assert network_strain(given_approximations_result) is None
 
@@ -161,7 +161,7 @@ def test_nothing_is_tested_where_errors_are_not_propagated(given_approximations_
 def test_clean_blocks_are_quiet(good_result):
     assert film_affinity(good_result.examination) is None
     assert network_strain(good_result) is None
-    text = sections(good_result.assessment)['patterns'].text()
+    text = sections(good_result.assessment)["patterns"].text()
     assert text.count("none") == 3
 
 

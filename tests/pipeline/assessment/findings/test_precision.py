@@ -61,7 +61,9 @@ def test_a_model_most_of_whose_points_they_are_is_named(even):
     table = even.block.low_flight.model_points
     model = table["model_id"].iloc[0]
     its = table.loc[(table["model_id"] == model) & (table["coverage"] == "1")]
-    found = imprecise_points(with_errors(even, **dict.fromkeys(its["point_id"], 1.0)).examination)
+    found = imprecise_points(
+        with_errors(even, **dict.fromkeys(its["point_id"], 1.0)).examination
+    )
     assert found.facts["n_models"] > 0
     assert model in found.facts["models"]
 
@@ -69,7 +71,10 @@ def test_a_model_most_of_whose_points_they_are_is_named(even):
 def test_control_and_check_points_do_not_count(even):
     points = even.points
     given = points.loc[points["role"] != "new", "point_id"]
-    assert imprecise_points(with_errors(even, **dict.fromkeys(given, 9.0)).examination) is None
+    assert (
+        imprecise_points(with_errors(even, **dict.fromkeys(given, 9.0)).examination)
+        is None
+    )
 
 
 @pytest.mark.parametrize(("pull", "is_said"), [(0.04, True), (0.02, False)])
