@@ -50,7 +50,7 @@ def test_gross_errors_are_named_worst_first(block):
     # models alone find three of four (six seeds); less two binomial errors of forty
     assert len(found & gross) >= 0.61 * len(gross)
     assert len(found - gross) <= 2
-    named = suspect_observations(result)
+    named = suspect_observations(result.examination)
     rows = result.residuals.loc[result.residuals["is_suspect"]]
     worst = rows.loc[rows["p_value"].idxmin()]
     assert named.facts["observations"][0] == tuple(worst[KEY])
@@ -63,14 +63,14 @@ def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers
     screened = densify(block, Settings(outliers=outliers))
     assert rms(screened, block.truth) < 1.05 * rms(densify(clean), clean.truth)
     assert rms(densify(block), block.truth) > 1.04 * rms(screened, block.truth)
-    named = gross_measurements(screened)
+    named = gross_measurements(screened.examination)
     found = screened.gross_measurements
     assert named.facts["n_observations"] == len(found)
     worst = found.loc[found["p_value"].astype(float).idxmin()]
     assert named.facts["observations"][0] == tuple(worst[KEY])
     assert named.remedy == "measure_rejected_again"
     # what was named once is not named again
-    again = suspect_observations(screened)
+    again = suspect_observations(screened.examination)
     assert again is None or tuple(worst[KEY]) not in again.facts["observations"]
 
 
@@ -87,13 +87,15 @@ def test_suspects_do_not_enter_the_mean(block):
 def test_propagation_knows_of_the_points_that_were_taken_out(block):
     screened = densify(block, Settings(outliers="snoop"))
     assert screened.figures.mean_total > densify(block).figures.mean_total
-    assert len(screened.solution.low.observed.weights) < len(screened.low.residuals)
+    assert len(screened.solution.low.observed.weights) < len(
+        screened.solution.low.residuals
+    )
 
 
 def test_clean_blocks_lose_nothing(clean):
     for outliers in ("keep", "snoop"):
         result = densify(clean, Settings(outliers=outliers))
-        assert suspect_observations(result) is None
+        assert suspect_observations(result.examination) is None
         assert len(suspects(result)) <= 2  # 0.3 are expected, in 314 models
 
 
@@ -108,7 +110,7 @@ def test_significance_decides_who_is_suspect(clean):
     result = densify(clean, Settings(significance=0.5))
     assert len(suspects(result)) > 3
     # what the summary says does not depend on it
-    assert suspect_observations(result) is None
+    assert suspect_observations(result.examination) is None
     with pytest.raises(
         SettingsError, match=r"\[settings\] significance = 0; expected a"
     ):

@@ -231,7 +231,10 @@ def with_noise(block, rng, gross=None):
 
 def on_ground(result, noise):
     """Noise of the measurements through the true matrices of their models [m]."""
-    fits = {"high_flight": result.high.transformation, "low_flight": result.low}
+    fits = {
+        "high_flight": result.solution.high.transformation,
+        "low_flight": result.solution.low,
+    }
     turned = {"control": noise["control"]}
     for name, fit in fits.items():
         flight = getattr(result.block, name)

@@ -14,7 +14,7 @@ from einschalt.pipeline.densification.simultaneous import adjust_block
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
-from einschalt.pipeline.summary.sections.model_deformation import verdict
+from einschalt.pipeline.summary.sections.model_deformation import belief_text
 
 EDGE_UM = 18.75  # 15 cm at 1:8000
 SEEDS = range(3)
@@ -110,7 +110,7 @@ def test_models_bent_each_in_its_own_way_are_not_recommended_by_s_0(
     # s_0 is what one would like to see
     assert bent.simultaneous.s_0 == pytest.approx(1.0, abs=0.1)
     assert bent.simultaneous.deformations["is_alike"].any()
-    assert "Believe the two steps" in verdict(bent)
+    assert "Believe the two steps" in belief_text(bent.assessment.deformation)
     assert "Believe the two steps" in bent.summary().replace("\n    ", " ")
 
 
@@ -119,9 +119,11 @@ def test_a_shared_deformation_that_is_only_tested_is_not_recommended(dense_block
     block = simulate_block("demo", seed=1, geometry=dense_block.geometry, noise=noise)
     tested = densify(block, Settings(method="simultaneous", model_deformation="tested"))
     assert tested.simultaneous.s_0 == pytest.approx(1.0, abs=0.12)
-    assert "Believe the two steps, or model the deformation" in verdict(tested)
+    assert "Believe the two steps, or model the deformation" in belief_text(
+        tested.assessment.deformation
+    )
     modelled = densify(block, Settings(method="simultaneous"))
-    assert "the deformation is modelled" in verdict(modelled)
+    assert "the deformation is modelled" in belief_text(modelled.assessment.deformation)
     truth = block.truth
     assert rms(modelled.points, truth) < rms(modelled.two_step.points, truth)
     assert rms(modelled.points, truth) < 0.8 * rms(tested.points, truth)

@@ -52,8 +52,14 @@ def clean(neukirchen):
 
 def test_clean_blocks_raise_no_alarm(clean):
     # at 0.001 a block, none of twenty; two would have the probability 0.0002
-    assert sum(suspect_observations(run.result) is not None for run in clean) <= 1
-    assert sum(wrong_measuring_errors(run.result) is not None for run in clean) == 0
+    assert (
+        sum(suspect_observations(run.result.examination) is not None for run in clean)
+        <= 1
+    )
+    assert (
+        sum(wrong_measuring_errors(run.result.examination) is not None for run in clean)
+        == 0
+    )
 
 
 def test_few_points_of_clean_models_are_suspects(clean):
@@ -119,6 +125,6 @@ def test_a_given_m_g_that_is_wrong_by_half_is_always_called_out(neukirchen):
         block = neukirchen(seed)
         for m_g_um in (7.5, 5.0 / 1.5):
             result = densify(with_low_m_g(block, m_g_um))
-            assert wrong_measuring_errors(result).names == ("low_flight",)
+            assert wrong_measuring_errors(result.examination).names == ("low_flight",)
             found = result.components.low_flight
             assert abs(found.estimated - 5.0) < 3 * found.standard_error

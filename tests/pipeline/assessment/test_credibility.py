@@ -28,7 +28,7 @@ def with_rejected_claim(result, ratio=2.0):
     test = ClaimTest("coverage differences", 50, 0.05 * ratio, 0.05, 1e-9)
     doubted = replace(result)
     # as if it had been asked for before
-    vars(doubted.examination)["claim"] = Claim((test,), None, is_assumed=False)
+    vars(doubted.examination)["claim"] = Claim((test,), None)
     return doubted
 
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.changed_results import changed
 
-from einschalt.pipeline.summary.sections import flights
-from einschalt.pipeline.summary.sections.precision import too_small
-from einschalt.pipeline.summary.summary import summarize
+from einschalt.pipeline.summary.sections.precision import caution
+from einschalt.pipeline.summary.summary import sections, summarize
 from einschalt.pipeline.summary.verdict import verdict
 
 # (a) without faults (b) failed models and a blunder (c) approximate points given
@@ -25,7 +25,7 @@ def test_summary_is_the_golden_text(name, request, golden):
 def test_verdict_comes_first_then_problems_then_numbers(name, request):
     result = request.getfixturevalue(f"{name}_result")
     lines = summarize(result).split("\n")
-    assert lines[0] == verdict(result)
+    assert lines[0] == verdict(result.assessment)
     headings = [line for line in lines if line and not line.startswith(" ")]
     assert headings[1] == "Problems and suggestions"
     assert headings[2].startswith("Precision of the new points")
@@ -43,10 +43,10 @@ def test_printing_a_result_shows_its_summary(good_result):
 
 
 def test_why_the_paper_figure_is_too_small(good_result, given_approximations_result):
-    assert "share the high flight's transformation error, and both" in too_small(
-        good_result
+    assert "share the high flight's transformation error, and both" in caution(
+        good_result.assessment.precision
     )
-    said = too_small(given_approximations_result)
+    said = caution(given_approximations_result.assessment.precision)
     assert "both coverages share the approximate coordinates; more so where" in said
     assert "not known here" in said
 
@@ -59,18 +59,19 @@ def test_one_coverage_of_given_points_is_too_small_only_conditionally(
     low = replace(
         result.block.low_flight, model_points=points[points["coverage"] == "1"]
     )
-    said = too_small(replace(result, block=replace(result.block, low_flight=low)))
+    narrow = changed(result, block=replace(result.block, low_flight=low))
+    said = caution(narrow.assessment.precision)
     assert said.startswith("standard_error_paper is too small where")
 
 
 def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):
     figures = replace(good_result.figures, mean_total=0.0537, mean_paper=0.0367)
-    assert verdict(replace(good_result, figures=figures)) == (
+    assert verdict(changed(good_result, figures=figures).assessment) == (
         "Demo (simulated): 77 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
         "after Kovarik's budget)"
     )
     figures = replace(figures, mean_total=np.nan)
-    assert verdict(replace(good_result, figures=figures)) == (
+    assert verdict(changed(good_result, figures=figures).assessment) == (
         "Demo (simulated): 77 new points, 3.7 cm after Kovarik's budget (total, mean "
         "of two coverages)"
     )
@@ -80,15 +81,17 @@ def test_verdict_of_a_block_without_new_points(good_result):
     figures = replace(
         good_result.figures, n_new=0, mean_paper=np.nan, mean_total=np.nan
     )
-    assert verdict(replace(good_result, figures=figures)).endswith(": no new points")
+    assert verdict(changed(good_result, figures=figures).assessment).endswith(
+        ": no new points"
+    )
 
 
 def test_verdict_says_failed_models(faulty_result):
-    assert "; 3 of 30 models failed" in verdict(faulty_result)
+    assert "; 3 of 30 models failed" in verdict(faulty_result.assessment)
 
 
 def test_table_of_flights_counts_usable_models(faulty_result):
-    low = flights.section(faulty_result).rows[-1]
+    low = sections(faulty_result.assessment)["flights"].rows[-1]
     assert low[0] == "low flight"
     assert (low[3], low[4]) == ("23", "20")
 
@@ -96,11 +99,11 @@ def test_table_of_flights_counts_usable_models(faulty_result):
 def test_heights_are_said_not_to_be_judged(good_result):
     points = good_result.points.assign(height=500.0)
     assert "no figure here judges them" in summarize(
-        replace(good_result, points=points)
+        changed(good_result, points=points)
     )
     assert "Heights" not in summarize(good_result)
 
 
 def test_a_name_cannot_add_lines(good_result):
     block = replace(good_result.block, name="a\nb")
-    assert verdict(replace(good_result, block=block)).startswith("a\\nb: ")
+    assert verdict(changed(good_result, block=block).assessment).startswith("a\\nb: ")

@@ -173,7 +173,7 @@ def test_distributed_residuals_leave_heights_alone(result):
 
 
 def test_heights_are_told(result):
-    said = " ".join(remarks(result))
+    said = " ".join(remarks(result.assessment.precision))
     assert "Heights of the new points" in said
     assert result.claim.is_supported
     assert result.left_out_control.normalized_square == pytest.approx(1.0, abs=0.4)

@@ -218,7 +218,7 @@ def test_tables_and_tests_hold_together():
     assert result.components is None
     assert result.patterns.strain is None
     assert len(result.ellipses) == len(points)
-    said = " ".join(remarks(result))
+    said = " ".join(remarks(result.assessment.precision))
     assert "image points" in said
     assert "Heights of the new points" in said
 

@@ -123,7 +123,7 @@ def test_sources_tables_and_tests_hold_together():
     assert result.left_out_control.normalized_square < 3.0
     assert result.patterns.strain is None
     assert "Strain was not looked for: errors of the orientations" in result.summary()
-    assert "of the orientations, as sigma_0" in remarks(result)[1]
+    assert "of the orientations, as sigma_0" in remarks(result.assessment.precision)[1]
     assert "relative orientation" in result.summary()
 
 

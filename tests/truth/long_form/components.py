@@ -84,10 +84,12 @@ def study(seed):
         for source in SOURCES
         for component in [getattr(result.components, source)]
     }
-    found["right"] = wrong_measuring_errors(result) is not None
+    found["right"] = wrong_measuring_errors(result.examination) is not None
     for name in FLIGHTS:
         for key, factor in (("low", 1.0 / WRONG_BY), ("high", WRONG_BY)):
-            wrong = wrong_measuring_errors(densify(typed(block, name, factor)))
+            wrong = wrong_measuring_errors(
+                densify(typed(block, name, factor)).examination
+            )
             found[name, key] = wrong is not None and name in wrong.names
     return found
 

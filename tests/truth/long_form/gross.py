@@ -172,7 +172,7 @@ def _points_of_bare_models(result):
     models = result.models
     is_bare = models["is_usable"] & (models["redundancy"] == 0)
     bare = pd.MultiIndex.from_frame(models.loc[is_bare, KEY[:3]])
-    tables = [t.assign(flight=name) for name, t in result.model_points.items()]
+    tables = [t.assign(flight=name) for name, t in result.solution.model_points.items()]
     measured = pd.concat(tables)[KEY]
     is_held = pd.MultiIndex.from_frame(measured[KEY[:3]]).isin(bare)
     return measured.loc[is_held, "point_id"].unique()

@@ -6,13 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.summary.sections.model_deformation import section, verdict
+from einschalt.pipeline.assessment.facts.model_deformation import deformation_facts
+from einschalt.pipeline.summary.sections.model_deformation import (
+    belief_text,
+    section,
+)
 
 FLIGHTS = ["high_flight", "low_flight"]
 
 
-def a_result(*, detected=False, modelled=False, alike=False, checks=None):
-    """Result with the low flight's verdict, and RMS at ten check points both ways."""
+def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
+    """Verdict on the low flight, and RMS at ten check points both ways."""
     found = pd.DataFrame(
         {
             "flight": FLIGHTS,
@@ -27,7 +31,8 @@ def a_result(*, detected=False, modelled=False, alike=False, checks=None):
     )
     adjusted = SimpleNamespace(deformations=found)
     if checks is None:
-        return SimpleNamespace(simultaneous=adjusted, two_step=None)
+        solution = SimpleNamespace(two_step=SimpleNamespace(is_possible=False))
+        return SimpleNamespace(adjustment=adjusted, solution=solution)
     n, one, two = checks
 
     def points(error):
@@ -35,8 +40,13 @@ def a_result(*, detected=False, modelled=False, alike=False, checks=None):
         names = [str(k) for k in range(n)]
         return pd.DataFrame({"point_id": names, "role": "check", **columns})
 
-    beside = SimpleNamespace(points=points(two))
-    return SimpleNamespace(simultaneous=adjusted, two_step=beside, points=points(one))
+    beside = SimpleNamespace(is_possible=True, points=points(two))
+    solution = SimpleNamespace(two_step=beside)
+    return SimpleNamespace(adjustment=adjusted, solution=solution, points=points(one))
+
+
+def verdict(examined):
+    return belief_text(deformation_facts(examined))
 
 
 @pytest.mark.parametrize(
@@ -63,41 +73,41 @@ def a_result(*, detected=False, modelled=False, alike=False, checks=None):
     ],
 )
 def test_what_shows_decides(facts, said):
-    assert verdict(a_result(**facts)).startswith(said)
+    assert verdict(examined_with(**facts)).startswith(said)
 
 
 def test_check_points_decide_where_there_are_enough():
     """On the real block s_0 was 0.99, and check points had 8.0 against 6.0 cm."""
-    worse = verdict(a_result(checks=(10, 0.080, 0.060)))
+    worse = verdict(examined_with(checks=(10, 0.080, 0.060)))
     assert worse == (
         "Believe the two steps: at the check points the simultaneous adjustment has "
         "8.0 cm, two steps have 6.0 cm."
     )
-    better = verdict(a_result(alike=True, checks=(10, 0.03, 0.06)))
+    better = verdict(examined_with(alike=True, checks=(10, 0.03, 0.06)))
     assert better.startswith("Believe the simultaneous adjustment: at the check")
     # too few of them, or as good as equal: what shows decides
-    assert "no deformation shows" in verdict(a_result(checks=(7, 0.08, 0.06)))
-    assert "no deformation shows" in verdict(a_result(checks=(10, 0.062, 0.06)))
+    assert "no deformation shows" in verdict(examined_with(checks=(7, 0.08, 0.06)))
+    assert "no deformation shows" in verdict(examined_with(checks=(10, 0.062, 0.06)))
 
 
 def test_the_table_says_sizes_and_what_was_done():
-    shown = section(a_result(detected=True, modelled=True))
+    shown = section(deformation_facts(examined_with(detected=True, modelled=True)))
     assert [row[0] for row in shown.rows] == ["high flight", "low flight"]
     assert shown.rows[1][2:] == ("4.00 cm", "15.00 cm", "yes", "-0.10")
     assert shown.rows[0][4] == "no"
 
 
 def test_nothing_is_said_where_nothing_was_tested():
-    untested = a_result()
-    untested.simultaneous.deformations = untested.simultaneous.deformations.iloc[:0]
-    assert section(untested).rows == ()
-    assert section(SimpleNamespace(simultaneous=None)).rows == ()
+    untested = examined_with()
+    untested.adjustment.deformations = untested.adjustment.deformations.iloc[:0]
+    assert deformation_facts(untested) is None
+    assert section(None).rows == ()
 
 
 def test_what_could_not_be_tested_is_not_said_to_be_absent():
-    result = a_result()
-    result.simultaneous.deformations["p_value"] = np.nan
-    assert verdict(result).startswith("Whether models are deformed cannot be tested")
+    examined = examined_with()
+    examined.adjustment.deformations["p_value"] = np.nan
+    assert verdict(examined).startswith("Whether models are deformed cannot be tested")
     # one flight that could be tested is enough to say something
-    result.simultaneous.deformations.loc[0, "p_value"] = 0.4
-    assert "no deformation shows" in verdict(result)
+    examined.adjustment.deformations.loc[0, "p_value"] = 0.4
+    assert "no deformation shows" in verdict(examined)

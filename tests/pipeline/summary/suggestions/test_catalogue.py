@@ -4,6 +4,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from tests.changed_results import changed
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
 from einschalt.pipeline.assessment.findings.catalogue import ORDER
@@ -11,8 +12,8 @@ from einschalt.pipeline.summary.suggestions import catalogue
 from einschalt.pipeline.summary.suggestions.catalogue import (
     MODULES,
     WORDS,
-    find_suggestions,
     suggestion_of,
+    suggestions_of,
 )
 
 ROOM = Path(catalogue.__file__).parent
@@ -68,14 +69,14 @@ def test_a_finding_is_put_into_its_words():
 
 
 def test_a_good_block_has_no_problems(good_result):
-    assert find_suggestions(good_result) == ()
+    assert suggestions_of(good_result.assessment.findings) == ()
 
 
 def test_notes_of_reading_come_last(unchecked_result):
     block = unchecked_result.block
     object.__setattr__(block, "notes", ("low.csv: ignored column colour", "two"))
     try:
-        found = find_suggestions(unchecked_result)
+        found = suggestions_of(changed(unchecked_result).assessment.findings)
     finally:
         object.__setattr__(block, "notes", ())
     assert [str(suggestion) for suggestion in found[-2:]] == [

@@ -1,0 +1,66 @@
+"""An assessment holds everything, in plain values where asked, and stays as it is."""
+
+import json
+from dataclasses import FrozenInstanceError, fields
+
+import pytest
+
+from einschalt.pipeline.assessment.assess import Assessment
+from einschalt.pipeline.assessment.findings.catalogue import ORDER
+
+RESULTS = ["good", "faulty", "given_approximations", "unchecked", "simultaneous"]
+
+
+@pytest.fixture(params=RESULTS)
+def assessment(request):
+    return request.getfixturevalue(f"{request.param}_result").assessment
+
+
+def test_it_is_frozen(assessment):
+    for name in (field.name for field in fields(Assessment)):
+        with pytest.raises(FrozenInstanceError):
+            setattr(assessment, name, None)
+
+
+def test_findings_are_sorted_the_gravest_first(assessment):
+    places = [ORDER.index(finding.code) for finding in assessment.findings]
+    assert places == sorted(places)
+
+
+def test_a_faulty_block_has_several_findings(faulty_result, good_result):
+    codes = [finding.code for finding in faulty_result.assessment.findings]
+    assert len(codes) >= 3
+    assert codes[0] == "failed_models"
+    assert good_result.assessment.findings == ()
+
+
+def test_as_dict_it_survives_json(assessment):
+    plain = assessment.to_dict()
+    assert json.loads(json.dumps(plain, allow_nan=False)) == plain
+    assert list(plain) == [field.name for field in fields(Assessment)]
+
+
+def test_the_dict_says_what_the_assessment_does(assessment):
+    plain = assessment.to_dict()
+    assert [finding["code"] for finding in plain["findings"]] == [
+        finding.code for finding in assessment.findings
+    ]
+    assert plain["block"]["name"] == assessment.block.name
+    assert plain["precision"]["n_new"] == assessment.precision.n_new
+    tests = [test["name"] for test in plain["claim"]["tests"]]
+    assert tests == [test.name for test in assessment.claim.tests]
+    # arrays of drawn errors are no result
+    assert "residuals" not in plain["claim"]
+
+
+def test_each_way_is_judged_in_its_own_way(good_result, simultaneous_result):
+    two_steps, adjusted = good_result.assessment, simultaneous_result.assessment
+    assert two_steps.deformation is None
+    assert adjusted.deformation is not None
+    assert adjusted.iterations is None
+    assert not hasattr(two_steps.precision, "s_0")
+    assert adjusted.precision.s_0 == simultaneous_result.simultaneous.s_0
+
+
+def test_without_a_tolerance_none_is_judged(assessment):
+    assert assessment.tolerance is None

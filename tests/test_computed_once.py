@@ -1,0 +1,130 @@
+"""One ``einschalt densify`` computes everything once, however often it is looked at.
+
+Report, summary and tolerance look at the same tests, figures and patterns.
+"""
+
+import sys
+from collections import Counter
+from dataclasses import replace
+from functools import wraps
+
+import pytest
+
+import einschalt as es
+from einschalt.interfaces.cli.work.densify import densify_folder
+from einschalt.interfaces.reports import html_report  # noqa: F401  its names are counted
+from einschalt.pipeline.assessment import assess
+from einschalt.pipeline.assessment.evidence import (
+    claim,
+    leave_one_out,
+    repeated_settings,
+    systematic_errors,
+    variance_components,
+)
+from einschalt.pipeline.assessment.findings import catalogue, orientations
+from einschalt.pipeline.densification import iteration, simultaneous, two_steps
+from einschalt.pipeline.simulation.simulate_block import PRESETS
+from einschalt.stages.error_propagation.error_model import ErrorModel
+
+EVIDENCE = (
+    (claim, "examine_claim"),
+    (leave_one_out, "leave_out_control"),
+    (variance_components, "estimate_components"),
+    (systematic_errors, "find_patterns"),
+    (repeated_settings, "m_g_of_repeated_settings"),
+)
+JUDGED = (
+    (assess, "assess"),
+    (catalogue, "findings_of"),
+    (two_steps, "solve_in_two_steps"),
+)
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Calls of functions by name, from whatever module they are called."""
+    calls = Counter()
+
+    def count(home, name, key=lambda *_, **__: ()):
+        function = getattr(home, name)
+
+        @wraps(function)
+        def counting(*arguments, **options):
+            calls[(name, *key(*arguments, **options))] += 1
+            return function(*arguments, **options)
+
+        modules = [m for n, m in sys.modules.items() if n.startswith("einschalt")]
+        for module in (home, *modules):
+            if vars(module).get(name) is function:
+                monkeypatch.setattr(module, name, counting)
+
+    count.calls = calls
+    return count
+
+
+def densified(block, folder, **settings):
+    """Densify as the command does: report, summary, tolerance."""
+    block.write(folder / "block")
+    given = {"tolerance": "vermv_2016", **settings}
+    densify_folder(folder / "block", folder / "out", given)
+    assert (folder / "out" / "report.html").exists()
+    assert (folder / "out" / "summary.txt").exists()
+
+
+def test_two_steps_are_examined_once(tmp_path, counted, capsys):
+    for home, name in (*EVIDENCE, *JUDGED):
+        counted(home, name)
+    counted(ErrorModel, "draw")
+    # each test of the claim by its name
+    counted(claim, "_test_of_size", key=lambda name, *_: (name,))
+    densified(es.simulate_block("demo", seed=1), tmp_path)
+    expected = [name for _, name in (*EVIDENCE, *JUDGED)]
+    expected += ["draw", *(["_test_of_size"] * 6)]
+    assert sorted(name for name, *_ in counted.calls) == sorted(expected)
+    assert set(counted.calls.values()) == {1}, counted.calls
+    assert "Tolerance" in capsys.readouterr().out
+
+
+def test_orientations_are_doubted_by_one_refit_of_each_flight(tmp_path, counted):
+    geometry = replace(PRESETS["demo"].geometry, measurement="parallaxes")
+    block = es.simulate_block("demo", seed=1, geometry=geometry)
+    for home, name in EVIDENCE:
+        counted(home, name)
+    refits = []
+    refit = orientations.transform_models
+
+    def counting(points, *arguments):
+        refits.append(len(points))
+        return refit(points, *arguments)
+
+    orientations.transform_models = counting
+    try:
+        densified(block, tmp_path)
+    finally:
+        orientations.transform_models = refit
+    assert refits == [len(f.points_to_fit) for f in block.flights.values()]
+    assert {name for name, *_ in counted.calls} >= {"examine_claim", "find_patterns"}
+    assert set(counted.calls.values()) == {1}, counted.calls
+
+
+def test_one_adjustment_and_the_two_steps_beside_it_are_examined_once(
+    tmp_path, counted
+):
+    for home, name in (*EVIDENCE, *JUDGED, (simultaneous, "adjust_flights")):
+        counted(home, name)
+    counted(ErrorModel, "draw")
+    densified(es.simulate_block("demo", seed=1), tmp_path, method="simultaneous")
+    once = {"estimate_components", "find_patterns", "adjust_flights", "assess"}
+    assert {name for name, *_ in counted.calls} >= once
+    assert set(counted.calls.values()) == {1}, counted.calls
+
+
+def test_iterations_propagate_the_first_pass_once_more(tmp_path, counted):
+    for home, name in EVIDENCE:
+        counted(home, name)
+    counted(iteration, "iterate")
+    counted(ErrorModel, "draw")
+    densified(es.simulate_block("demo", seed=1), tmp_path, iterations=3)
+    assert counted.calls[("iterate",)] == 1
+    assert counted.calls[("draw",)] == 1
+    assert set(counted.calls.values()) == {1}, counted.calls
