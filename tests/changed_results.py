@@ -13,3 +13,17 @@ def changed(result, **tables):
         Fields of the solution.
     """
     return replace(result, solution=replace(result.solution, **tables))
+
+
+def judged_before(result, **tables):
+    """The same, judged as the result was: for what shows tables, however they are.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    tables
+        Fields of the solution.
+    """
+    other = changed(result, **tables)
+    vars(other)["assessment"] = result.assessment  # as a cached property keeps it
+    return other

@@ -188,6 +188,8 @@ WRITER = """
 import os, pickle, sys
 from pathlib import Path
 from einschalt.interfaces.files import result_folder
+from einschalt.pipeline.result import Stopwatch
+from tests.changed_results import changed
 import pyogrio, shapely, matplotlib.pyplot
 result = pickle.loads(Path(sys.argv[1]).read_bytes())
 for line in sys.stdin:  # one child for each folder: only the first has to import
@@ -205,7 +207,10 @@ for line in sys.stdin:  # one child for each folder: only the first has to impor
 def large_result(good_result):
     """A result whose files take long enough to be cut in the middle."""
     residuals = pd.concat([good_result.residuals] * 50, ignore_index=True)
-    return replace(good_result, residuals=residuals)
+    result = changed(good_result, residuals=residuals)
+    result = replace(result, stopwatch=Stopwatch())  # one that other processes know
+    assert result.assessment  # once, not by each writer
+    return result
 
 
 @pytest.fixture
