@@ -158,7 +158,7 @@ def test_blocks_of_other_kinds_have_a_page(name, request):
 
 
 def test_a_block_without_points_has_a_page(good_result):
-    result = judged_before(
+    result = changed(
         good_result,
         points=good_result.points.iloc[:0],
         figures=replace(good_result.figures, n_new=0, n_check=0, n_control=0),
