@@ -228,21 +228,24 @@ def writer(tmp_path, large_result):
         process.stdin.close()
 
 
-def kill_after(writer, folder, n_files, seconds):
-    """Kill the child some time after it has written so many files."""
+def kill_after(writer, folder, pattern, n_files, seconds):
+    """Kill the child some time after it has so many files of a pattern."""
     writer.stdin.write(f"{folder}\n")
     writer.stdin.flush()
     child = int(writer.stdout.readline())
-    while len(named_files(folder)) < n_files:
+    while len(list(folder.glob(pattern))) < n_files:
         os.kill(child, 0)  # is an error where it has ended by itself
-        time.sleep(1e-3)
+        time.sleep(1e-4)
     time.sleep(seconds)
     os.kill(child, signal.SIGKILL)
     assert writer.stdout.readline() == "ended\n"
 
 
+STAGED, NAMED = ".einschalt-*/*", "[!.]*"
+
+
 def named_files(folder):
-    return [path for path in folder.glob("*") if not path.name.startswith(".")]
+    return list(folder.glob(NAMED))
 
 
 def without_time(name, data):
@@ -265,14 +268,11 @@ def test_killed_writers_leave_only_whole_files(tmp_path, writer, large_result):
     folders = [tmp_path / f"killed_{k}" for k in range(24)]
     n_cut = 0
     for place, folder in enumerate(folders):
-        # by what is there, not by the clock: computers are slow, fast and busy. Within
-        # the first writing, and at its end also within the second one
-        kill_after(
-            writer,
-            folder,
-            n_files=place % (len(whole) + 1),
-            seconds=random.uniform(0.0, 0.03),
-        )
+        # by what is there, not by the clock: computers are slow, fast and busy. Before
+        # the files have their places, and while they are given them or later
+        pattern = STAGED if place % 2 else NAMED
+        n_files = 1 + place % (len(whole) - 1)
+        kill_after(writer, folder, pattern, n_files, random.uniform(0.0, 0.03))
         named = named_files(folder)
         for path in named:
             data = without_time(path.name, path.read_bytes())
