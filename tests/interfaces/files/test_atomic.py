@@ -208,7 +208,7 @@ def large_result(good_result):
     """A result whose files take long enough to be cut in the middle."""
     residuals = pd.concat([good_result.residuals] * 50, ignore_index=True)
     result = changed(good_result, residuals=residuals)
-    result = replace(result, stopwatch=Stopwatch())  # one that other processes know
+    result = replace(result, stopwatch=Stopwatch())  # that every process knows
     assert result.assessment  # once, not by each writer
     return result
 
