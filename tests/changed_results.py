@@ -1,6 +1,17 @@
 """Results of solutions that were changed by hand."""
 
+from contextlib import nullcontext
 from dataclasses import replace
+
+from einschalt.pipeline.result import Stopwatch
+
+
+class Stopped(Stopwatch):
+    """A time that stays as it is."""
+
+    def running(self):
+        """Count nothing."""
+        return nullcontext()
 
 
 def changed(result, **tables):
@@ -13,3 +24,17 @@ def changed(result, **tables):
         Fields of the solution.
     """
     return replace(result, solution=replace(result.solution, **tables))
+
+
+def judged_before(result, **tables):
+    """The same, judged as the result was: for what shows tables, however they are.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    tables
+        Fields of the solution.
+    """
+    other = changed(result, **tables)
+    vars(other)["assessment"] = result.assessment  # as a cached property keeps it
+    return other

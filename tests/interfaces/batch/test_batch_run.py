@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.changed_results import Stopped, judged_before
 
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
@@ -48,7 +49,7 @@ def densify_once():
         key = (*sorted(block.checksums.items()), repr(settings))
         if key not in found:
             found[key] = densify(block, settings, **options)
-        return found[key]
+        return judged_before(found[key], block=block)  # where it lies counts as well
 
     return remembered
 
@@ -259,7 +260,7 @@ def test_a_result_that_is_not_whole_is_computed_again(
     assert left(out / "block_00") == before
 
 
-@pytest.mark.parametrize("name", ["points.csv", "block.gpkg", "provenance.json"])
+@pytest.mark.parametrize("name", ["points.csv", "assessment.json"])
 def test_a_result_that_somebody_changed_is_his(folder, tmp_path, run, name):
     out = tmp_path / "out"
     run(folder, out)
@@ -272,8 +273,68 @@ def test_a_result_that_somebody_changed_is_his(folder, tmp_path, run, name):
     assert f"{name}, changed since einschalt wrote it" in row["reason"]
     assert file.stat().st_size == 100
     file.unlink()
-    if name != "provenance.json":  # which alone says whose the other files are
-        assert run(folder, out)[0].loc["block_00", "outcome"] == "done"
+    assert run(folder, out)[0].loc["block_00", "outcome"] == "done"
+
+
+def spoil(folder, how):
+    """What crashes, full disks, tidy users and other programs do to a result."""
+    provenance, package = folder / "provenance.json", folder / "block.gpkg"
+    if how == "no provenance":
+        provenance.unlink()
+    elif how == "cut provenance":
+        provenance.write_bytes(provenance.read_bytes()[:100])
+    elif how == "half-written":
+        provenance.rename(folder / ".einschalt-coming.json")
+        (folder / "points.csv").write_bytes(b"point_id,eas")
+    elif how == "empty file":
+        (folder / "points.csv").write_bytes(b"")
+    else:
+        package.write_bytes(package.read_bytes() + b"opened")
+        (folder / "block.gpkg-wal").write_bytes(b"not of the next one")
+
+
+SPOILT = ("no provenance", "cut provenance", "half-written", "empty file", "opened")
+
+
+@pytest.mark.parametrize("how", SPOILT)
+def test_a_result_of_the_batch_that_was_spoilt_is_computed_again(
+    folder, tmp_path, run, left, how
+):
+    out = tmp_path / "out"
+    run(folder, out)
+    before = left(out / "block_00")
+    (out / "block_00" / "iterations.csv").write_text("of an older run\n")
+    if how in {"empty file", "opened"}:  # nothing but listed files is removed
+        (out / "block_00" / "iterations.csv").unlink()
+    spoil(out / "block_00", how)
+    table, names = run(folder, out)
+    assert set(names) == {"block_00", "no_number"}
+    assert table.loc["block_00", "outcome"] == "done"
+    after = left(out / "block_00")
+    assert {name: after[name] for name in before} == before
+    assert set(after) - set(before) <= {"changes.csv", "previous_points.parquet"}
+
+
+@pytest.mark.parametrize("how", SPOILT[:3])
+def test_a_file_of_somebody_in_a_half_written_result_is_not_lost(
+    folder, tmp_path, run, how
+):
+    """Nor one in a folder of which the batch knows nothing."""
+    out = tmp_path / "out"
+    run(folder, out)
+    spoil(out / "block_00", how)
+    (out / "block_00" / "notes.txt").write_text("the user's own\n")
+    spoil(out / "block_01", how)
+    (out / "block_01" / "models.csv").unlink()
+    (out / "block_01" / "models.csv").symlink_to(folder / "block_01" / "block.toml")
+    shutil.copytree(out / "block_00", tmp_path / "other" / "block_00")
+    (tmp_path / "other" / "block_00" / "notes.txt").unlink()
+    for place, name in ((out, "block_00"), (out, "block_01"), ("other", "block_00")):
+        before = sorted((tmp_path / place / name).iterdir())
+        table, names = run(folder, tmp_path / place)
+        assert name not in names
+        assert table.loc[name, "outcome"] == "failed"
+        assert before == sorted((tmp_path / place / name).iterdir())
 
 
 @pytest.mark.parametrize("name", ["previous_points.parquet", "changes.csv"])
@@ -291,9 +352,10 @@ def test_spoilt_comparison_with_the_run_before_is_none(
     assert table.loc["block_00", "outcome"] == "skipped"
     (out / "block_00" / "points.csv").unlink()
     table, _ = run(folder, out)
-    assert f"{name}, changed since" in table.loc["block_00", "reason"]
-    (out / "block_00" / name).unlink()
-    table, _ = run(folder, out)
+    if data:  # an empty file is nobody's
+        assert f"{name}, changed since" in table.loc["block_00", "reason"]
+        (out / "block_00" / name).unlink()
+        table, _ = run(folder, out)
     assert table.loc["block_00", "outcome"] == "done"
     # a result that is not whole is compared with what was kept before it
     moved = 0 if name == "changes.csv" else None
@@ -407,7 +469,7 @@ def test_interruption_of_a_run_of_all_is_resumed_where_it_was(
     """Also where both computations took the same time, within the same second."""
 
     def always_as_fast(*args, **options):
-        return replace(densify(*args, **options), seconds=0.125)
+        return replace(densify(*args, **options), stopwatch=Stopped(0.125))
 
     monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", always_as_fast)
     out = tmp_path / "out"

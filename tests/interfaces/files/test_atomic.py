@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import atomic
 from einschalt.interfaces.files.result_folder import write_result
+from einschalt.pipeline.result import Stopwatch
 
 DAY = 24 * 3600
 
@@ -205,7 +207,10 @@ for line in sys.stdin:  # one child for each folder: only the first has to impor
 def large_result(good_result):
     """A result whose files take long enough to be cut in the middle."""
     residuals = pd.concat([good_result.residuals] * 50, ignore_index=True)
-    return replace(good_result, residuals=residuals)
+    result = changed(good_result, residuals=residuals)
+    result = replace(result, stopwatch=Stopwatch())  # that every process knows
+    assert result.assessment  # once, not by each writer
+    return result
 
 
 @pytest.fixture
@@ -223,28 +228,34 @@ def writer(tmp_path, large_result):
         process.stdin.close()
 
 
-def kill_after(writer, folder, n_files, seconds):
-    """Kill the child some time after it has written so many files."""
+def kill_after(writer, folder, pattern, n_files, seconds):
+    """Kill the child some time after it has so many files of a pattern."""
     writer.stdin.write(f"{folder}\n")
     writer.stdin.flush()
     child = int(writer.stdout.readline())
-    while len(named_files(folder)) < n_files:
+    while len(list(folder.glob(pattern))) < n_files:
         os.kill(child, 0)  # is an error where it has ended by itself
-        time.sleep(1e-3)
+        time.sleep(1e-4)
     time.sleep(seconds)
     os.kill(child, signal.SIGKILL)
     assert writer.stdout.readline() == "ended\n"
 
 
+STAGED, NAMED = ".einschalt-*/*", "[!.]*"
+
+
 def named_files(folder):
-    return [path for path in folder.glob("*") if not path.name.startswith(".")]
+    return list(folder.glob(NAMED))
 
 
 def without_time(name, data):
-    """provenance.json tells when it was written, once."""
+    """provenance.json tells when it was written, once, and its seal depends on that."""
     if name != "provenance.json":
         return data
-    return b"\n".join(line for line in data.splitlines() if b'"created"' not in line)
+    timed = (b'"created":', b'"seal":')
+    return b"\n".join(
+        line for line in data.splitlines() if not line.strip().startswith(timed)
+    )
 
 
 def test_killed_writers_leave_only_whole_files(tmp_path, writer, large_result):
@@ -257,14 +268,11 @@ def test_killed_writers_leave_only_whole_files(tmp_path, writer, large_result):
     folders = [tmp_path / f"killed_{k}" for k in range(24)]
     n_cut = 0
     for place, folder in enumerate(folders):
-        # by what is there, not by the clock: computers are slow, fast and busy. Within
-        # the first writing, and at its end also within the second one
-        kill_after(
-            writer,
-            folder,
-            n_files=place % (len(whole) + 1),
-            seconds=random.uniform(0.0, 0.03),
-        )
+        # by what is there, not by the clock: computers are slow, fast and busy. Before
+        # the files have their places, and while they are given them or later
+        pattern = STAGED if place % 2 else NAMED
+        n_files = 1 + place % (len(whole) - 1)
+        kill_after(writer, folder, pattern, n_files, random.uniform(0.0, 0.03))
         named = named_files(folder)
         for path in named:
             data = without_time(path.name, path.read_bytes())

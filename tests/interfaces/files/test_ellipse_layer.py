@@ -55,6 +55,6 @@ def test_tables_of_an_older_result_do_not_stay(
     for name in ("error_sources", "neighbours", "ellipses"):
         csv = pd.read_csv(tmp_path / f"{name}.csv", dtype={"point_id": str})
         assert len(csv) == len(getattr(good_result, name))
-    write_result(given_approximations_result, tmp_path)
+    write_result(given_approximations_result, tmp_path, overwrite=True)
     left = {path.stem for path in tmp_path.iterdir()}
     assert not left & {"error_sources", "neighbours", "ellipses"}

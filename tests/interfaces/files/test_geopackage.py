@@ -11,6 +11,7 @@ import pandas as pd
 import pyogrio
 import pytest
 from scipy.spatial import ConvexHull
+from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import geopackage
@@ -127,7 +128,7 @@ def test_block_without_system_warns_of_nothing(tmp_path, good_result):
     path = tmp_path / "block.gpkg"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        write_geopackage(replace(good_result, block=block), path)
+        write_geopackage(changed(good_result, block=block), path)
     assert (
         "Local system, not georeferenced"
         in pyogrio.read_info(path, layer="points")["crs"]
@@ -135,7 +136,7 @@ def test_block_without_system_warns_of_nothing(tmp_path, good_result):
 
 
 def test_result_without_residuals(tmp_path, good_result):
-    empty = replace(good_result, residuals=good_result.residuals.iloc[:0])
+    empty = changed(good_result, residuals=good_result.residuals.iloc[:0])
     write_geopackage(empty, tmp_path / "block.gpkg")
     assert len(read_layer(tmp_path / "block.gpkg", "residual_vectors")) == 0
 
@@ -164,7 +165,7 @@ def test_failure_of_gdal_is_a_file_error(tmp_path, good_result, monkeypatch):
 
 def test_names_that_differ_in_case_alone_are_told_apart(tmp_path, good_result):
     points = good_result.points.assign(EASTING=1.0, fid=2.0, Geom="g")
-    write_geopackage(replace(good_result, points=points), tmp_path / "block.gpkg")
+    write_geopackage(changed(good_result, points=points), tmp_path / "block.gpkg")
     layer = read_layer(tmp_path / "block.gpkg", "points")
     assert {"easting", "EASTING_2", "fid_2", "Geom_2"} <= set(layer.columns)
     assert distinct_names(["a", "A", "a_2", "A"]) == ["a", "A_2", "a_2_2", "A_3"]
@@ -212,7 +213,7 @@ def test_points_of_images_are_outlined(tmp_path, good_result):
         models=models,
         principal_distance_mm=153.0,
     )
-    result = replace(good_result, block=replace(block, low_flight=flight))
+    result = changed(good_result, block=replace(block, low_flight=flight))
     write_geopackage(result, tmp_path / "block.gpkg")
     layer = read_layer(tmp_path / "block.gpkg", "models")
     low = layer[layer["flight"] == "low_flight"]

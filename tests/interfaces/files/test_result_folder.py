@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import result_folder
@@ -28,6 +29,7 @@ FILES = {
     "block.gpkg",
     "report.html",
     "summary.txt",
+    "assessment.json",
     "provenance.json",
 }
 
@@ -102,6 +104,19 @@ def test_summary_and_report_are_those_of_the_result(folder, faulty_result):
     assert (folder / "report.html").read_text(encoding="utf-8").startswith("<!")
 
 
+def test_assessment_is_that_of_the_result(folder, faulty_result):
+    text = (folder / "assessment.json").read_text(encoding="utf-8")
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is no JSON")
+
+    said = json.loads(text, parse_constant=refuse)
+    assert said == faulty_result.assessment.to_dict()
+    assert list(said) == list(faulty_result.assessment.to_dict())
+    assert said["block"]["name"] == faulty_result.block.name
+    assert len(said["findings"]) == len(faulty_result.assessment.findings) > 0
+
+
 def test_provenance_vouches_for_the_other_files(folder):
     origin = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
     assert origin["outputs"] == {
@@ -134,7 +149,7 @@ def test_name_with_umlauts_blanks_and_commas(tmp_path, good_result):
     strange = 'Ö "7", 8'
     points = good_result.points.copy()
     points["point_id"] = [strange, *points["point_id"].iloc[1:]]
-    write_result(replace(good_result, points=points), tmp_path / "Ö aus, gabe")
+    write_result(changed(good_result, points=points), tmp_path / "Ö aus, gabe")
     back = pd.read_csv(tmp_path / "Ö aus, gabe" / "points.csv", dtype={"point_id": str})
     assert back["point_id"].iloc[0] == strange
 
@@ -144,7 +159,7 @@ def test_from_folder_to_folder(tmp_path, demo_block):
     write_block(demo_block, tmp_path / "block")
     for name in ("one", "two"):
         block = read_block(tmp_path / "block")
-        result = replace(densify(block), seconds=0.5)
+        result = densify(block)
         write_result(result, tmp_path / name)
     for path in (tmp_path / "one").iterdir():
         if path.name != "provenance.json":

@@ -7,6 +7,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pandas as pd
 import pytest
+from tests.changed_results import judged_before
 
 from einschalt.interfaces.reports.figures import block_map, precision_figure
 from einschalt.interfaces.reports.map_sheet import map_sheet, round_down
@@ -35,7 +36,7 @@ def enlarged(result, n_points):
     values[["easting", "northing"]] += error
     parts = {name: part[rows] for name, part in result.errors.parts.items()}
     errors = replace(result.errors, point_ids=points["point_id"], parts=parts)
-    return replace(result, points=points, single_values=values, errors=errors)
+    return judged_before(result, points=points, single_values=values, errors=errors)
 
 
 @pytest.mark.parametrize("draw", [block_map, precision_figure])
@@ -105,7 +106,7 @@ def test_names_are_not_read_as_formulas(good_result):
     values = good_result.single_values.assign(
         coverage=lambda v: v["coverage"] + " $\\frac <b>"
     )
-    said = texts(block_map(replace(good_result, single_values=values)))
+    said = texts(block_map(judged_before(good_result, single_values=values)))
     assert "new points: coverage 1 $\\frac <b> − 2 $\\frac <b>" in said
 
 
@@ -120,20 +121,20 @@ def test_names_are_not_read_as_formulas(good_result):
 def test_blocks_without_extent_still_have_a_map(points, good_result):
     facts = good_result.points.iloc[: len(points)].reset_index(drop=True)
     changed = facts.assign(role="new", **points.to_dict("list"))
-    result = replace(good_result, points=changed, errors=None)
+    result = judged_before(good_result, points=changed, errors=None)
     ET.fromstring(block_map(result))
     ET.fromstring(precision_figure(result))
 
 
 def test_no_points_no_figure(good_result):
-    empty = replace(good_result, points=good_result.points.iloc[:0], errors=None)
+    empty = judged_before(good_result, points=good_result.points.iloc[:0], errors=None)
     assert block_map(empty) == ""
     assert precision_figure(empty) == ""
 
 
 def test_one_coverage_has_no_vectors_at_new_points(good_result):
     values = good_result.single_values
-    result = replace(good_result, single_values=values[values["coverage"] == "1"])
+    result = judged_before(good_result, single_values=values[values["coverage"] == "1"])
     assert not any("coverage" in text for text in texts(block_map(result)))
 
 

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 
 import pandas as pd
 import pytest
+from tests.changed_results import changed, judged_before
 
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.densify import densify
@@ -63,7 +64,7 @@ def renamed(result):
     """The result with hostile names of block, points, models, coverages and file."""
     block = replace(result.block, name=HOSTILE, sources={"low_flight": HOSTILE})
     first = result.models["model_id"].iloc[-1]
-    return replace(
+    return changed(
         result,
         block=block,
         points=result.points.assign(
@@ -103,7 +104,7 @@ def test_hostile_names_stay_text(good_result):
 
 def test_page_has_verdict_problems_and_definitions(page, faulty_result):
     text = "".join(Page(render(faulty_result)).text)
-    assert verdict_on(faulty_result) in text
+    assert verdict_on(faulty_result.assessment) in text
     assert "3 of 30 models failed." in text
     assert "standard_error_paper is too small" in text
     assert "It sees only the uncorrelated part of the error." in text
@@ -126,7 +127,7 @@ def test_of_many_models_the_worst_are_shown_and_that_is_said(good_result):
         float("nan"),
     ]
     many.loc[8, "m_0"] = 9.0
-    page = Page(render(replace(good_result, models=many)))
+    page = Page(render(judged_before(good_result, models=many)))
     assert "The worst 100 of 600 models; the others stand in the tables." in page.text
     shown = [text for text in page.text if re.fullmatch(r"M\d+", text)]
     assert len(shown) == 100
@@ -139,7 +140,7 @@ def test_many_failures_are_cut_and_that_is_said(good_result):
         [["low_flight", "1", f"{k}", "stage", "reason", "remedy"] for k in range(300)],
         columns=good_result.failures.columns,
     )
-    page = Page(render(replace(good_result, failures=failures)))
+    page = Page(render(judged_before(good_result, failures=failures)))
     assert "The first 200 of 300 failures; the others stand in the tables." in page.text
 
 
@@ -157,7 +158,7 @@ def test_blocks_of_other_kinds_have_a_page(name, request):
 
 
 def test_a_block_without_points_has_a_page(good_result):
-    result = replace(
+    result = changed(
         good_result,
         points=good_result.points.iloc[:0],
         figures=replace(good_result.figures, n_new=0, n_check=0, n_control=0),
@@ -173,7 +174,7 @@ def oriented_result():
     rows = result.orientations.copy()
     rows.loc[3, ["verdict", "inflation", "reason"]] = ["weak", 2.5, "<a valley>"]
     rows.loc[5, ["verdict", "inflation", "reason"]] = ["critical", 99.0, "a cylinder"]
-    return replace(result, orientations=rows)
+    return changed(result, orientations=rows)
 
 
 def test_relative_orientations_stand_worst_first(oriented_result):
@@ -195,7 +196,7 @@ def test_relative_orientations_stand_worst_first(oriented_result):
 
 def test_many_orientations_are_cut_short(oriented_result):
     rows = pd.concat([oriented_result.orientations] * 3, ignore_index=True)
-    html = render(replace(oriented_result, orientations=rows))
+    html = render(changed(oriented_result, orientations=rows))
     assert f"The worst 50 of {len(rows)} models; the others stand in" in html
 
 

@@ -150,14 +150,15 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
     # a layout has no gross errors to look for
     settings = Settings(coverage_mean=coverage_mean, screening="off")
     result = densify(block, settings)
+    solution = result.solution
     if not (result.points["role"] == "new").any():
         raise GeometryError(
             "all points of the area would be control points",
             expected="some that are to be densified",
             remedy="Give a smaller spacing, or a larger area",
         )
-    point_ids = result.model_points["low_flight"]["point_id"]
-    of_values = _total(propagate_values(result.propagation, point_ids).covariance)
+    point_ids = solution.model_points["low_flight"]["point_id"]
+    of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
     values = _values(block, result, of_values)
     is_new = (result.points["role"] == "new").to_numpy()
     parts = {
@@ -172,8 +173,8 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
         figures=_figures(result, values, m_0),
         parts=parts,
         formula=design.after_kovarik(m_0),
-        n_high_models=len(result.high.transformation.models),
-        n_low_models=len(result.low.models),
+        n_high_models=len(solution.high.transformation.models),
+        n_low_models=len(solution.low.models),
         n_control=int(roles.get("control", 0)),
     )
 
