@@ -43,7 +43,8 @@ def errors_behind(before, after):
     found = []
     for name, errors in before.orientation_errors.items():
         old, new = (
-            r.model_points[name][["x", "y"]].to_numpy() for r in (before, after)
+            r.solution.model_points[name][["x", "y"]].to_numpy()
+            for r in (before, after)
         )
         for model in range(errors.n_models):
             rows = errors.model == model
