@@ -127,6 +127,7 @@ def _compute(task, progress):
         result,
         task.folder,
         overwrite=task.overwrite,
+        is_known=task.is_known,
         beside=True,
         write_more=lambda new: compare_with_previous(result.points, task.folder, new),
     )

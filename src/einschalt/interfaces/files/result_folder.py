@@ -139,13 +139,14 @@ DECIMALS = {
 }
 
 
-def output_of(block, *, overwrite=False) -> Output:
+def output_of(block, *, overwrite=False, is_known=False) -> Output:
     """Tell what densifying a block writes, and from what.
 
     Parameters
     ----------
     block : Block
-    overwrite : bool, optional
+    overwrite, is_known : bool, optional
+        As :class:`Output` has them.
 
     Returns
     -------
@@ -154,7 +155,8 @@ def output_of(block, *, overwrite=False) -> Output:
     signs = sorted(set(block.checksums.values()))
     inputs = digest(signs) if block.files else None
     source = Source("densify", block.name, block.files[:1], inputs)
-    return Output(source, RESULT_NAMES, InputFiles(block.files), overwrite)
+    options = {"overwrite": overwrite, "is_known": is_known}
+    return Output(source, RESULT_NAMES, InputFiles(block.files), **options)
 
 
 def write_result(
@@ -163,6 +165,7 @@ def write_result(
     *,
     ellipse_scale=None,
     overwrite=False,
+    is_known=False,
     beside=False,
     write_more=None,
 ):
@@ -178,6 +181,8 @@ def write_result(
         How much larger the confidence ellipses are drawn in block.gpkg.
     overwrite : bool, optional
         Replace what else lies there, inputs of the block excepted.
+    is_known : bool, optional
+        A batch has written results of the block there before.
     beside : bool, optional
         Write into a new folder beside it where it is refused, and say so.
     write_more : callable, optional
@@ -204,7 +209,7 @@ def write_result(
         write_text(staging / "summary.txt", lasting_summary(assessment))
         write_text(staging / ASSESSMENT, _json(assessment))
 
-    output = output_of(result.block, overwrite=overwrite)
+    output = output_of(result.block, overwrite=overwrite, is_known=is_known)
     write_folder(folder, output, provenance(result), write, beside=beside)
 
 
