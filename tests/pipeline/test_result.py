@@ -8,8 +8,13 @@ from tests.changed_results import changed
 import einschalt as es
 from einschalt.pipeline.assessment import examination
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.result import OF_TWO_STEPS, DensificationResult, Stopwatch
+from einschalt.pipeline.result import DensificationResult, Stopwatch
 from einschalt.pipeline.settings import Settings
+
+OF_TWO_STEPS = (
+    *("high", "low", "means", "model_points"),
+    *("propagation", "iteration", "screening"),
+)
 
 
 @pytest.fixture(scope="module")

@@ -33,8 +33,9 @@ class Stage(StrEnum):
     ERROR_PROPAGATION = "error propagation", 0.9, "stage4_error_propagation"
     DOUBLE_COVERAGE = "double coverage", 0.95, "stage5_double_coverage"
     SIMULTANEOUS_ADJUSTMENT = "simultaneous adjustment", 0.97
-    ASSESSMENT = "assessment", 0.98
     DONE = "done", 1.0
+    # after the computation, while results are made of it
+    ASSESSMENT = "assessment", 1.0
     WRITING = "writing", 1.0
 
     def __new__(cls, title, fraction, key=None):

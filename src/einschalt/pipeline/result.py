@@ -15,10 +15,19 @@ from einschalt.pipeline.densification.two_steps import TwoStepSolution
 from einschalt.pipeline.summary.summary import summarize
 from einschalt.stages.results import Result
 
-OF_TWO_STEPS = (
-    *("high", "low", "means", "model_points"),
-    *("propagation", "iteration", "screening"),
-)
+
+def _part_of_two_steps(name):
+    """A part of the two steps under the name that it had before it had a home."""
+
+    def part(self):
+        steps = getattr(self.solution, "two_step", self.solution)
+        where = "solution" if steps is self.solution else "solution.two_step"
+        message = f"result.{name} is now result.{where}.{name}"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return getattr(steps, name) if steps.is_possible else None
+
+    part.__doc__ = f"Deprecated: ``{name}`` of the solution in two steps."
+    return property(part)
 
 
 @dataclass
@@ -94,6 +103,14 @@ class DensificationResult(Result):
     ellipses = property(attrgetter("examination.ellipses"))
     confidence_ellipses = property(attrgetter("examination.confidence_ellipses"))
 
+    high = _part_of_two_steps("high")
+    low = _part_of_two_steps("low")
+    means = _part_of_two_steps("means")
+    model_points = _part_of_two_steps("model_points")
+    propagation = _part_of_two_steps("propagation")
+    iteration = _part_of_two_steps("iteration")
+    screening = _part_of_two_steps("screening")
+
     @cached_property
     def examination(self):
         """What the measurements say of the solution, each part computed when asked."""
@@ -130,17 +147,6 @@ class DensificationResult(Result):
     def seconds(self):
         """Time of everything that was computed, assessment included [s]."""
         return self.stopwatch.seconds
-
-    def __getattr__(self, name):
-        """Find parts of the two steps where they stood before they had a home."""
-        if name not in OF_TWO_STEPS:
-            message = f"{type(self).__name__!r} object has no attribute {name!r}"
-            raise AttributeError(message)
-        steps = getattr(self.solution, "two_step", self.solution)
-        where = "solution" if steps is self.solution else "solution.two_step"
-        message = f"result.{name} is now result.{where}.{name}"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        return getattr(steps, name, None)
 
     def to_statsmodels(self, model_id, coverage=None, *, flight="low_flight"):
         """Results object of statsmodels for one model of the two steps.

@@ -97,7 +97,7 @@ def test_one_adjustment_has_its_own_figure(demo_block):
     assert figure.column == TOTAL
     assert figure.factor == max(1.0, result.simultaneous.s_0)
     unknown = with_figures(result, mean_total=np.nan).examination.credible
-    assert unknown.reason is Reason.UNKNOWN
+    assert unknown.reason is Reason.ADJUSTED_UNKNOWN
 
 
 def test_a_block_without_control_errors_has_no_misfit(demo_block):

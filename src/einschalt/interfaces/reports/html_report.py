@@ -16,6 +16,7 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
+from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.summary.sections import flights, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 from einschalt.pipeline.summary.summary import sections
@@ -118,6 +119,8 @@ def _headline(result):
     if credible.is_lower_bound and np.isfinite(credible.value):
         text = "or worse, total: the stated precision is contradicted"
         shown.append((length(credible.value), text))
+    elif credible.reason is Reason.ADJUSTED_ENLARGED:
+        shown.append((length(credible.value), "total, enlarged by s_0"))
     elif np.isfinite(figures.mean_total):
         shown.append((length(figures.mean_total), "propagated, total"))
     if np.isfinite(figures.mean_paper):

@@ -29,7 +29,6 @@ from einschalt.pipeline.assessment.facts.known_points import (
 )
 from einschalt.pipeline.assessment.facts.model_deformation import (
     DeformationFacts,
-    deformation_facts,
 )
 from einschalt.pipeline.assessment.facts.moves import (
     DistributionFacts,
@@ -68,7 +67,7 @@ from einschalt.pipeline.assessment.plain_values import plain
 from einschalt.pipeline.assessment.tolerance import tolerance_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Assessment:
     """Everything that is to be known of a result besides its tables.
 
@@ -183,6 +182,6 @@ def _(examined: SimultaneousExamination):
         ),
         "precision": simultaneous_precision(examined),
         "iterations": None,
-        "deformation": deformation_facts(examined),
+        "deformation": examined.deformation,
         "control_strain": suspect_control_facts(examined),
     }

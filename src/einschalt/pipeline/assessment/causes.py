@@ -7,6 +7,7 @@ figure of a block. Each of these is a finding; the pair explains them.
 from dataclasses import replace
 
 from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.row_keys import MOST_NAMED
 
 MOST_EXCHANGES = 100
 # what a gross error in a model makes of the points that it holds
@@ -28,12 +29,9 @@ OF_BLOCK = frozenset(
         "claim_that_does_not_stand",
         "check_points_beyond_claim",
         "control_points_beyond_claim",
-        "shifted_block",
         "high_flight_that_misfits",
         "contradicted_propagation",
         "contradicted_budget",
-        "wrong_measuring_errors",
-        "contradicting_control",
     }
 )
 
@@ -60,7 +58,7 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     if not exchanges:
         return tuple(findings)
     points = {point for exchange in exchanges for point in exchange.model_points}
-    models = {exchange.model_id for exchange in exchanges}
+    models = {(exchange.flight, exchange.model_id) for exchange in exchanges}
     marked = tuple(
         replace(finding, explained_by="exchanged_names")
         if _follows(finding, points, models, is_coupled=is_coupled)
@@ -75,10 +73,14 @@ def _follows(finding, points, models, *, is_coupled):
     if finding.code in OF_BLOCK:
         return True
     if finding.code == "models_with_large_m_0":
-        return set(finding.names) <= models
+        return set(finding.facts["models"]) <= models
+    if finding.code == "wrong_measuring_errors":
+        return set(finding.names) <= {flight for flight, _ in models}
     if finding.code not in OF_POINTS:
         return False
-    return is_coupled or set(finding.names) <= points
+    # a list that was cut says nothing of the names that it leaves out
+    is_whole = len(finding.names) < MOST_NAMED
+    return is_coupled or (is_whole and set(finding.names) <= points)
 
 
 def _exchanged_names(exchanges, explained):

@@ -33,6 +33,7 @@ class Reason(StrEnum):
     BUDGET = "budget"  # nothing else is known, and nothing contradicts it
     BUDGET_CONTRADICTED = "budget_contradicted"
     ADJUSTED = "adjusted"  # that of the simultaneous adjustment
+    ADJUSTED_UNKNOWN = "adjusted_unknown"
     ADJUSTED_ENLARGED = "adjusted_enlarged"  # its residuals show larger errors
     ADJUSTED_CONTRADICTED = "adjusted_contradicted"  # known points or residuals do
     UNKNOWN = "unknown"
@@ -110,13 +111,19 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     CredibleFigure
         Its own figure, enlarged by s_0 or by the differences at known points where
         chance does not explain them; as a lower bound where more than the size of the
-        random errors must be wrong.
+        random errors must be wrong, deformed models among it.
     """
     total, s_0 = examined.figures.mean_total, float(examined.adjustment.s_0)
     known = (examined.known_check, examined.known_control)
     ratios = [part.ratio for part in known if part.are_beyond]
-    is_refuted = bool(ratios) or s_0 > LARGEST_S_0 or examined.keeps_wrong_control
-    if is_large_s_0(examined.adjustment):
+    is_large = is_large_s_0(examined.adjustment)
+    is_refuted = (
+        bool(ratios)
+        or (is_large and s_0 > LARGEST_S_0)
+        or examined.keeps_wrong_control
+        or examined.is_deformed
+    )
+    if is_large:
         ratios.append(s_0)
     enlargement = max([1.0, *ratios])
     return CredibleFigure(
@@ -131,7 +138,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
 
 def _reason(total, *, is_refuted, is_enlarged):
     if not np.isfinite(total):
-        return Reason.UNKNOWN
+        return Reason.ADJUSTED_UNKNOWN
     if is_refuted:
         return Reason.ADJUSTED_CONTRADICTED
     return Reason.ADJUSTED_ENLARGED if is_enlarged else Reason.ADJUSTED

@@ -35,6 +35,10 @@ from einschalt.pipeline.assessment.evidence.variance_components import (
     can_tell_components,
     estimate_components,
 )
+from einschalt.pipeline.assessment.facts.model_deformation import (
+    FOR_TWO_STEPS,
+    deformation_facts,
+)
 from einschalt.pipeline.assessment.known_points import check_points, control_points
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
@@ -55,7 +59,7 @@ RELIABILITY_COLUMNS = [
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Examination(PrecisionTables):
     """What can be asked of a solution, whichever way it was computed.
 
@@ -248,6 +252,17 @@ class SimultaneousExamination(Examination):
         # the paper's budget is that of two steps
         return TOTAL if np.isfinite(self.figures.mean_total) else PAPER
 
+    @cached_property
+    def deformation(self):
+        """Deformations of the models and which way to believe, DeformationFacts."""
+        return deformation_facts(self)
+
+    @property
+    def is_deformed(self):
+        """Whether models are deformed in a way that the adjustment accumulates."""
+        found = self.deformation
+        return found is not None and found.belief in FOR_TWO_STEPS
+
     @property
     def keeps_wrong_control(self):
         """Whether control that contradicts all models takes part all the same."""
@@ -280,7 +295,7 @@ class SimultaneousExamination(Examination):
         return self.adjustment.residuals[RELIABILITY_COLUMNS]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NothingExamined:
     """What can be asked where the two steps are not possible: nothing shows."""
 

@@ -1,6 +1,6 @@
 """All models of all flights in one adjustment, with the two steps beside it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from operator import attrgetter
 
 from einschalt.foundations.errors import GeometryError
@@ -26,7 +26,7 @@ from einschalt.pipeline.progress import Stage
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SimultaneousSolution(Solution):
     """Points of a block from one adjustment of all its models.
 
@@ -39,7 +39,7 @@ class SimultaneousSolution(Solution):
     """
 
     adjustment: BlockAdjustment
-    two_step: TwoStepSolution | WithoutTwoSteps = field(repr=False)
+    two_step: TwoStepSolution | WithoutTwoSteps
 
     single_values = property(attrgetter("two_step.single_values"))
     approximations = property(attrgetter("two_step.approximations"))

@@ -9,7 +9,7 @@ from einschalt.pipeline.densification.figures import BlockFigures
 from einschalt.pipeline.settings import Settings
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Solution:
     """Points of a block with everything that led to them, whichever way it was.
 

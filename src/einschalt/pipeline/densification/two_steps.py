@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from einschalt.foundations import tables
 from einschalt.pipeline.densification.coverage_screening import (
     screen_block,
     with_suspects,
@@ -53,7 +54,7 @@ PLANE_POINT = ["point_id", "easting", "northing"]
 VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TwoStepSolution(Solution):
     """Points of a block in the two steps of 1971.
 
@@ -103,13 +104,35 @@ class TwoStepSolution(Solution):
         """Values of the single coverages of a point, DataFrame, see ``screening``."""
         return self.screening.table
 
+    def ground_of(self, flight):
+        """Points that the models of a flight were first fitted onto, a DataFrame."""
+        control = self.block.control_points
+        if flight == HIGH:
+            return control[control["role"] == "control"]
+        points = self.approximations
+        if control is None:
+            return points
+        check = control.loc[control["role"] == "check", "point_id"]
+        return points[~points["point_id"].isin(check)]
+
+    def first_fit(self, flight):
+        """Transformation of a flight, of several passes the first."""
+        if flight == HIGH:
+            return self.high.transformation
+        return self.low if self.iteration is None else self.iteration.passes[0].low
+
+    def first_models(self, flight):
+        """Usable models of the first fit of a flight, a DataFrame."""
+        models = tables.with_coverage(self.first_fit(flight).models)
+        return models[models["is_usable"].astype(bool)]
+
     @property
     def iterations(self):
         """How far the points moved in each further pass, a DataFrame; see Iteration."""
         return no_moves() if self.iteration is None else self.iteration.moves
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class WithoutTwoSteps:
     """A block whose control is too little for the two steps: its tables have no rows.
 

@@ -251,7 +251,7 @@ class PointOperator:
 
     def finite(self):
         """Put 0 in the place of what is no number."""
-        matrix = self.matrix.tocsr()
+        matrix = self.matrix.tocsr(copy=True)
         matrix.data = np.nan_to_num(matrix.data)
         return PointOperator((matrix,), self.axes)
 

@@ -62,6 +62,21 @@ def test_a_pair_in_the_high_flight_is_named():
     assert set(found[0].points) == set(pair)
 
 
+def test_control_exchanged_with_a_new_point_is_named(demo_block):
+    # the new point is not known on the ground of the high flight
+    points = demo_block.high_flight.model_points
+    model = tuple(points.loc[points.index[0], ["coverage", "model_id"]])
+    is_model = (points["coverage"] == model[0]) & (points["model_id"] == model[1])
+    is_known = points["point_id"].isin(demo_block.control_points["point_id"])
+    names = points["point_id"]
+    pair = (names[is_model & is_known].iloc[0], names[is_model & ~is_known].iloc[0])
+    block = with_exchange(demo_block, "high_flight", model, pair)
+    result = densify(block, block.settings.updated({"outliers": "snoop"}))
+    (exchange,) = find_exchanged_names(result.solution)
+    assert set(exchange.points) == set(pair)
+    assert "Exchanged names" in result.summary()
+
+
 def test_good_blocks_and_other_gross_errors_have_none(demo_block, good_result):
     assert find_exchanged_names(good_result.solution) == ()
     flight = demo_block.low_flight

@@ -34,7 +34,7 @@ class ExchangedNames:
     points : tuple of str
         The two names.
     apart : float
-        Distance of the two points [m].
+        Distance of the two points [m]; NaN where one has no coordinates.
     m_0, m_0_exchanged : float
         Of the model as it was measured, and with the names put right, TOTAL [m].
     model_points : tuple of str
@@ -68,7 +68,7 @@ def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
         for name, flight in solution.block.flights.items()
         for exchange in _in_flight(solution, name, flight.transformation)
     ]
-    return tuple(sorted(found, key=lambda exchange: -exchange.apart))
+    return tuple(sorted(found, key=lambda e: -np.nan_to_num(e.apart)))
 
 
 def _in_flight(solution, name, kind):
@@ -80,7 +80,7 @@ def _in_flight(solution, name, kind):
     if pairs.empty:
         return []
     measured = tables.with_coverage(solution.model_points[name])
-    ground = _ground(solution, name)
+    ground = solution.ground_of(name)
     as_measured = _variants(measured, worst[MODEL].drop_duplicates())
     before = _m_0(as_measured, ground, kind)
     trials = pairs.assign(
@@ -92,7 +92,9 @@ def _in_flight(solution, name, kind):
     is_found = (best["m_0"] <= LARGE_M_0 * usual) & (
         best["before"] >= LEAST_IMPROVEMENT * best["m_0"]
     )
-    place = ground.set_index("point_id")[["easting", "northing"]]
+    # computed coordinates only where the points are not known on the ground
+    known = pd.concat([ground, solution.points]).drop_duplicates("point_id")
+    place = known.set_index("point_id")[["easting", "northing"]]
     return [
         _exchange(name, row, place, measured) for row in best[is_found].itertuples()
     ]
@@ -118,8 +120,7 @@ def _worst_points(solution, name):
 
 
 def _models_that_fit_badly(solution, name):
-    models = solution.models
-    models = models[(models["flight"] == name) & models["is_usable"].astype(bool)]
+    models = solution.first_models(name)
     is_bad = models["m_0"] > LARGE_M_0 * models["m_0"].median()
     return pd.MultiIndex.from_frame(models.loc[is_bad, MODEL])
 
@@ -148,20 +149,11 @@ def _by_model(worst, m_0):
 
 
 def _usual_m_0(solution, name, worst):
-    """Median m_0 of the models of the flight that have no suspect."""
-    models = solution.models
-    models = models[(models["flight"] == name) & models["is_usable"].astype(bool)]
+    """Median m_0 of the models of the flight that hold nothing wrong."""
+    models = solution.first_models(name)
     suspect = pd.MultiIndex.from_frame(worst[MODEL])
     is_good = ~pd.MultiIndex.from_frame(models[MODEL]).isin(suspect)
     return float(models.loc[is_good, "m_0"].median())
-
-
-def _ground(solution, name):
-    """What the models of a flight were fitted onto."""
-    control = solution.block.control_points
-    if name == "high_flight":
-        return control[control["role"] == "control"]
-    return solution.approximations
 
 
 def _exchange(name, row, place, measured):
@@ -174,7 +166,7 @@ def _exchange(name, row, place, measured):
         coverage=row.coverage,
         model_id=row.model_id,
         points=tuple(pair),
-        apart=float(np.hypot(*np.diff(place.loc[pair].to_numpy(), axis=0)[0])),
+        apart=float(np.hypot(*np.diff(place.reindex(pair).to_numpy(), axis=0)[0])),
         m_0=float(row.before),
         m_0_exchanged=float(row.m_0),
         model_points=tuple(measured.loc[is_in_model, "point_id"]),

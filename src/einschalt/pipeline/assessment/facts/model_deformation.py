@@ -21,6 +21,13 @@ class Belief(StrEnum):
     NO_DEFORMATION = "no deformation shows"
 
 
+FOR_TWO_STEPS = (
+    Belief.CHECK_POINTS_TWO_STEPS,
+    Belief.DEFORMATION_LEFT,
+    Belief.MODELS_DIFFER,
+)
+
+
 @dataclass(frozen=True)
 class FlightDeformation:
     """The deformation that the models of one flight share.

@@ -110,6 +110,8 @@ class SimultaneousPrecision:
         Propagated, TOTAL, RMS [m].
     two_steps : Figures or None
         None where the two steps are not possible.
+    impossible : str
+        Why they are not; empty where they are.
     comparison : Comparison or None
         None where no point was computed both ways.
     n_new, n_coverages : int
@@ -131,6 +133,7 @@ class SimultaneousPrecision:
 
     total: float
     two_steps: Figures | None
+    impossible: str
     comparison: Comparison | None
     n_new: int
     n_coverages: int
@@ -217,6 +220,7 @@ def simultaneous_precision(examined) -> SimultaneousPrecision:
     return SimultaneousPrecision(
         total=figures.mean_total,
         two_steps=_mean_figures(beside.figures) if beside.is_possible else None,
+        impossible="" if beside.is_possible else beside.reason,
         comparison=_comparison(examined.points),
         n_new=figures.n_new,
         n_coverages=examined.block.low_flight.n_coverages,

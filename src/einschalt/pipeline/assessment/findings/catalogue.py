@@ -41,6 +41,7 @@ ORDER = (
     "models_upside_down",
     "claim_that_does_not_stand",
     "adjustment_that_misfits",
+    "deformed_models",
     "block_that_shrinks",
     "drift_without_control",
     "iterations_that_spoil",

@@ -153,9 +153,8 @@ def corrections_that_spoil(two_step):
     for name, flight in two_step.block.flights.items():
         if flight.y_parallaxes is None:
             continue
-        is_low = name == "low_flight"
-        fit = two_step.low if is_low else two_step.high.transformation
-        ground = _ground(two_step, name)
+        fit = two_step.solution.first_fit(name)
+        ground = two_step.solution.ground_of(name)
         without = transform_models(flight.points_to_fit, ground, flight.transformation)
         if fit.m_0_plan > SPOILT * without.m_0_plan:
             return _spoilt(name, float(fit.m_0_plan), float(without.m_0_plan))
@@ -185,18 +184,6 @@ def _spoilt(flight, corrected, uncorrected):
             "m_0_uncorrected": uncorrected,
         },
     )
-
-
-def _ground(examined, flight):
-    """Points that the models of a flight are transformed onto: no check points."""
-    control = examined.block.control_points
-    if flight == "high_flight":
-        return control[control["role"] == "control"]
-    points = examined.approximations
-    if control is None:
-        return points
-    check = control.loc[control["role"] == "check", "point_id"]
-    return points[~points["point_id"].isin(check)]
 
 
 def models_upside_down(examined):

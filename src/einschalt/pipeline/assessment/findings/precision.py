@@ -110,9 +110,37 @@ def adjustment_that_misfits(adjusted):
     )
 
 
+def deformed_models(adjusted):
+    """Models that are deformed, which one adjustment of all accumulates."""
+    if not adjusted.is_deformed:
+        return None
+    found = adjusted.deformation
+    probabilities = [flight.p_value for flight in found.flights]
+    return Finding(
+        "deformed_models",
+        Subject.BLOCK,
+        Gravity.GRAVE,
+        statistic="deformation of the models",
+        observed=max(flight.size_edge for flight in found.flights),
+        expected=0.0,
+        probability=float(np.nanmin([1.0, *probabilities])),
+        remedy="believe_the_two_steps",
+        facts={
+            "belief": found.belief.name.lower(),
+            "check_rms_simultaneous": found.check_rms_simultaneous,
+            "check_rms_two_steps": found.check_rms_two_steps,
+        },
+    )
+
+
 def _rms(values):
     return float(np.sqrt(np.mean(values**2)))
 
 
 TWO_STEP = (imprecise_points,)
-SIMULTANEOUS = (imprecise_points, block_that_shrinks, adjustment_that_misfits)
+SIMULTANEOUS = (
+    imprecise_points,
+    block_that_shrinks,
+    adjustment_that_misfits,
+    deformed_models,
+)

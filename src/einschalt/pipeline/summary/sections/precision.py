@@ -85,7 +85,7 @@ TWO_STEPS = (
     "two steps: approximate coordinates from the high flight, the low flight onto them "
     "(two_step_easting, two_step_northing)."
 )
-IMPOSSIBLE = "The two-step way is not possible in this block: too little control."
+IMPOSSIBLE = "The two-step way is not possible in this block: {}"
 UNSTATED = "No standard errors are given: {}."
 SHOWN = "(standard errors that the residuals show)"
 BLIND = "It does not see errors that all models share: look at the model deformation"
@@ -293,7 +293,7 @@ def _adjusted_heights(facts):
 
 def _two_ways(facts):
     if facts.two_steps is None:
-        return (IMPOSSIBLE,)
+        return (IMPOSSIBLE.format(" ".join(facts.impossible.split())),)
     if (apart := facts.comparison) is None:
         return (TWO_STEPS,)
     differ = (

@@ -38,7 +38,7 @@ def _explained(codes):
     if not codes:
         return ()
     said = "; ".join(_title(code) for code in dict.fromkeys(codes))
-    return (f"It explains {count(len(codes), 'further finding')}: {said}.",)
+    return (f"{count(len(codes), 'further finding')} may follow from it: {said}.",)
 
 
 def _title(code):

@@ -9,6 +9,9 @@ REMEDIES = {
     "measure_more_control_there": (
         "Measure more control there, spread over the model, or do without these points"
     ),
+    "believe_the_two_steps": (
+        'Believe the two steps, or set model_deformation = "modelled"'
+    ),
     "look_for_names_control_and_units": (
         "Look for exchanged names, wrong control and wrong units"
     ),
@@ -60,7 +63,34 @@ def adjustment_that_misfits(finding):
     )
 
 
+DEFORMED = {
+    "check_points_two_steps": (
+        "The check points agree better with the two steps ({two_steps}, simultaneous "
+        "{simultaneous}; total, RMS)"
+    ),
+    "deformation_left": (
+        "The models of a flight share a deformation that is not modelled: the "
+        "simultaneous adjustment accumulates it"
+    ),
+    "models_differ": (
+        "Models are deformed, each in its own way: the simultaneous adjustment "
+        "accumulates that"
+    ),
+}
+
+
+def deformed_models(finding):
+    """Why the two steps are to be believed."""
+    facts = finding.facts
+    problem = DEFORMED[facts["belief"]].format(
+        two_steps=length(facts["check_rms_two_steps"]),
+        simultaneous=length(facts["check_rms_simultaneous"]),
+    )
+    return Suggestion(problem, REMEDIES[finding.remedy])
+
+
 WORDS = {
+    "deformed_models": deformed_models,
     "adjustment_that_misfits": adjustment_that_misfits,
     "imprecise_points": imprecise_points,
     "block_that_shrinks": block_that_shrinks,
