@@ -137,7 +137,7 @@ def densify(block, settings=None, *, progress=None):
 
     See Also
     --------
-    einschalt.pipeline.densify.densify : the five calls behind it.
+    einschalt.pipeline.densify.densify : the calls behind it.
     """
     if not isinstance(block, checked.Block):
         raise SettingsError(

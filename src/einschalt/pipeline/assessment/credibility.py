@@ -181,7 +181,7 @@ def has_credible_propagation(examined) -> bool:
 
     Parameters
     ----------
-    examined : DensificationResult
+    examined : Examination
         In two steps.
 
     Returns
@@ -250,7 +250,7 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
 
     Parameters
     ----------
-    examined : DensificationResult
+    examined : Examination
 
     Returns
     -------

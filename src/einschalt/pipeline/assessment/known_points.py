@@ -70,7 +70,7 @@ def check_points(examined) -> KnownPoints:
 
     Parameters
     ----------
-    examined : DensificationResult
+    examined : Examination
 
     Returns
     -------
@@ -85,7 +85,7 @@ def control_points(examined) -> KnownPoints:
 
     Parameters
     ----------
-    examined : DensificationResult
+    examined : Examination
 
     Returns
     -------

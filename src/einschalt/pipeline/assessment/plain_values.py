@@ -7,8 +7,8 @@ from enum import Enum
 import numpy as np
 import pandas as pd
 
-# arrays of drawn errors are no result: a figure is made of them
-LEFT_OUT = "is_plain"
+# of a field; arrays of drawn errors are no result, a figure is made of them
+IS_PLAIN = "is_plain"
 
 
 def plain(value):
@@ -51,7 +51,7 @@ def plain(value):
 
 def _plain_collection(value):
     if is_dataclass(value):
-        shown = (f for f in fields(value) if f.metadata.get(LEFT_OUT, True))
+        shown = (f for f in fields(value) if f.metadata.get(IS_PLAIN, True))
         return {f.name: plain(getattr(value, f.name)) for f in shown}
     if isinstance(value, pd.DataFrame):
         return [plain(row) for row in value.to_dict("records")]

@@ -364,7 +364,7 @@ def assumed_after_iteration(result):
 
     Parameters
     ----------
-    result : DensificationResult
+    result : TwoStepSolution
 
     Returns
     -------

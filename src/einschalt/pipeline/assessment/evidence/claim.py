@@ -169,37 +169,37 @@ LEFT_OUT = "control points, each left out"
 KNOWN = {"check": "check points", "control": "control points"}
 
 
-def examine_claim(result) -> Claim:
+def examine_claim(examined) -> Claim:
     """Test what was measured against what the claimed figures predict.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
     Claim
     """
-    model = result.error_model
-    if model is None or not result.low.fit.redundancy.any():
+    model = examined.error_model
+    if model is None or not examined.low.fit.redundancy.any():
         return UNTESTED
     rows = max(model.low.measured.shape[0], 1)
     n_draws = int(np.clip(NUMBERS_AT_ONCE // rows, FEWEST_DRAWS, MOST_DRAWS))
-    return _Examination(result, model, n_draws).claim()
+    return _ClaimTests(examined, model, n_draws).claim()
 
 
-class _Examination:
+class _ClaimTests:
     """A block and draws from its model of errors."""
 
-    def __init__(self, result, model: ErrorModel, n_draws):
-        self.result, self.model = result, model
+    def __init__(self, examined, model: ErrorModel, n_draws):
+        self.examined, self.model = examined, model
         self.drawn = model.draw(n_draws, seed=0)
 
     def claim(self):
         """Make all tests."""
         of_residuals, field = self._residuals()
         tests = (
-            self._coverages(COVERAGES, self.result.means, self.drawn.low),
+            self._coverages(COVERAGES, self.examined.means, self.drawn.low),
             self._high_coverages(),
             *of_residuals,
             self._left_out_control(),
@@ -215,11 +215,11 @@ class _Examination:
     def _assumption(self):
         if not self.model.is_assumed:
             return ""
-        is_given = self.result.high is None
+        is_given = self.examined.high is None
         return "independent_approximations" if is_given else "perfect_orientations"
 
     def _against_paper(self):
-        differences = coverage_differences(self.result.means).needed().table
+        differences = coverage_differences(self.examined.means).needed().table
         good = self._without_suspects(differences["point_id"])
         d = differences[DIFFERENCES].to_numpy()[good]
         error = differences["standard_error_paper"].to_numpy()[good]
@@ -237,7 +237,9 @@ class _Examination:
     def _high_coverages(self):
         if self.drawn.high is None:
             return None
-        return self._coverages(COVERAGES_HIGH, self.result.high.means, self.drawn.high)
+        return self._coverages(
+            COVERAGES_HIGH, self.examined.high.means, self.drawn.high
+        )
 
     def _coverages(self, name, means, drawn):
         differences = coverage_differences(means).needed()
@@ -251,20 +253,20 @@ class _Examination:
         return _test_of_size(name, table[DIFFERENCES].to_numpy()[good], of_draws)
 
     def _without_suspects(self, point_ids):
-        points = self.result.points
+        points = self.examined.points
         suspects = points.loc[points["is_suspect"], "point_id"]
         return _good(point_ids.isin(suspects).to_numpy())
 
     def _residuals(self):
         """Size of the residuals, and likeness of neighbours; with their field."""
         model = self.model
-        means = mean_residuals(self.result, model, MOST_SUSPECTS)
+        means = mean_residuals(self.examined, model, MOST_SUSPECTS)
         if len(means.vectors) < FEWEST_POINTS:
             return (), None
         drawn = means.of_values.apply(self.drawn.low)
         of_draws = model.axes.plan(drawn - means.of_ground.apply(self.drawn.ground))
         size = _test_of_size(RESIDUALS, means.vectors, of_draws)
-        if model.is_assumed and self.result.block.approximate_m_0_m is not None:
+        if model.is_assumed and self.examined.block.approximate_m_0_m is not None:
             # errors that neighbours share leave small residuals: both tails
             p_value = 2.0 * min(size.p_value, 1.0 - size.p_value)
             size = replace(size, p_value=p_value)
@@ -283,36 +285,38 @@ class _Examination:
 
     def _left_out_control(self):
         """Control points of the high flight predicted from all the others."""
-        left_out = self.result.left_out_control
+        left_out = self.examined.left_out_control
         if left_out is None:
             return None
         drawn = apply_chains(self.drawn.sources, left_out.chains)
         of_draws = self.model.axes.plan(drawn)
-        good = _good(self.result.control_left_out["is_suspect"].to_numpy())
+        good = _good(self.examined.control_left_out["is_suspect"].to_numpy())
         return _test_of_size(LEFT_OUT, left_out.differences[good], of_draws[good])
 
     def _roles(self):
         """Roles of known points that took no part in the result."""
-        took_part = self.result.high is not None or self.result.iteration is not None
+        took_part = (
+            self.examined.high is not None or self.examined.iteration is not None
+        )
         return ("check",) if took_part else KNOWN
 
     def _known_points(self, role):
         """Densified less given coordinates, which have errors of their own."""
-        result, model = self.result, self.model
-        given = result.block.control_points
+        examined, model = self.examined, self.model
+        given = examined.block.control_points
         if given is None or "standard_error_m" not in given:
             return None
-        observed, roles = _known(result)
+        observed, roles = _known(examined)
         rows = np.flatnonzero((roles == role) & np.isfinite(observed).all(axis=1))
         picked = (selection(rows, len(observed), model.axes) @ model.final).formed()
         of_points = model.axes.plan(picked.apply(self.drawn.low))
-        names = result.means.points["point_id"].to_numpy(dtype=object)[rows]
+        names = examined.means.points["point_id"].to_numpy(dtype=object)[rows]
         of_given = self._given_errors(names)
         return _test_of_size(KNOWN[role], observed[rows], of_points - of_given)
 
     def _given_errors(self, point_ids):
         """Draws of the errors of given coordinates."""
-        given = self.result.block.control_points
+        given = self.examined.block.control_points
         place = encode(given["point_id"]).locate(encode(point_ids))
         if CONTROL in self.drawn.sources:
             return self.model.axes.plan(self.drawn.sources[CONTROL])[place]
@@ -328,20 +332,20 @@ def _good(is_suspect):
     return ~is_suspect
 
 
-def _known(result):
+def _known(examined):
     """Densified less given coordinates, before residuals were distributed; roles.
 
     A control point whose given coordinates are its approximate ones is none: it took
     part.
     """
     plan = list(PLAN)
-    points = result.means.points
-    given = result.block.control_points.set_index("point_id")
+    points = examined.means.points
+    given = examined.block.control_points.set_index("point_id")
     given = given.reindex(points["point_id"])
     differences = points[plan].to_numpy() - given[plan].to_numpy(dtype=float)
     role = given["role"].to_numpy(dtype=object)
-    if result.high is None:
-        approximate = result.block.approximate_points.set_index("point_id")[plan]
+    if examined.high is None:
+        approximate = examined.block.approximate_points.set_index("point_id")[plan]
         apart = approximate.reindex(points["point_id"]).to_numpy() - given[plan]
         is_same = np.hypot(*apart.to_numpy(dtype=float).T) < LEAST_APART
         role[is_same] = "approximate"

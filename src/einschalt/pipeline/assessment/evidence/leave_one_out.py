@@ -67,12 +67,12 @@ class LeftOutControl:
         return float(np.mean(self.squares) / 2.0)
 
 
-def leave_out_control(result):
+def leave_out_control(examined):
     """Predict each control point of the high flight from all the others.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
@@ -81,13 +81,13 @@ def leave_out_control(result):
         known. Points without which a model is not determined are not
         among them.
     """
-    model = result.error_model
-    if result.iteration is not None or model is None or model.high is None:
+    model = examined.error_model
+    if examined.iteration is not None or model is None or model.high is None:
         return None
-    parts = _Prediction(result, model)
+    parts = _Prediction(examined, model)
     if not len(parts.rows):
         return None
-    names = result.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
+    names = examined.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
     chains = parts.chains()
     found = propagate(names, chains, model.standard_errors)
     covariance = found.covariance[:, : len(PLAN), : len(PLAN)]
@@ -139,15 +139,15 @@ class _Prediction:
     flight: what its models become without the point.
     """
 
-    def __init__(self, result, model):
-        self.result, self.model, self.axes = result, model, model.axes
-        high = result.high.transformation
+    def __init__(self, examined, model):
+        self.examined, self.model, self.axes = examined, model, model.axes
+        high = examined.high.transformation
         self.high_fit = _Fitted(high.observed, model.high.operator)
         self.control_of_fitted = model.high.places[high.observed.ground_rows]
-        control = encode(result.block.control_points["point_id"])
+        control = encode(examined.block.control_points["point_id"])
         self.n_control = len(control)
-        at_final = encode(result.means.points["point_id"]).locate(control)
-        at_ground = encode(result.high.points["point_id"]).locate(control)
+        at_final = encode(examined.means.points["point_id"]).locate(control)
+        at_ground = encode(examined.high.points["point_id"]).locate(control)
         is_used = np.zeros(self.n_control, dtype=bool)
         is_used[self.control_of_fitted] = True
         is_used[self.control_of_fitted[~self.high_fit.is_spare]] = False
@@ -161,7 +161,7 @@ class _Prediction:
         at_rows = selection(at_final[self.rows], final.n_points, self.axes)
         picked = (at_rows @ final).formed()
         used = picked.used_sources
-        low_fit = _Fitted(self.result.low.observed, self.model.low, used)
+        low_fit = _Fitted(self.examined.low.observed, self.model.low, used)
         is_bound = picked.depends_on(low_fit.rows[~low_fit.is_spare])
         self.rows, self.used = self.rows[~is_bound], used
         keep = selection(np.flatnonzero(~is_bound), len(is_bound), self.axes)
@@ -207,17 +207,17 @@ class _Prediction:
 
     def differences(self):
         """Predicted less given coordinates, shape (n_points, 2) [m]."""
-        result = self.result
+        examined = self.examined
         names = list(self.axes.names)
-        given = result.block.control_points[names].to_numpy(dtype=float)[self.rows]
+        given = examined.block.control_points[names].to_numpy(dtype=float)[self.rows]
         origin = given.mean(axis=0)
-        points = result.model_points[LOW]
+        points = examined.model_points[LOW]
         values = np.zeros((len(points), len(names)))
-        fitted = result.low.transform(points.iloc[self.used])
+        fitted = examined.low.transform(points.iloc[self.used])
         values[self.used] = fitted[names].to_numpy() - origin
-        ground = result.high.points[names].to_numpy() - origin
+        ground = examined.high.points[names].to_numpy() - origin
         # models that are not usable have no part, but would spread their NaN
-        misfits = np.nan_to_num(result.high.transformation.fit.residuals)
+        misfits = np.nan_to_num(examined.high.transformation.fit.residuals)
         found = (
             self.of_values.of_vectors(values)
             + self.of_ground.of_vectors(ground)

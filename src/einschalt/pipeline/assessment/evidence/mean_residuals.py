@@ -36,12 +36,12 @@ class MeanResiduals:
     of_ground: PointOperator
 
 
-def mean_residuals(result, model, most_suspects) -> MeanResiduals:
+def mean_residuals(examined, model, most_suspects) -> MeanResiduals:
     """Average the residuals of the low flight over the models of each point.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
     model : ErrorModel
         Of it.
     most_suspects : float
@@ -51,9 +51,9 @@ def mean_residuals(result, model, most_suspects) -> MeanResiduals:
     -------
     MeanResiduals
     """
-    low = result.low
+    low = examined.low
     observed = low.observed
-    is_good = _is_good(result, most_suspects)
+    is_good = _is_good(examined, most_suspects)
     rows, onto = observed.row_numbers[is_good], observed.ground_rows[is_good]
     places = model.places[onto]
     distinct, group = np.unique(places, return_inverse=True)
@@ -69,9 +69,9 @@ def mean_residuals(result, model, most_suspects) -> MeanResiduals:
     )
 
 
-def _is_good(result, most_suspects):
+def _is_good(examined, most_suspects):
     """Observations of usable models with redundancy that are no suspects."""
-    low = result.low
+    low = examined.low
     observed = low.observed
     is_usable = low.models["is_usable"].to_numpy() & (low.fit.redundancy > 0)
     usable = np.repeat(is_usable, np.diff(observed.start))

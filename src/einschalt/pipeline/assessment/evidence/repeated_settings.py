@@ -20,12 +20,12 @@ POINT_COLUMNS = [*MODEL, "point_id", "n_settings", "spread_um", "p_value"]
 MIN_REPORTED_RATIO = 1.10
 
 
-def m_g_of_repeated_settings(result):
+def m_g_of_repeated_settings(examined):
     """Compare the m_g of each flight with what repeated settings say.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
@@ -37,9 +37,9 @@ def m_g_of_repeated_settings(result):
         it, and it is worth a word). A smaller m_g is no contradiction, since the given
         one holds film, lens and model as well. No rows where nothing was set twice.
     """
-    points = spread_of_points(result)
+    points = spread_of_points(examined)
     rows = [
-        _of_flight(name, found, result.block.flights[name].m_g_um)
+        _of_flight(name, found, examined.block.flights[name].m_g_um)
         for name, found in points.groupby("flight", sort=False)
     ]
     return pd.DataFrame(rows, columns=COLUMNS).astype(
@@ -66,12 +66,12 @@ def _p_value(spread_um, m_g_um, redundancy):
     return ratio_p_value(spread_um / m_g_um, 2.0 * redundancy)
 
 
-def spread_of_points(result):
+def spread_of_points(examined):
     """How far the settings of each point lie apart, in the image plane.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
@@ -81,8 +81,8 @@ def spread_of_points(result):
         times in usable models.
     """
     parts = [
-        _points_of(name, flight, result.models)
-        for name, flight in result.block.flights.items()
+        _points_of(name, flight, examined.models)
+        for name, flight in examined.block.flights.items()
         if not flight.has_images and SPREAD in flight.model_points
     ]
     return pd.concat([pd.DataFrame(columns=POINT_COLUMNS), *parts], ignore_index=True)

@@ -118,12 +118,12 @@ class SystematicPatterns:
     strain: NetworkStrain | None
 
 
-def find_patterns(result):
+def find_patterns(examined):
     """Look for affinity of film and for strain of the control points.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
         The sizes of measuring errors that it estimates are used instead of those that
         were given.
 
@@ -132,7 +132,7 @@ def find_patterns(result):
     SystematicPatterns
         Without any where the errors of the block cannot be propagated.
     """
-    block, model, components = result.block, result.propagation, result.components
+    block, model, components = examined.block, examined.propagation, examined.components
     if model is None or model.high is None or model.axes is Axes.SPACE:
         return SystematicPatterns((), None)
     errors = dict(model.standard_errors)
@@ -141,7 +141,7 @@ def find_patterns(result):
         # nearly nothing says that the block is too small to tell
         if component.estimated > component.standard_error:
             errors[flight] = errors[flight] * component.estimated / component.given
-    fits = {"high_flight": result.high.transformation, "low_flight": result.low}
+    fits = {"high_flight": examined.high.transformation, "low_flight": examined.low}
     affinities = (_affinity(flight, fits[flight], model, errors) for flight in fits)
     found = tuple(part for part in affinities if part is not None)
     # what film does to models must not pass for a strain of the network
@@ -150,29 +150,29 @@ def find_patterns(result):
     strain = None
     has_images = any(flight.has_images for flight in block.flights.values())
     is_bent = ORIENTATION in errors or has_images
-    if not is_bent and not beyond_strain_test(result):
+    if not is_bent and not beyond_strain_test(examined):
         strain = _strain(block, fits, errors, affine)
     return SystematicPatterns(found, strain)
 
 
-def beyond_strain_test(result):
+def beyond_strain_test(examined):
     """Say what makes a block too large for the test of strain.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
     str
         Empty where it is small enough.
     """
-    control = result.block.control_points
+    control = examined.block.control_points
     n_control = 0 if control is None else int((control["role"] != "check").sum())
     if n_control > MOST_CONTROL:
         return f"{n_control} control points, at most {MOST_CONTROL}"
-    if len(result.models) > MOST_MODELS:
-        return f"{len(result.models)} models, at most {MOST_MODELS}"
+    if len(examined.models) > MOST_MODELS:
+        return f"{len(examined.models)} models, at most {MOST_MODELS}"
     return ""
 
 

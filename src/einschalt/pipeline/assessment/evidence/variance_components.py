@@ -101,31 +101,31 @@ class BlockComponents:
     low_flight: Component
 
 
-def can_tell_components(result):
+def can_tell_components(examined):
     """Whether both flights were measured in plan, each point with errors of its own.
 
     Image points are shared by models, which sums over single models do not know.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
 
     Returns
     -------
     bool
     """
-    flights = result.block.flights
+    flights = examined.block.flights
     is_own = not any(flight.has_images for flight in flights.values())
-    is_plane = result.errors.axes is not Axes.SPACE
+    is_plane = examined.errors.axes is not Axes.SPACE
     return is_own and len(flights) == len(FLIGHTS) and is_plane
 
 
-def estimate_components(result, low):
+def estimate_components(examined, low):
     """Estimate the errors of control and of both flights from the measurements.
 
     Parameters
     ----------
-    result : DensificationResult
+    examined : TwoStepExamination
         In two steps, of a block of which :func:`can_propagate` is true. Its gross
         measurements and suspects are left out; errors of orientations are held at
         the sizes that their parallaxes show.
@@ -137,9 +137,9 @@ def estimate_components(result, low):
     BlockComponents or None
         None where the block is too small to tell.
     """
-    block, points = result.block, result.model_points
-    sources = _Sources.of(result, low)
-    sums = [part for part in _sums(result, low, sources) if len(part.values)]
+    block, points = examined.block, examined.model_points
+    sources = _Sources.of(examined, low)
+    sums = [part for part in _sums(examined, low, sources) if len(part.values)]
     sizes = given_errors(block, points)
     if len(sums) < len(sizes):
         return None
@@ -173,10 +173,10 @@ class _Sources:
     held: dict
 
     @classmethod
-    def of(cls, result, low):
-        fits = {HIGH: result.high.transformation, LOW: low}
-        errors = result.orientation_errors
-        own = measurement_errors(result.block, fits, errors)
+    def of(cls, examined, low):
+        fits = {HIGH: examined.high.transformation, LOW: low}
+        errors = examined.orientation_errors
+        own = measurement_errors(examined.block, fits, errors)
         behind, sizes, held = {}, {}, {}
         for name, chains in own.chains.items():
             behind[name] = {name: chains[name]}
@@ -188,30 +188,30 @@ class _Sources:
         return cls(own.axes, behind, sizes, held)
 
 
-def _sums(result, low, sources):
+def _sums(examined, low, sources):
     """Sums of squares of both flights, with their chains of operators."""
-    control, high = result.block.control_points, result.high
+    control, high = examined.block.control_points, examined.high
     is_control = (control["role"] != "check").to_numpy()
     gross = {
-        name: is_gross(result.gross_measurements, name, points)
-        for name, points in result.model_points.items()
+        name: is_gross(examined.gross_measurements, name, points)
+        for name, points in examined.model_points.items()
     }
     of_high = _MeasuredFlight(
         high.transformation,
-        result.model_points[HIGH],
+        examined.model_points[HIGH],
         GroundSources(np.flatnonzero(is_control), len(control)),
         gross[HIGH],
         (sources.axes, sources.behind[HIGH]),
     )
-    places = places_fitted_onto(result.block, high.points["point_id"])
+    places = places_fitted_onto(examined.block, high.points["point_id"])
     of_low = _MeasuredFlight(
         low,
-        result.model_points[LOW],
+        examined.model_points[LOW],
         GroundSources(places, len(high.points)),
         gross[LOW],
         (sources.axes, sources.behind[LOW]),
     )
-    n_high = len(result.model_points[HIGH])
+    n_high = len(examined.model_points[HIGH])
     approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.axes)
     from_control = {CONTROL: unchanged(sources.axes)}
     from_high = {

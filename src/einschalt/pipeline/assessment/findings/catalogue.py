@@ -86,7 +86,7 @@ def findings_of(examined, judges) -> tuple[Finding, ...]:
 
     Parameters
     ----------
-    examined : DensificationResult
+    examined : Examination
     judges : sequence of callable
         Each gives a finding, several in a tuple, or None.
 
