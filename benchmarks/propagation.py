@@ -74,7 +74,7 @@ def _judge(block, mode):
 def _propagated(block, high, low, means):
     points = {name: flight.model_points for name, flight in block.flights.items()}
     return propagate_model(
-        model_of_both_flights(block, points, high, low, means), means
+        model_of_both_flights(block, points, high, low).with_means(means), means
     )
 
 
