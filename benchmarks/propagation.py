@@ -10,7 +10,11 @@ from time import perf_counter
 
 import einschalt as es
 from benchmarks.racing import ROUNDS, Outcome, report
-from einschalt.stages.error_propagation.error_model import model_of_both_flights
+from einschalt.stages.error_propagation.error_model import (
+    model_of_both_flights,
+    model_of_high_flight,
+)
+from einschalt.stages.stage1_approximate_coordinates import average_high_flight
 from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
@@ -30,7 +34,8 @@ def run():
     block = es.simulate_block("neukirchen", seed=1)
     outcomes = []
     for mode in MODES:
-        outcomes += _judge(block, mode)
+        outcomes += _judge(block, mode, _propagated)
+    outcomes += _judge(block, "all", _averaged_rigorously)
     return report(
         f"Propagation of {len(block.truth)} points against the fits of both flights "
         f"({ROUNDS} rounds)",
@@ -38,31 +43,33 @@ def run():
     )
 
 
-def _judge(block, mode):
+def _judge(block, mode, work):
     high, low = _fits(block, mode)
     values = with_positions(
         low.values(block.low_flight.model_points), block.low_flight.model_points
     )
     means = average_coverages(values, coverage_mean=mode)
+    title = mode if work is _propagated else f"{mode}, rigorous weights included"
     fits, propagated = [], []
+    work(block, high, low, means, values)
     for _ in range(ROUNDS):
         fits.append(_seconds(lambda: _fits(block, mode)))
-        propagated.append(_seconds(lambda: _propagated(block, high, low, means)))
+        propagated.append(_seconds(lambda: work(block, high, low, means, values)))
     ratio = median(p / f for p, f in zip(propagated, fits, strict=True))
     tracemalloc.start()
-    _propagated(block, high, low, means)
+    work(block, high, low, means, values)
     gigabytes = tracemalloc.get_traced_memory()[1] / 1e9
     tracemalloc.stop()
     return [
         Outcome(
-            f"{mode}: time, ratio to the fits",
+            f"{title}: time, ratio to the fits",
             f"{1e3 * median(propagated):.1f} ms",
             ratio,
             f"<= {LARGEST_RATIO:g}",
             ratio <= LARGEST_RATIO,
         ),
         Outcome(
-            f"{mode}: most memory [GB]",
+            f"{title}: most memory [GB]",
             f"{1e3 * gigabytes:.0f} MB",
             gigabytes,
             f"<= {LARGEST_MEMORY:g}",
@@ -71,11 +78,28 @@ def _judge(block, mode):
     ]
 
 
-def _propagated(block, high, low, means):
+def _propagated(block, high, low, means, _values):
     points = {name: flight.model_points for name, flight in block.flights.items()}
     return propagate_model(
-        model_of_both_flights(block, points, high, low, means), means
+        model_of_both_flights(block, points, high, low).with_means(means), means
     )
+
+
+def _averaged_rigorously(block, high, low, _means, values):
+    """Weights of both flights by joint covariances, and the propagation."""
+    points = {name: flight.model_points for name, flight in block.flights.items()}
+    of_high = model_of_high_flight(block, points["high_flight"], high.transformation)
+    high = average_high_flight(
+        high.transformation,
+        points["high_flight"],
+        weighting="rigorous",
+        covariances=of_high.covariances_of_values,
+    )
+    model = model_of_both_flights(block, points, high, low)
+    means = average_coverages(
+        values, weighting="rigorous", covariances=model.covariances_of_values
+    )
+    return propagate_model(model.with_means(means), means)
 
 
 def _fits(block, mode):

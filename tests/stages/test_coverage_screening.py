@@ -187,3 +187,29 @@ def test_points_in_one_coverage_are_passed_over():
     found = screen_coverages(differences, None, "propagated", 0.001)
     assert found.n_tested == 0
     assert len(found.suspects) == 0
+
+
+def test_coverages_of_rigorous_means_are_compared_with_the_weights_they_have():
+    values = values_of(7)
+    root = np.random.default_rng(2).normal(0.0, 0.02, (2 * len(values), 400))
+    blocks = (root @ root.T).reshape(len(values), 2, len(values), 2)
+    means = average_coverages(
+        values,
+        weighting="rigorous",
+        covariances=lambda pairs: blocks[pairs[:, 0], :, pairs[:, 1]],
+    )
+    found = coverage_differences(means)
+    assert found.shares.shape == (len(found.rows), 2, 2)
+    origin = values[NAMES].to_numpy() - [4.5e5, 5.3e6]
+    operator = found.operator(len(values), Axes.PLANE)
+    given = found.table[DIFFERENCES].to_numpy()
+    np.testing.assert_allclose(operator.of_vectors(origin), given, atol=1e-8)
+    own = values.set_index(["point_id", "coverage"])[NAMES]
+    for row in found.table.itertuples():
+        several = found.table[found.table["point_id"] == row.point_id]
+        others = several.loc[several["coverage"] != row.coverage, NAMES].mean()
+        less = [row.easting, row.northing] - others.to_numpy()
+        np.testing.assert_allclose(given[row.Index], less, atol=2e-9)
+        if len(one := own.loc[[(row.point_id, row.coverage)]]) == 1:
+            at = one.iloc[0].to_numpy()
+            np.testing.assert_allclose([row.easting, row.northing], at, atol=1e-9)

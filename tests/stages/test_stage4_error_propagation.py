@@ -107,9 +107,17 @@ def assert_operator_of_control(block, settings):
         np.testing.assert_allclose(operator[:, 2 * place], change, atol=atol)
 
 
-@pytest.mark.parametrize("coverage_mean", ["all", "most_central"])
-def test_operator_of_control(block, coverage_mean):
-    assert_operator_of_control(block, Settings(coverage_mean=coverage_mean))
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"coverage_mean": "all"},
+        {"coverage_mean": "most_central"},
+        {"weighting": "rigorous"},
+    ],
+    ids=str,
+)
+def test_operator_of_control(block, settings):
+    assert_operator_of_control(block, Settings(**settings))
 
 
 def test_operator_of_control_with_distributed_residuals(quiet_block):

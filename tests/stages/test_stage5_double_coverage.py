@@ -233,3 +233,93 @@ def test_value_that_stands_twice(values):
     twice = pd.concat([values, values.iloc[[4]]], ignore_index=True)
     with pytest.raises(TableError, match=r"row 6, point a, model 7/8: the row repeats"):
         es.average_coverages(twice)
+
+
+# rigorous weights
+
+
+def covariances_by(matrix, d):
+    """Of pairs of rows, from the whole matrix."""
+    blocks = matrix.reshape(len(matrix) // d, d, len(matrix) // d, d)
+    return lambda pairs: blocks[pairs[:, 0], :, pairs[:, 1]]
+
+
+def random_matrix(n):
+    root = np.random.default_rng(11).normal(0.0, 0.03, (n, 2 * n))
+    return root @ root.T
+
+
+def best_mean(values, matrix, rows, names):
+    """Least squares with all correlations of some rows."""
+    d = len(names)
+    places = (d * np.array(rows)[:, None] + np.arange(d)).ravel()
+    whiten = np.linalg.inv(np.linalg.cholesky(matrix[np.ix_(places, places)]))
+    design = np.tile(np.eye(d), (len(rows), 1))
+    observed = values.loc[rows, names].to_numpy().ravel()
+    return np.linalg.lstsq(whiten @ design, whiten @ observed, rcond=None)[0]
+
+
+@pytest.mark.parametrize("names", [PLAN, [*PLAN, "height"]])
+def test_rigorous_means_are_those_of_least_squares(values, names):
+    values = values.assign(height=[10.0, 10.3, 10.6, 20.0, 21.0, 5.0])
+    values = values[[*values.columns[:3], *names, *values.columns[5:8]]]
+    matrix = random_matrix(6 * len(names))
+    result = es.average_coverages(
+        values,
+        weighting="rigorous",
+        covariances=covariances_by(matrix, len(names)),
+    )
+    points = by_point(result)
+    for name, rows in (("0012", [0, 1, 2]), ("a", [3, 4]), ("lone", [5])):
+        expected = best_mean(values, matrix, rows, names)
+        found = points.loc[name, names].to_numpy(dtype=float)
+        np.testing.assert_allclose(found, expected, atol=1e-7)
+    assert points["n_models"].tolist() == [3, 2, 1]
+
+
+def test_of_rigorous_weights_only_the_values_that_are_used_have_a_share(values):
+    matrix = random_matrix(12)
+    values.loc[0, "easting"] = np.nan
+    result = es.average_coverages(
+        values,
+        coverage_mean="most_central",
+        weighting="rigorous",
+        covariances=covariances_by(matrix, 2),
+    )
+    expected = best_mean(values, matrix, [1, 2], PLAN)
+    found = by_point(result).loc["0012", PLAN].to_numpy(dtype=float)
+    np.testing.assert_allclose(found, expected, atol=1e-7)
+    total = result.weights[np.isin(result.row_numbers, [1, 2])].sum(axis=0)
+    np.testing.assert_allclose(total, np.eye(2), atol=1e-12)
+
+
+def test_a_coverage_has_rigorous_weights_of_its_own(values):
+    matrix = random_matrix(12)
+    result = es.average_coverages(
+        values, weighting="rigorous", covariances=covariances_by(matrix, 2)
+    )
+    rows = [0, 1]
+    place = [int(np.flatnonzero(result.row_numbers == row)[0]) for row in rows]
+    given = values.loc[rows, PLAN].to_numpy()
+    found = np.einsum("nab,nb->a", result.coverage_weights[place], given)
+    expected = best_mean(values, matrix, rows, PLAN)
+    np.testing.assert_allclose(found, expected, atol=1e-7)
+
+
+def test_independent_values_that_are_alike_in_both_coordinates_have_their_errors(
+    values,
+):
+    error = values["standard_error_paper"].to_numpy()
+    matrix = np.kron(np.diag(error**2 / 2.0), np.eye(2))
+    rigorous = by_point(
+        es.average_coverages(
+            values, weighting="rigorous", covariances=covariances_by(matrix, 2)
+        )
+    )
+    weighted = by_point(es.average_coverages(values, weighting="weighted"))
+    pd.testing.assert_frame_equal(rigorous, weighted, rtol=1e-8)
+
+
+def test_rigorous_weights_need_covariances(values):
+    with pytest.raises(SettingsError, match="without covariances of the values"):
+        es.average_coverages(values, weighting="rigorous")

@@ -19,6 +19,7 @@ MODES = [
     ("most_central", "weighted"),
     ("all", "plain"),
     ("all", "weighted"),
+    ("all", "rigorous"),
 ]
 
 

@@ -8,6 +8,7 @@ from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.stages.stage4_error_propagation import require_rigorous
 
 SOLVERS = {"two_step": solve_in_two_steps, "simultaneous": solve_in_one_adjustment}
 
@@ -59,6 +60,7 @@ def _require_possible(block, settings):
     """Refuse settings that mean nothing for this block, before the work."""
     require_control(block, settings)
     require_iterable(block, settings)
+    require_rigorous(block, settings.weighting)
     if settings.method == "simultaneous":
         require_adjustable(block)
 

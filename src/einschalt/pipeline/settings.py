@@ -46,8 +46,10 @@ class Settings(BaseModel):
         Which models give a point's coordinates: every model that holds it, or, as in
         1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
         the position in the model's extent.
-    weighting : {"plain", "weighted"}
-        Arithmetic mean, or weights 1 / M² with the M of the error budget.
+    weighting : {"plain", "weighted", "rigorous"}
+        Arithmetic mean; weights 1 / M² with the M of the error budget; or, where the
+        size of every error is known, the mean of least variance by the propagated
+        covariances of a point's values, so that a badly determined model hardly counts.
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors: they are only named; the worst of each low-flight
         model is taken out until none is left; or a robust norm gives them less weight.
@@ -107,8 +109,10 @@ class Settings(BaseModel):
         description="Values that make a point's mean: of every model, or per coverage "
         "of the most central one (1971).",
     )
-    weighting: Literal["plain", "weighted"] = Field(
-        "plain", description="Arithmetic mean, or weights 1 / M²."
+    weighting: Literal["plain", "weighted", "rigorous"] = Field(
+        "plain",
+        description="Mean of a point's values: arithmetic, with weights 1 / M², or of "
+        "least variance by their propagated covariances.",
     )
     outliers: Literal["keep", "snoop", "huber", "tukey"] = Field(
         "keep",
@@ -237,7 +241,7 @@ def words_of(name):
     Examples
     --------
     >>> words_of("weighting"), words_of("confidence")
-    (('plain', 'weighted'), ())
+    (('plain', 'weighted', 'rigorous'), ())
     """
     annotation = Settings.model_fields[name].annotation
     return tuple(word for word in get_args(annotation) if isinstance(word, str))

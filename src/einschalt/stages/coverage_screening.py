@@ -17,7 +17,8 @@ from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
-from einschalt.theory.adjustment.point_operator import sums
+from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
+from einschalt.theory.adjustment.point_operator import GROUND_NAMES, sums
 from einschalt.theory.double_coverage import (
     apportioned_covariance,
     difference_p_values,
@@ -51,8 +52,9 @@ class CoverageDifferences:
         [m]. One row for each coverage of a point that has several.
     rows, start : ndarray of int
         Of each row, the values behind it: ``rows[start[k]:start[k + 1]]``.
-    shares : ndarray, shape (len(rows),)
-        With which the values enter the difference; they add up to zero.
+    shares : ndarray, shape (len(rows),) or (len(rows), n_coordinates, n_coordinates)
+        With which the values enter the difference, numbers or matrices; they add up to
+        zero.
     """
 
     table: pd.DataFrame
@@ -184,18 +186,21 @@ def coverage_differences(means):
     of_point = distinct // len(coverages)
     n_groups = np.bincount(of_point, minlength=len(points))
     several = np.flatnonzero(n_groups[of_point] > 1)
-    weight_sum = segment_sum(means.weights[by_group.order], by_group.start)
+    weights = means.coverage_weights
+    if weights.ndim == 1:
+        weight_sum = segment_sum(weights[by_group.order], by_group.start)
+        weights = weights / weight_sum[group]
     by_point = segments(points.codes, len(points))
     place, start = _values_of(several, of_point, by_point)
     row = np.repeat(several, np.diff(start))
     is_own = group[place] == row
-    share = means.weights[place] / weight_sum[group[place]]
-    others = n_groups[of_point[row]] - 1
-    shares = np.where(is_own, share, -share / others)
-    coordinates = used[["easting", "northing"]].to_numpy(dtype=float)
+    share, others = weights[place], n_groups[of_point[row]] - 1
+    own = share * _fitting(is_own, share)
+    shares = own - (share - own) / _fitting(others, share)
+    coordinates = used[[n for n in GROUND_NAMES if n in used]].to_numpy(dtype=float)
     error = used["standard_error_paper"].to_numpy(dtype=float)
     names = np.sort(coverages.names.astype(str)).astype(object)
-    mean = _sums(coordinates, place, start, np.where(is_own, share, 0.0))
+    mean = _sums(coordinates, place, start, own)
     table = pd.DataFrame(
         {
             "point_id": points.names[of_point[several]],
@@ -204,9 +209,9 @@ def coverage_differences(means):
             "northing": mean[:, 1],
         }
     )
-    table[DIFFERENCES] = _sums(coordinates, place, start, shares)
+    table[DIFFERENCES] = _sums(coordinates, place, start, shares)[:, :2]
     table["standard_error_paper"] = np.sqrt(
-        segment_sum((shares * error[place]) ** 2, start)
+        segment_sum(squared_sizes(shares) * error[place] ** 2, start)
     )
     rows = means.row_numbers[place]
     return CoverageDifferences(table, rows, start, shares)
@@ -225,7 +230,12 @@ def _sums(coordinates, place, start, shares):
     origin = coordinates[place[start[:-1]]]
     offset = coordinates[place] - np.repeat(origin, np.diff(start), axis=0)
     total = segment_sum(shares, start)
-    return segment_sum(shares[:, None] * offset, start) + total[:, None] * origin
+    return segment_sum(times(shares, offset), start) + times(total, origin)
+
+
+def _fitting(numbers, shares):
+    """Numbers as an array that multiplies shares."""
+    return numbers.reshape((-1,) + (1,) * (shares.ndim - 1))
 
 
 def screen_coverages(differences, covariance, practice, significance):

@@ -146,6 +146,7 @@ def average_high_flight(
     coverage_mean="all",
     weighting="plain",
     is_gross=None,
+    covariances=None,
 ):
     """Average the values that the models of the high flight give for each point.
 
@@ -159,6 +160,9 @@ def average_high_flight(
     is_gross : ndarray of bool, shape (n_model_points,), optional
         Measurements that are known to have gross errors: they give no coordinates. A
         point that has no others gets none.
+    covariances : callable, optional
+        Of pairs of model points, for rigorous weights; see
+        :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
 
     Returns
     -------
@@ -175,7 +179,12 @@ def average_high_flight(
     if is_gross is not None:
         values.loc[is_gross, [name for name in GROUND_NAMES if name in values]] = np.nan
     values = values.rename(columns={"m_t": "standard_error_paper"})
-    means = average_coverages(values, coverage_mean=coverage_mean, weighting=weighting)
+    means = average_coverages(
+        values,
+        coverage_mean=coverage_mean,
+        weighting=weighting,
+        covariances=covariances,
+    )
     points = means.points.drop(
         columns=["standard_error_paper", "standard_error_internal"]
     )

@@ -1,14 +1,17 @@
 """The rigorous covariance of a block's final coordinates."""
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
     approximations_are_control,
     model_of_block,
+    model_of_high_flight,
 )
 from einschalt.stages.error_propagation.height_errors import with_measured_heights
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
+from einschalt.stages.value_weights import RIGOROUS
 
 
 def can_propagate(block):
@@ -58,7 +61,69 @@ def obstacle_to_propagation(block):
     return ""
 
 
-def model_of_known_errors(block, flights, high, low_pass):
+REMEDIES = {
+    "given approximate coordinates": "Fly or give the high flight",
+    "the control points": "Give standard_error_m of every control point",
+    "one flight": "Transform both flights in space, or both in plan",
+}
+
+
+def require_rigorous(block, weighting):
+    """Refuse rigorous weights where the size of an error is not known.
+
+    Parameters
+    ----------
+    block : Block
+    weighting : str
+
+    Raises
+    ------
+    SettingsError
+    """
+    obstacle = obstacle_to_propagation(block) if weighting == RIGOROUS else ""
+    if obstacle:
+        remedy = next(r for start, r in REMEDIES.items() if obstacle.startswith(start))
+        raise _not_rigorous(obstacle, remedy)
+
+
+def covariances_for(weighting, model):
+    """Covariances by which values are averaged, if they are.
+
+    Parameters
+    ----------
+    weighting : str
+    model : ErrorModel or None
+
+    Returns
+    -------
+    callable or None
+        Of pairs of model points; None where the weights need none.
+
+    Raises
+    ------
+    SettingsError
+        They are needed, and the models do not tell the size of an error.
+    """
+    if weighting != RIGOROUS:
+        return None
+    if model is None:
+        raise _not_rigorous(
+            "orientations or heights leave nothing that tells the size of their errors",
+            "Measure more points per model",
+        )
+    return model.covariances_of_values
+
+
+def _not_rigorous(obstacle, remedy):
+    return SettingsError(
+        f'weighting = "{RIGOROUS}", but {obstacle}',
+        expected="a block whose errors all have a known size",
+        remedy=f'{remedy}, or set weighting = "plain"',
+        key="weighting",
+    )
+
+
+def model_of_known_errors(block, flights, high, low):
     """Model of a block's errors, where all their sizes are known.
 
     Parameters
@@ -67,23 +132,50 @@ def model_of_known_errors(block, flights, high, low_pass):
     flights : dict of str to RelativeOrientation
         Model points of each flight, the high one first.
     high : ApproximateCoordinates or None
-    low_pass : LowFlightFit
-        Onto the approximate coordinates.
+    low : ModelTransformation
+        Of the low flight onto the approximate coordinates.
 
     Returns
     -------
     ErrorModel or None
+        Of the values of the low flight.
     """
     if not can_propagate(block):
         return None
     points = {name: oriented.model_points for name, oriented in flights.items()}
     errors = {name: oriented.errors for name, oriented in flights.items()}
-    low = low_pass.low
-    model = model_of_block(block, points, high, low, low_pass.means, errors)
+    model = model_of_block(block, points, high, low, errors)
+    fits = {LOW: low, **({} if high is None else {HIGH: high.transformation})}
+    return _with_all_sizes(block, model, points, fits)
+
+
+def model_of_known_high_errors(block, oriented, transformation):
+    """Model of the errors of a high flight alone, where all their sizes are known.
+
+    Parameters
+    ----------
+    block : Block
+    oriented : RelativeOrientation
+        Model points of the high flight.
+    transformation : ModelTransformation
+        Onto control.
+
+    Returns
+    -------
+    ErrorModel or None
+        Of the values of the high flight, which has the place of the low one.
+    """
+    if not can_propagate(block):
+        return None
+    points = oriented.model_points
+    model = model_of_high_flight(block, points, transformation, oriented.errors)
+    return _with_all_sizes(block, model, {HIGH: points}, {HIGH: transformation})
+
+
+def _with_all_sizes(block, model, points, fits):
     if model.is_assumed:
         return None
     machine = {n: p for n, p in points.items() if not block.flights[n].has_images}
-    fits = {LOW: low, **({} if high is None else {HIGH: high.transformation})}
     return with_measured_heights(model, machine, fits)
 
 

@@ -12,6 +12,12 @@ from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.stages.results import Result
+from einschalt.stages.value_weights import (
+    WEIGHTED,
+    WEIGHTINGS,
+    require_covariances,
+    value_weights,
+)
 from einschalt.theory.double_coverage import (
     internal_standard_error,
     mean_of_values,
@@ -20,7 +26,6 @@ from einschalt.theory.double_coverage import (
 )
 
 COVERAGE_MEANS = ("all", "most_central")
-WEIGHTINGS = ("plain", "weighted")
 
 
 def _may_be_missing(name, unit="metres", *, is_required=False):
@@ -57,7 +62,11 @@ class CoverageMean(Result):
         The rows of the values that entered the means.
     row_numbers : ndarray of int, shape (n_used,)
         Their places among the given values.
-    weights : ndarray, shape (n_used,)
+    weights : ndarray, shape (n_used,) or (n_used, n_coordinates, n_coordinates)
+        Numbers; or matrices whose sum is the unit matrix at every point, where they
+        are rigorous.
+    coverage_weights : ndarray, shape as ``weights``
+        The same in the mean of the values of one coverage.
     internal_single : float
         TOTAL error of one coverage's value from the differences of the coverages [m];
         NaN without a second coverage.
@@ -67,6 +76,7 @@ class CoverageMean(Result):
     used: pd.DataFrame
     row_numbers: np.ndarray
     weights: np.ndarray
+    coverage_weights: np.ndarray
     internal_single: float
 
     def summary(self):
@@ -80,7 +90,9 @@ class CoverageMean(Result):
         )
 
 
-def average_coverages(values, *, coverage_mean="all", weighting="plain"):
+def average_coverages(
+    values, *, coverage_mean="all", weighting="plain", covariances=None
+):
     """Average the values that models and coverages give for each point.
 
     Parameters
@@ -91,8 +103,13 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
         coordinates are passed over.
     coverage_mean : {"all", "most_central"}
         Every value, or per coverage the one with the smallest max(abs u, abs v).
-    weighting : {"plain", "weighted"}
-        Arithmetic mean, or weights 1 / standard_error_paper².
+    weighting : {"plain", "weighted", "rigorous"}
+        Arithmetic mean; weights 1 / standard_error_paper²; or the mean of least
+        variance by the joint covariance of a point's values.
+    covariances : callable, optional
+        Needed for the latter: of an array of pairs of rows of ``values``, shape
+        (n_pairs, 2), gives the covariances between their coordinates, shape (n_pairs,
+        n_coordinates, n_coordinates) [m²].
 
     Returns
     -------
@@ -105,13 +122,14 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
     Raises
     ------
     SettingsError
-        An option is unknown.
+        An option is unknown, or covariances are missing.
     TableError
         A column is missing, a value is not what it should be, a model gives a point
         twice, or no row has coordinates.
     """
     require_choice("coverage_mean", coverage_mean, COVERAGE_MEANS)
     require_choice("weighting", weighting, WEIGHTINGS)
+    require_covariances(weighting, covariances)
     expected = "a DataFrame with point_id, easting, northing"
     require_kind("values", values, pd.DataFrame, expected=expected)
     _check_options(values, coverage_mean, weighting)
@@ -123,21 +141,26 @@ def average_coverages(values, *, coverage_mean="all", weighting="plain"):
     used = given.iloc[sort.order]
     coordinates = used[_coordinate_names(used)].to_numpy(dtype=float)
     error = used["standard_error_paper"].to_numpy(dtype=float)
-    weights = np.ones(len(used)) if weighting == "plain" else error**-2.0
-    means = mean_of_values(coordinates, error, weights, sort.start)
+    row_numbers = used.index.to_numpy()
+    weights = value_weights(weighting, error, row_numbers, sort.start, covariances)
+    means = mean_of_values(coordinates, error, weights.in_mean, sort.start)
     table = pd.DataFrame({"point_id": points.names})
     table[_coordinate_names(used)] = means.mean
     table["standard_error_paper"] = means.standard_error
-    by_coverage = _coverage_values(used, coordinates[:, :2], weights, points, sort)
+    by_coverage = _coverage_values(used, coordinates, weights, points, sort)
     n_coverages = np.diff(by_coverage.start)
     single = internal_standard_error(by_coverage.coordinates, by_coverage.start)
     table["standard_error_internal"] = single / np.sqrt(n_coverages)
     table["n_models"] = means.n_values
     table["n_coverages"] = n_coverages
     table["spread_total"] = means.spread_total
-    row_numbers = used.index.to_numpy()
     return CoverageMean(
-        table, used.reset_index(drop=True), row_numbers, weights, single
+        table,
+        used.reset_index(drop=True),
+        row_numbers,
+        weights.in_mean,
+        by_coverage.weights,
+        single,
     )
 
 
@@ -167,8 +190,11 @@ def with_positions(values, model_points):
 
 @dataclass(frozen=True, eq=False)
 class _CoverageValues:
+    """Values of coverages in plan, sorted by point, and the weights behind them."""
+
     coordinates: np.ndarray
     start: np.ndarray
+    weights: np.ndarray
 
 
 def _coverage_values(used, coordinates, weights, points, sort):
@@ -179,11 +205,13 @@ def _coverage_values(used, coordinates, weights, points, sort):
     distinct, group = np.unique(key, return_inverse=True)
     parts = segments(group, len(distinct))
     ones = np.ones(len(used))
+    own = weights.in_groups(parts.order, parts.start)
     means = mean_of_values(
-        coordinates[parts.order], ones, weights[parts.order], parts.start
+        coordinates[parts.order], ones, own[parts.order], parts.start
     )
     count = np.bincount(distinct // len(coverage), minlength=len(points))
-    return _CoverageValues(means.mean, np.concatenate([[0], np.cumsum(count)]))
+    start = np.concatenate([[0], np.cumsum(count)])
+    return _CoverageValues(means.mean[:, :2], start, own)
 
 
 def _central(values):
@@ -215,7 +243,7 @@ def _usable_values(values, weighting):
         given = given.assign(standard_error_paper=np.nan)
     error = given["standard_error_paper"].to_numpy(dtype=float)
     is_bad = ~(np.isfinite(error) & (error > 0.0))
-    if weighting == "weighted" and is_bad.any():
+    if weighting == WEIGHTED and is_bad.any():
         place = int(np.argmax(is_bad))
         raise TableError(
             f"standard_error_paper {error[place]}",
@@ -230,7 +258,7 @@ def _check_options(values, coverage_mean, weighting):
     needed = []
     if coverage_mean == "most_central":
         needed += ["position_u", "position_v"]
-    if weighting == "weighted":
+    if weighting == WEIGHTED:
         needed += ["standard_error_paper"]
     for name in needed:
         if name not in values:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.batches import segment_min_max, segment_sum
+from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
 
 # limit of a coordinate's difference in its standard errors, and how often these are
 # taken anew from the differences within it
@@ -67,7 +68,7 @@ class PointMeans:
     mean : ndarray, shape (n_points, n_coordinates)
     standard_error : ndarray, shape (n_points,)
         √(Σ w² M²) / Σ w: of the mean if the M were independent, as the paper takes
-        them.
+        them, and alike in easting and northing.
     n_values : ndarray of int, shape (n_points,)
     spread_total : ndarray, shape (n_points,)
         Total standard deviation of one value, √(Σ |x − mean|² / (n − 1)) in plan;
@@ -89,8 +90,8 @@ def mean_of_values(coordinates, standard_error, weights, start):
         Easting, northing [, height] [m], sorted by point.
     standard_error : ndarray, shape (n_values,)
         TOTAL error M of each value [m].
-    weights : ndarray, shape (n_values,)
-        1 for the plain mean.
+    weights : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
+        1 for the plain mean; or matrices whose sum is the unit matrix at every point.
     start : ndarray of int, shape (n_points + 1,)
         No point is empty.
 
@@ -102,9 +103,10 @@ def mean_of_values(coordinates, standard_error, weights, start):
     # sums over differences to each point's first value keep all digits
     first = coordinates[start[:-1]]
     offset = coordinates - np.repeat(first, count, axis=0)
-    weight_sum = segment_sum(weights, start)
-    shift = segment_sum(weights[:, None] * offset, start) / weight_sum[:, None]
-    variance = segment_sum((weights * standard_error) ** 2, start)
+    is_number = weights.ndim == 1
+    weight_sum = segment_sum(weights, start) if is_number else np.ones(len(count))
+    shift = segment_sum(times(weights, offset), start) / weight_sum[:, None]
+    variance = segment_sum(squared_sizes(weights) * standard_error**2, start)
     deviation = (offset - np.repeat(shift, count, axis=0))[:, :2]
     sum_of_squares = segment_sum(np.sum(deviation**2, axis=1), start)
     spread = np.sqrt(

@@ -210,3 +210,27 @@ def test_heights_may_stay_as_they_are():
     in_plan = by_coordinate(weights, Axes.SPACE, is_plan_only=True).of_vectors(given)
     np.testing.assert_allclose(whole[0], given.mean(axis=0))
     np.testing.assert_allclose(in_plan[0], [*given[:, :2].mean(axis=0), 0.0])
+
+
+@pytest.mark.parametrize("axes", [Axes.PLANE, Axes.SPACE])
+def test_values_may_have_matrices_for_their_shares(axes):
+    rng = np.random.default_rng(6)
+    shares = rng.normal(size=(5, axes.value, axes.value))
+    vectors = rng.normal(size=(7, axes.value))
+    columns, start = np.array([6, 0, 3, 2, 2]), np.array([0, 2, 5])
+    found = sums(shares, columns, start, 7, axes).of_vectors(vectors)
+    each = np.einsum("nab,nb->na", shares, vectors[columns])
+    np.testing.assert_allclose(found, [each[:2].sum(axis=0), each[2:].sum(axis=0)])
+
+
+def test_complex_operators_take_shares_that_turn_and_scale():
+    rng = np.random.default_rng(7)
+    a, b = rng.normal(size=(2, 4))
+    shares = np.stack([np.stack([a, -b], -1), np.stack([b, a], -1)], -2)
+    vectors = rng.normal(size=(4, 2))
+    arguments = (shares, np.arange(4), np.array([0, 1, 4]), 4)
+    plane, packed = (
+        sums(*arguments, axes).of_vectors(vectors)
+        for axes in (Axes.PLANE, Axes.COMPLEX)
+    )
+    np.testing.assert_allclose(packed, plane, atol=1e-12)

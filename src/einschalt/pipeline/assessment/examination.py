@@ -134,9 +134,9 @@ class TwoStepExamination(Examination):
             return None
         first, found = self.iteration.passes[0], self.solution
         model = model_of_block(
-            *(found.block, found.model_points, found.high, first.low, first.means),
+            *(found.block, found.model_points, found.high, first.low),
             found.orientation_errors,
-        )
+        ).with_means(first.means)
         return propagate_model(model, first.means)
 
     @property

@@ -44,10 +44,8 @@ class LowFlightFit:
     means: CoverageMean
 
 
-def fit_low_flight(
-    block, model_points, ground, precision, settings, *, is_gross
-) -> LowFlightFit:
-    """Transform the low flight onto its points, with budget and means.
+def transform_low_flight(block, model_points, ground, precision, settings, *, is_gross):
+    """Transform the low flight onto its points.
 
     Parameters
     ----------
@@ -64,7 +62,7 @@ def fit_low_flight(
 
     Returns
     -------
-    LowFlightFit
+    ModelTransformation
 
     Raises
     ------
@@ -77,8 +75,37 @@ def fit_low_flight(
     how = (settings.outliers, settings.significance, precision)
     low = screen_models(low, *how, is_gross=is_gross)
     require_usable(low, "low flight", STAGE)
+    return low
+
+
+def average_low_flight(
+    block, model_points, low, settings, *, is_gross, covariances=None
+) -> LowFlightFit:
+    """Budget and means of the values that the models of the low flight give.
+
+    Parameters
+    ----------
+    block : Block
+    model_points : DataFrame
+        Of the low flight, oriented.
+    low : ModelTransformation
+    settings : Settings
+    is_gross : ndarray of bool
+        Model points that take no part, row for row.
+    covariances : callable, optional
+        Of pairs of model points, for rigorous weights; see
+        :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
+
+    Returns
+    -------
+    LowFlightFit
+    """
     values = _single_values(block.low_flight, low, model_points)
-    return LowFlightFit(low, values, _means(values, low, settings, is_gross))
+    usable = values
+    if settings.outliers != "keep":
+        usable = without_gross_errors(values, is_gross | suspect_rows(values, low))
+    means = average_coverages(usable, covariances=covariances, **settings.averaging)
+    return LowFlightFit(low, values, _internally_checked(means, low))
 
 
 def _single_values(flight, low, model_points):
@@ -91,10 +118,7 @@ def _single_values(flight, low, model_points):
     return values
 
 
-def _means(values, low, settings, is_gross):
-    if settings.outliers != "keep":
-        values = without_gross_errors(values, is_gross | suspect_rows(values, low))
-    means = average_coverages(values, **settings.averaging)
+def _internally_checked(means, low):
     if low.fit.redundancy.any():
         return means
     # models without redundancy repeat the approximate coordinates in both coverages:

@@ -11,6 +11,7 @@ import numpy as np
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.names import encode
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.theory.adjustment.correlated_mean import squared_sizes
 
 
 def residual_test_weights(block, flights, high):
@@ -51,7 +52,9 @@ def _noise_of_means(block, model_points, high):
     used = encode(means.used["point_id"])
     sort = segments(points.locate(used)[used.codes], len(points))
     weights = means.weights[sort.order]
-    squares = segment_sum((weights * error[sort.order]) ** 2, sort.start)
+    squares = segment_sum(squared_sizes(weights) * error[sort.order] ** 2, sort.start)
+    if weights.ndim > 1:
+        return squares
     return squares / segment_sum(weights, sort.start) ** 2
 
 

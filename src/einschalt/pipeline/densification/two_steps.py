@@ -1,6 +1,7 @@
 """The two steps of 1971: approximate coordinates, then the low flight onto them."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
@@ -17,7 +18,10 @@ from einschalt.pipeline.densification.iteration import (
     iterate,
     iterated_model,
 )
-from einschalt.pipeline.densification.low_flight_fit import fit_low_flight
+from einschalt.pipeline.densification.low_flight_fit import (
+    average_low_flight,
+    transform_low_flight,
+)
 from einschalt.pipeline.densification.residual_distribution import distributed
 from einschalt.pipeline.densification.residual_test_weights import (
     residual_test_weights,
@@ -45,10 +49,13 @@ from einschalt.stages.stage1_approximate_coordinates import (
 )
 from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.stage4_error_propagation import (
+    covariances_for,
     model_of_known_errors,
+    model_of_known_high_errors,
     propagate_model,
 )
 from einschalt.stages.stage5_double_coverage import CoverageMean
+from einschalt.stages.value_weights import RIGOROUS
 
 PLANE_POINT = ["point_id", "easting", "northing"]
 VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
@@ -199,22 +206,17 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
     measured = {name: oriented.model_points for name, oriented in flights.items()}
-    high = _high_flight(block, measured, settings, gross.rows)
+    high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    weights = residual_test_weights(block, flights, high)
-
-    def fit_onto(ground):
-        return fit_low_flight(
-            block, measured[LOW], ground, weights, settings, is_gross=gross.rows[LOW]
-        )
-
-    first = fit_onto(approximations)
+    low_flight = _LowFlight(block, flights, high, settings, gross.rows[LOW])
+    model, first = low_flight.first(approximations)
+    fit_onto = partial(low_flight.again, model=model)
     iteration = iterate(block, first, fit_onto, settings.iterations)
     last = first if iteration is None else iteration.passes[-1]
     report_progress(Stage.ERROR_PROPAGATION)
-    model = model_of_known_errors(block, flights, high, first)
     if model is not None:
+        model = model.with_means(first.means)
         model = iterated_model(block, model, iteration, measured[LOW])
     errors = None if model is None else propagate_model(model, last.means)
     report_progress(Stage.DOUBLE_COVERAGE)
@@ -258,15 +260,58 @@ def _tables(flights, high, last, points):
     }
 
 
-def _high_flight(block, measured, settings, gross):
+class _LowFlight:
+    """The low flight, to be transformed onto given coordinates, once or again."""
+
+    def __init__(self, block, flights, high, settings, is_gross):
+        self.block, self.flights, self.high = block, flights, high
+        self.settings, self.is_gross = settings, is_gross
+        self.points = flights[LOW].model_points
+        self.precision = residual_test_weights(block, flights, high)
+
+    def first(self, ground):
+        """Onto approximate coordinates: the model of its errors, and the fit."""
+        low = self._transformed(ground)
+        model = model_of_known_errors(self.block, self.flights, self.high, low)
+        return model, self._averaged(low, model)
+
+    def again(self, ground, model):
+        """Onto other coordinates, with weights by the errors of the first time."""
+        return self._averaged(self._transformed(ground), model)
+
+    def _transformed(self, ground):
+        how = (self.precision, self.settings)
+        return transform_low_flight(
+            self.block, self.points, ground, *how, is_gross=self.is_gross
+        )
+
+    def _averaged(self, low, model):
+        covariances = covariances_for(self.settings.weighting, model)
+        return average_low_flight(
+            self.block,
+            self.points,
+            low,
+            self.settings,
+            is_gross=self.is_gross,
+            covariances=covariances,
+        )
+
+
+def _high_flight(block, flights, settings, gross):
     if block.high_flight is None:
         return None
-    points, is_out = measured[HIGH], gross[HIGH]
+    points, is_out = flights[HIGH].model_points, gross[HIGH]
     kind = block.high_flight.transformation
     fitted = transform_high_flight(points, block.control_points, kind)
     # five control points cannot spare one: suspects of a model alone are only named
     named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
-    return average_high_flight(named, points, is_gross=is_out, **settings.averaging)
+    model = None
+    if settings.weighting == RIGOROUS:
+        model = model_of_known_high_errors(block, flights[HIGH], named)
+    covariances = covariances_for(settings.weighting, model)
+    return average_high_flight(
+        named, points, is_gross=is_out, covariances=covariances, **settings.averaging
+    )
 
 
 def _final_points(block, settings, means, screening, errors):

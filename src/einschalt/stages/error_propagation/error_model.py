@@ -6,7 +6,7 @@ their stated error or with that which the fits show: it is the assumption under 
 a budget could hold, and it is there to be tested.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -18,6 +18,7 @@ from einschalt.stages.error_propagation.measurement_errors import (
 from einschalt.stages.error_propagation.operators import (
     FlightOperator,
     GroundSources,
+    covariances_of_pairs,
     flight_operator,
     mean_operator,
 )
@@ -72,7 +73,7 @@ class ErrorModel:
     Attributes
     ----------
     final : PointOperator
-        Final points from the values of the low flight.
+        Final points from the values of the low flight, or these as they are.
     low : FlightOperator
         Values of the low flight from its own errors, and from those of the approximate
         coordinates.
@@ -110,6 +111,37 @@ class ErrorModel:
         """From the sources to the values of the low flight, dict of PointOperator."""
         through = {n: self.low.ground @ c for n, c in self.ground.items()}
         return add_flight_sources(through, self.low.measured, self.own)
+
+    def with_means(self, means):
+        """Take means of the values for the final points.
+
+        Parameters
+        ----------
+        means : CoverageMean
+            Of all values of the low flight, row for row as its model points.
+
+        Returns
+        -------
+        ErrorModel
+        """
+        n_values = self.low.measured.n_points
+        final = mean_operator(means, np.arange(n_values), n_values, self.axes)
+        return replace(self, final=final)
+
+    def covariances_of_values(self, pairs):
+        """Covariances between values of the low flight.
+
+        Parameters
+        ----------
+        pairs : ndarray of int, shape (n_pairs, 2)
+            Rows of its model points.
+
+        Returns
+        -------
+        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
+            [m²]; NaN where a model is not usable.
+        """
+        return covariances_of_pairs(self.chains_to_values, self.standard_errors, pairs)
 
     @property
     def chains(self):
@@ -206,7 +238,7 @@ class DrawnBlock:
     low: np.ndarray
 
 
-def model_of_both_flights(block, points, high, low, means, oriented=None):
+def model_of_both_flights(block, points, high, low, oriented=None):
     """Errors of control and of both flights, of the sizes that were given.
 
     Parameters
@@ -217,16 +249,14 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
         Model points of each flight, as they were transformed.
     high : ApproximateCoordinates
     low : ModelTransformation
-    means : CoverageMean
-        Of all values of the low flight, row for row as its model points.
     oriented : dict of str to OrientationErrors, ImageErrors or None, optional
         Of each flight; without errors where left out.
 
     Returns
     -------
     ErrorModel
-        With the sources ``control``, ``high_flight``, ``low_flight`` and, where flights
-        were oriented, ``orientation``.
+        Of the values of the low flight, with the sources ``control``, ``high_flight``,
+        ``low_flight`` and, where flights were oriented, ``orientation``.
     """
     fits = {HIGH: high.transformation, LOW: low}
     own = measurement_errors(block, fits, oriented or {})
@@ -234,7 +264,7 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
     return ErrorModel(
-        **_of_low_flight(low, means, points[LOW], own, sources),
+        **_of_low_flight(low, points[LOW], own, sources),
         ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
         standard_errors=_with_orientations(given_errors(block, points, own.axes), own),
@@ -242,30 +272,64 @@ def model_of_both_flights(block, points, high, low, means, oriented=None):
     )
 
 
-def _of_low_flight(low, means, points, own, sources):
+def _of_low_flight(low, points, own, sources):
     """Fields of the model that concern the low flight."""
     n_values = len(points)
     return {
-        "final": mean_operator(means, np.arange(n_values), n_values, own.axes),
+        "final": selection(np.arange(n_values), n_values, own.axes),
         "low": flight_operator(low, points, sources, own.axes),
         "places": sources.places,
         "own": own.chains[LOW],
     }
 
 
-def _high_flight(block, points, high, own):
-    """How errors enter the values of the high flight and their means."""
+def model_of_high_flight(block, points, transformation, oriented=None):
+    """Errors of the high flight alone, the one that is transformed onto control.
+
+    Parameters
+    ----------
+    block : Block
+    points : DataFrame
+        Model points of the high flight, as they were transformed.
+    transformation : ModelTransformation
+    oriented : OrientationErrors or ImageErrors, optional
+        Without errors where left out.
+
+    Returns
+    -------
+    ErrorModel
+        With the high flight in the place of the low one, and control for what it was
+        fitted onto.
+    """
+    own = measurement_errors(block, {HIGH: transformation}, {HIGH: oriented})
+    sources = _fitted_control(block)
+    sizes = given_errors(block, {HIGH: points}, own.axes)
+    is_oriented = block.high_flight.is_oriented_numerically
+    return ErrorModel(
+        final=selection(np.arange(len(points)), len(points), own.axes),
+        low=flight_operator(transformation, points, sources, own.axes),
+        ground={CONTROL: unchanged(own.axes)},
+        high=None,
+        places=sources.places,
+        standard_errors=_with_orientations(sizes, own),
+        is_assumed=is_oriented and oriented is None,
+        own=own.chains[HIGH],
+    )
+
+
+def _fitted_control(block):
     control = block.control_points
     places = np.flatnonzero((control["role"] != "check").to_numpy())
-    operator = flight_operator(
-        high.transformation,
-        points,
-        GroundSources(places, len(control)),
-        own.axes,
-    )
+    return GroundSources(places, len(control))
+
+
+def _high_flight(block, points, high, own):
+    """How errors enter the values of the high flight and their means."""
+    sources = _fitted_control(block)
+    operator = flight_operator(high.transformation, points, sources, own.axes)
     n_points = len(points)
     mean = mean_operator(high.means, np.arange(n_points), n_points, own.axes)
-    return HighFlight(operator, mean, places, own.chains[HIGH])
+    return HighFlight(operator, mean, sources.places, own.chains[HIGH])
 
 
 def _with_orientations(sizes, own):
@@ -398,17 +462,16 @@ def assumed_model(result):
         result.model_points,
         result.high,
         result.low,
-        result.means,
         result.orientation_errors,
-    )
+    ).with_means(result.means)
 
 
-def model_of_block(block, points, high, low, means, oriented):
+def model_of_block(block, points, high, low, oriented):
     """Errors of everything that a block was made of.
 
     Parameters
     ----------
-    block, points, high, low, means, oriented
+    block, points, high, low, oriented
         As in :func:`model_of_both_flights`; ``high`` is None where approximate
         coordinates were given.
 
@@ -417,11 +480,11 @@ def model_of_block(block, points, high, low, means, oriented):
     ErrorModel
     """
     if high is None:
-        return model_of_given_approximations(block, points[LOW], low, means, oriented)
-    return model_of_both_flights(block, points, high, low, means, oriented)
+        return model_of_given_approximations(block, points[LOW], low, oriented)
+    return model_of_both_flights(block, points, high, low, oriented)
 
 
-def model_of_given_approximations(block, low_points, low, means, oriented=None):
+def model_of_given_approximations(block, low_points, low, oriented=None):
     """Errors of the low flight and of approximate points that share nothing.
 
     Parameters
@@ -431,16 +494,15 @@ def model_of_given_approximations(block, low_points, low, means, oriented=None):
     low_points : DataFrame
         Model points of the low flight, as they were transformed.
     low : ModelTransformation
-    means : CoverageMean
     oriented : dict of str to OrientationErrors, ImageErrors or None, optional
         Of the low flight; without errors where left out.
 
     Returns
     -------
     ErrorModel
-        With the sources ``approximate_points`` and ``low_flight``. Where no error of
-        the former was stated, it is what m_0 leaves beside m_g. Where they are control
-        points, these are the source.
+        Of the values of the low flight, with the sources ``approximate_points`` and
+        ``low_flight``. Where no error of the former was stated, it is what m_0 leaves
+        beside m_g. Where they are control points, these are the source.
     """
     own = measurement_errors(block, {LOW: low}, oriented or {})
     known = block.approximate_points
@@ -459,7 +521,7 @@ def model_of_given_approximations(block, low_points, low, means, oriented=None):
     if not (is_control or block.low_flight.has_images):
         measured = _with_heights(measured, low, own.axes)
     return ErrorModel(
-        **_of_low_flight(low, means, low_points, own, sources),
+        **_of_low_flight(low, low_points, own, sources),
         ground={source: selection(rows, n_sources, own.axes)},
         high=None,
         standard_errors=_with_orientations({source: size, LOW: measured}, own),

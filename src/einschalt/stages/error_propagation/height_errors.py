@@ -117,13 +117,17 @@ class _Heights:
         values = self._of_flight(drawn)[self.observed.row_numbers[self.fitted]]
         onto = self.observed.ground_rows[self.fitted]
         model, errors = drawn
-        if self.name == LOW:
+        if self._is_last(model):
             return values - _heights(errors.ground)[model.places[onto]]
         return values - _heights(errors.sources[CONTROL])[model.high.places[onto]]
 
     def _of_flight(self, drawn):
-        _, errors = drawn
-        return _heights(errors.low if self.name == LOW else errors.high)
+        model, errors = drawn
+        return _heights(errors.low if self._is_last(model) else errors.high)
+
+    def _is_last(self, model):
+        # a high flight alone stands in the place of the low one
+        return self.name == LOW or model.high is None
 
 
 def _heights(numbers):

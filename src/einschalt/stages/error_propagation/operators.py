@@ -221,19 +221,7 @@ class PropagatedErrors:
         ndarray, shape (n_pairs, n_coordinates, n_coordinates)
             [m²].
         """
-        n_points = min(places.size, len(self.point_ids))
-        n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(self.chains, n_points))
-        n_parts = max(1, min(n_parts, len(places)))
-        parts = [self._between(part) for part in np.array_split(places, n_parts)]
-        return np.concatenate(parts)
-
-    def _between(self, places):
-        points, place = np.unique(places, return_inverse=True)
-        pairs = place.reshape(places.shape)
-        return sum(
-            rows.covariances_between(pairs, self.standard_errors[source])
-            for source, rows in _rows_of(self.chains, points)
-        )
+        return covariances_of_pairs(self.chains, self.standard_errors, places)
 
     def _places(self, point_ids):
         asked = encode(np.asarray(point_ids, dtype=object))
@@ -245,6 +233,43 @@ class PropagatedErrors:
                 point=asked.names[int(np.argmax(place < 0))],
             )
         return place[asked.codes]
+
+
+def covariances_of_pairs(chains, standard_errors, places):
+    """Covariances between pairs of the points that chains lead to.
+
+    Parameters
+    ----------
+    chains : dict of str to PointOperator
+        From the errors of each source.
+    standard_errors : dict of str to ndarray
+        Of each source's observations, per coordinate [m].
+    places : ndarray of int, shape (n_pairs, 2)
+        Pairs that share points stand best near each other.
+
+    Returns
+    -------
+    ndarray, shape (n_pairs, n_coordinates, n_coordinates)
+        [m²].
+    """
+    n_points = min(places.size, next(iter(chains.values())).n_points)
+    n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(chains, n_points))
+    n_parts = max(1, min(n_parts, len(places)))
+    return np.concatenate(
+        [
+            _between(chains, standard_errors, part)
+            for part in np.array_split(places, n_parts)
+        ]
+    )
+
+
+def _between(chains, standard_errors, places):
+    points, place = np.unique(places, return_inverse=True)
+    pairs = place.reshape(places.shape)
+    return sum(
+        rows.covariances_between(pairs, standard_errors[source])
+        for source, rows in _rows_of(chains, points)
+    )
 
 
 def propagate(point_ids, chains, standard_errors):

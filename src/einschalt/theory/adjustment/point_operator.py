@@ -116,6 +116,25 @@ class Axes(Enum):
         columns = np.reshape(sizes, (len(sizes), -1))
         return np.broadcast_to(columns, (len(sizes), self.value))
 
+    def blocks_of(self, shares):
+        """Blocks of an operator that multiplies points by shares.
+
+        Parameters
+        ----------
+        shares : ndarray, shape (n,) or (n, n_coordinates, n_coordinates)
+            Numbers, or matrices in the order of ``names``; under complex operators
+            those that turn and scale.
+
+        Returns
+        -------
+        ndarray, shape (n, n_axes, n_axes)
+        """
+        if shares.ndim == 1:
+            return shares[:, None, None] * np.eye(self.value)
+        if self is Axes.COMPLEX:
+            return shares[:, :1, :1] + 1j * shares[:, 1:2, :1]
+        return shares
+
     def draw(self, rng, sizes, n_draws):
         """Draw normal errors of points.
 
@@ -462,12 +481,12 @@ def on_diagonal(blocks):
 
 
 def sums(shares, columns, pointer, n_columns, axes):
-    """Weighted sums of points, the same in every coordinate.
+    """Weighted sums of points.
 
     Parameters
     ----------
-    shares : ndarray, shape (n_values,)
-        Sorted by sum.
+    shares : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
+        Sorted by sum: numbers, the same in every coordinate, or matrices.
     columns : ndarray of int, shape (n_values,)
         Which point each belongs to.
     pointer : ndarray of int, shape (n_sums + 1,)
@@ -480,8 +499,7 @@ def sums(shares, columns, pointer, n_columns, axes):
     -------
     PointOperator
     """
-    blocks = shares[:, None, None] * np.eye(axes.value)
-    return of_blocks(blocks, columns, pointer, n_columns)
+    return of_blocks(axes.blocks_of(shares), columns, pointer, n_columns)
 
 
 def selection(columns, n_columns, axes):
@@ -508,7 +526,8 @@ def weighted_mean(rows, weights, start, n_all, axes):
     ----------
     rows : ndarray of int, shape (n_values,)
         Which values, sorted by point.
-    weights : ndarray, shape (n_values,)
+    weights : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
+        Numbers; or matrices whose sum is the unit matrix at every point.
     start : ndarray of int, shape (n_points + 1,)
     n_all : int
         Number of all values.
@@ -518,6 +537,8 @@ def weighted_mean(rows, weights, start, n_all, axes):
     -------
     PointOperator
     """
+    if weights.ndim > 1:
+        return sums(weights, rows, start, n_all, axes)
     share = weights / np.repeat(segment_sum(weights, start), np.diff(start))
     return sums(share, rows, start, n_all, axes)
 

@@ -35,6 +35,7 @@ def shared(block):
     [
         ("affine", {"coverage_mean": "most_central"}),
         ("helmert", {"weighting": "weighted"}),
+        ("affine", {"weighting": "rigorous"}),
     ],
 )
 def test_predictions_are_what_other_blocks_have(kind, settings):

@@ -11,6 +11,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 from einschalt.pipeline.summary.summary import sections
+from einschalt.stages.error_propagation.error_model import model_of_high_flight
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
 
@@ -207,3 +208,33 @@ def test_without_control_that_took_part_nothing_is_left_out(
         assert result.control_left_out.empty
         assert "is_suspect" in result.control_left_out
         assert "each left out" not in result.summary()
+
+
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_rigorous_weights_stay_those_of_the_whole_block(demo_block, kind):
+    block = of_kinds(demo_block, kind, kind)
+    result = densify(block, Settings(weighting="rigorous"))
+    high, low = (
+        result.solution.model_points[name] for name in ("high_flight", "low_flight")
+    )
+    of_high = model_of_high_flight(
+        block, high, result.solution.high.transformation
+    ).covariances_of_values
+    of_low = result.solution.propagation.covariances_of_values
+    control = block.control_points[block.control_points["role"] != "check"]
+    checks = set(block.control_points["point_id"]) - set(control["point_id"])
+
+    def averaged(points, ground, covariances):
+        values = transform_models(points, ground, kind).transform(points)
+        return average_coverages(
+            values.drop(columns="m_t"), weighting="rigorous", covariances=covariances
+        ).points
+
+    def predict(name):
+        others = control[control["point_id"] != name]
+        ground = averaged(high, others, of_high)
+        ground = ground[~ground["point_id"].isin({*checks, name})][["point_id", *PLAN]]
+        final = averaged(low, ground, of_low).set_index("point_id")
+        return final.loc[name, PLAN].to_numpy(dtype=float)
+
+    assert_same(result, predict, 1e-7)
