@@ -2,7 +2,12 @@
 
 import pytest
 
-from einschalt.pipeline.assessment.causes import OF_BLOCK, OF_POINTS, with_causes
+from einschalt.pipeline.assessment.causes import (
+    OF_BLOCK,
+    OF_FLIGHT,
+    OF_POINTS,
+    with_causes,
+)
 from einschalt.pipeline.assessment.evidence.exchanged_names import ExchangedNames
 from einschalt.pipeline.assessment.finding import Finding, Subject
 from einschalt.pipeline.assessment.findings.catalogue import ORDER
@@ -59,6 +64,9 @@ def test_sizes_of_errors_follow_where_the_flight_is_that_of_the_exchange():
         "wrong_measuring_errors"
     ]
     assert explained(found("wrong_measuring_errors", "high_flight")) == []
+    misfit = found("high_flight_that_misfits", "high_flight")
+    assert explained(misfit) == []
+    assert explained(misfit, is_coupled=True) == ["high_flight_that_misfits"]
 
 
 def test_other_models_and_what_no_gross_error_makes_stay():
@@ -67,7 +75,7 @@ def test_other_models_and_what_no_gross_error_makes_stay():
     assert explained(found("failed_models", "2/4"), found("no_check_points")) == []
 
 
-@pytest.mark.parametrize("code", sorted(OF_POINTS | OF_BLOCK))
+@pytest.mark.parametrize("code", sorted(OF_POINTS | OF_BLOCK | OF_FLIGHT))
 def test_only_findings_that_exist_are_explained(code):
     assert code in ORDER
 

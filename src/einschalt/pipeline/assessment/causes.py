@@ -29,11 +29,12 @@ OF_BLOCK = frozenset(
         "claim_that_does_not_stand",
         "check_points_beyond_claim",
         "control_points_beyond_claim",
-        "high_flight_that_misfits",
         "contradicted_propagation",
         "contradicted_budget",
     }
 )
+# and of the flight that the model belongs to
+OF_FLIGHT = frozenset({"wrong_measuring_errors", "high_flight_that_misfits"})
 
 
 def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
@@ -73,9 +74,9 @@ def _follows(finding, points, models, *, is_coupled):
     if finding.code in OF_BLOCK:
         return True
     if finding.code == "models_with_large_m_0":
-        return set(finding.facts["models"]) <= models
-    if finding.code == "wrong_measuring_errors":
-        return set(finding.names) <= {flight for flight, _ in models}
+        return is_coupled or set(finding.facts["models"]) <= models
+    if finding.code in OF_FLIGHT:
+        return is_coupled or set(finding.names) <= {flight for flight, _ in models}
     if finding.code not in OF_POINTS:
         return False
     # a list that was cut says nothing of the names that it leaves out

@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.assessment.credibility import (
     PAPER,
     TOTAL,
@@ -227,6 +228,12 @@ class SimultaneousExamination(Examination):
     errors = None
     left_out_control = None
     claim = UNTESTED
+
+    def _require_errors(self):
+        raise SettingsError(
+            "a simultaneous adjustment keeps no covariances between points",
+            expected='method = "two_step" for them',
+        )
 
     @cached_property
     def two_step(self):
