@@ -10,13 +10,15 @@ from time import perf_counter
 
 import einschalt as es
 from benchmarks.racing import ROUNDS, Outcome, report
+from einschalt.foundations.batches import segments
+from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import (
     model_of_both_flights,
     model_of_high_flight,
 )
-from einschalt.stages.stage1_approximate_coordinates import average_high_flight
 from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.stages.stage5_double_coverage import average_coverages, with_positions
+from einschalt.stages.value_weights import value_weights
 
 LARGEST_RATIO = 3.0  # of the time that the fits of both flights take
 LARGEST_MEMORY = 1.0  # GB
@@ -35,7 +37,7 @@ def run():
     outcomes = []
     for mode in MODES:
         outcomes += _judge(block, mode, _propagated)
-    outcomes += _judge(block, "all", _averaged_rigorously)
+    outcomes += _judge(block, "all", _with_weights)
     return report(
         f"Propagation of {len(block.truth)} points against the fits of both flights "
         f"({ROUNDS} rounds)",
@@ -51,13 +53,13 @@ def _judge(block, mode, work):
     means = average_coverages(values, coverage_mean=mode)
     title = mode if work is _propagated else f"{mode}, rigorous weights included"
     fits, propagated = [], []
-    work(block, high, low, means, values)
+    work(block, high, low, means)
     for _ in range(ROUNDS):
         fits.append(_seconds(lambda: _fits(block, mode)))
-        propagated.append(_seconds(lambda: work(block, high, low, means, values)))
+        propagated.append(_seconds(lambda: work(block, high, low, means)))
     ratio = median(p / f for p, f in zip(propagated, fits, strict=True))
     tracemalloc.start()
-    work(block, high, low, means, values)
+    work(block, high, low, means)
     gigabytes = tracemalloc.get_traced_memory()[1] / 1e9
     tracemalloc.stop()
     return [
@@ -78,28 +80,28 @@ def _judge(block, mode, work):
     ]
 
 
-def _propagated(block, high, low, means, _values):
+def _propagated(block, high, low, means):
     points = {name: flight.model_points for name, flight in block.flights.items()}
     return propagate_model(
         model_of_both_flights(block, points, high, low).with_means(means), means
     )
 
 
-def _averaged_rigorously(block, high, low, _means, values):
-    """Weights of both flights by joint covariances, and the propagation."""
+def _with_weights(block, high, low, means):
+    """Rigorous weights in both flights by joint covariances, and the propagation."""
     points = {name: flight.model_points for name, flight in block.flights.items()}
     of_high = model_of_high_flight(block, points["high_flight"], high.transformation)
-    high = average_high_flight(
-        high.transformation,
-        points["high_flight"],
-        weighting="rigorous",
-        covariances=of_high.covariances_of_values,
-    )
+    _weigh(high.means, of_high)
     model = model_of_both_flights(block, points, high, low)
-    means = average_coverages(
-        values, weighting="rigorous", covariances=model.covariances_of_values
-    )
+    _weigh(means, model)
     return propagate_model(model.with_means(means), means)
+
+
+def _weigh(means, model):
+    points = encode(means.used["point_id"])
+    start = segments(points.codes, len(points)).start
+    rows, covariances = means.row_numbers, model.covariances_of_values
+    return value_weights("rigorous", None, rows, start, covariances)
 
 
 def _fits(block, mode):

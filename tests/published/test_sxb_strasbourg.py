@@ -218,6 +218,21 @@ def test_readme_tells_what_the_propagation_claims(result):
     assert result.claim.is_supported
 
 
+def test_a_model_on_three_points_in_line_does_not_spoil_a_rigorous_mean(
+    block, published
+):
+    found = es.densify(block, es.Settings(weighting="rigorous"))
+    new = found.points[found.points["role"] == "new"]
+    assert rms(new["standard_error_total"]) == pytest.approx(0.127, abs=0.0005)
+    assert rms(new["standard_error_height"]) == pytest.approx(0.62, abs=0.005)
+    # check points of the plain mean: 0.96 m in height
+    for role, limit in (("control", 0.15), ("check", 0.35)):
+        east, north, height = rms(against_bundle(found, published, role))
+        assert max(east, north) <= 0.055
+        assert height <= limit
+    assert found.claim.is_supported
+
+
 def base_height_ratio(block):
     flight = block.low_flight
     pairs = image_pairs(flight.image_points, flight.models)

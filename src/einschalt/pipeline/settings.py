@@ -49,7 +49,7 @@ class Settings(BaseModel):
     weighting : {"plain", "weighted", "rigorous"}
         Arithmetic mean; weights 1 / M² with the M of the error budget; or, where the
         size of every error is known, the mean of least variance by the propagated
-        covariances of a point's values, so that a badly determined model hardly counts.
+        covariances of a point's values, which a badly determined model does not spoil.
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors: they are only named; the worst of each low-flight
         model is taken out until none is left; or a robust norm gives them less weight.
