@@ -38,10 +38,8 @@ def _explained(codes):
     if not codes:
         return ()
     said = "; ".join(_title(code) for code in dict.fromkeys(codes))
-    return (
-        f"{count(len(codes), 'further finding')} may follow from it: {said}. "
-        "Other faults may hide behind it until it is mended.",
-    )
+    consequences = f"{count(len(codes), 'further finding')} may follow from it: {said}"
+    return (f"{consequences}. Other faults may hide behind it until it is mended.",)
 
 
 def _title(code):
