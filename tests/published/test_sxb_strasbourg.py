@@ -200,9 +200,10 @@ def test_readme_tells_what_the_propagation_claims(result):
     assert height.median() == pytest.approx(0.79, abs=0.005)
     assert rms(total) == pytest.approx(0.49, abs=0.005)
     values = propagate_values(
-        result.error_model, result.model_points["low_flight"]["point_id"]
+        result.examination.error_model,
+        result.solution.model_points["low_flight"]["point_id"],
     ).covariance
-    is_poor = result.model_points["low_flight"]["model_id"] == "8936-8938"
+    is_poor = result.solution.model_points["low_flight"]["model_id"] == "8936-8938"
     poor = np.median(np.diagonal(values[is_poor], axis1=1, axis2=2), axis=0)
     assert np.sqrt(poor[2]) == pytest.approx(25.0, abs=0.5)
     tests = {test.name: test for test in result.claim.tests}

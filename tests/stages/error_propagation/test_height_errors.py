@@ -85,7 +85,7 @@ def test_errors_are_what_the_operators_make_of_the_noise():
     noise = {"control": size * rng.normal(size=(len(control), 3))}
     control[GROUND] += noise["control"]
     changes = {"control_points": control}
-    truth = densify(exact)
+    truth = densify(exact).solution
     fits = {"high_flight": truth.high.transformation, "low_flight": truth.low}
     for name, fit in fits.items():
         flight = getattr(exact, name)

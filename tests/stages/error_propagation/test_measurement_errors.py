@@ -228,7 +228,7 @@ def test_models_that_share_a_photograph_share_its_errors():
     block = exact_block()
     result = densify(block)
     flight, errors = block.low_flight, result.orientation_errors["low_flight"]
-    points = result.model_points["low_flight"]
+    points = result.solution.model_points["low_flight"]
     names = flight.image_points[["image_id", "point_id"]]
     models = flight.models.set_index(["coverage", "model_id"])
     for row in range(0, len(points), 17):
