@@ -146,6 +146,9 @@ def test_heights_that_nothing_checks(result):
     assert "standard_error_total" not in found.points
     with pytest.raises(SettingsError, match=r"nothing checks .* its heights"):
         found.covariance_between([tuple(found.points["point_id"].iloc[:2])])
+    left = replace(block, high_flight=changed, may_be_unmeasured=True)
+    with pytest.raises(SettingsError, match=r'"rigorous", but orientations or heights'):
+        densify(left, Settings(weighting="rigorous"))
 
 
 def test_one_flight_in_space_and_one_in_plan():
@@ -154,6 +157,8 @@ def test_one_flight_in_space_and_one_in_plan():
     mixed = replace(block, low_flight=low)
     text = "one flight is transformed in space, and the other one in plan"
     assert obstacle_to_propagation(mixed) == text
+    with pytest.raises(SettingsError, match=f"{text}.*Transform both flights in space"):
+        densify(mixed, Settings(weighting="rigorous"))
     found = densify(mixed)
     with pytest.raises(SettingsError, match=text):
         found.covariance_between([("1001", "1002")])
