@@ -1,12 +1,14 @@
 """Messages: where, what was found, what was expected, and how to mend it."""
 
 import pickle
+from pathlib import Path
 
 import pytest
 
 from einschalt.foundations.errors import (
     BlockError,
     EinschaltError,
+    FileError,
     TableError,
     name_some,
     raise_problems,
@@ -95,6 +97,12 @@ def test_every_file_has_its_turn():
     assert named == ["a.csv, row 2", "a.csv, row 3", "a.csv, row 4", "b.csv, row 7",
                      "c.csv, row 1"]  # fmt: skip
     assert str(error).endswith("\n  and 997 more")
+
+
+def test_a_path_is_a_fact_as_well():
+    error = FileError("it cannot be read").with_facts(file=Path("folder", "a.csv"))
+    assert str(error).startswith(f"{Path('folder', 'a.csv')}: it cannot be read")
+    assert error.file == str(Path("folder", "a.csv"))
 
 
 def test_counted_faults_are_counted():

@@ -16,6 +16,10 @@ MOST_NAMED = 5
 LONGEST_NAME = 60  # characters of a name in a message
 
 
+# facts that are written as they are; a file may come as a path
+NAMED = ("file", "point", "model")
+
+
 class EinschaltError(Exception):
     """A fault that the user can mend.
 
@@ -94,7 +98,11 @@ class EinschaltError(Exception):
         -------
         EinschaltError
         """
-        return _rebuild(type(self), {**self.__dict__, **facts})
+        said = {
+            name: str(fact) if name in NAMED and fact is not None else fact
+            for name, fact in facts.items()
+        }
+        return _rebuild(type(self), {**self.__dict__, **said})
 
     def __reduce__(self):
         """Keep the keyword facts when the error crosses a process border."""

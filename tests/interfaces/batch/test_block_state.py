@@ -17,6 +17,7 @@ from einschalt.interfaces.batch.block_state import (
     result_since,
     whole_result,
 )
+from einschalt.interfaces.files.written_files import sealed_text
 
 SOUND = {
     "inputs": [{"table": "block", "file": "block.toml", "sha256": "0" * 64}],
@@ -92,7 +93,8 @@ def test_a_result_whose_worker_was_killed_is_taken_for_the_one_asked_for(
     folder = tmp_path / "out"
     task = look_at("a", small_block.path, folder).task
     row = run_block(task)
-    (folder / FAILURE).write_text("{}")  # the worker had not come to take it away
+    # the worker had not come to take it away
+    (folder / FAILURE).write_text(sealed_text({}))
     with monkeypatch.context() as patch:
         patch.setattr(block_run, "densify", None)
         again = run_block(task)
