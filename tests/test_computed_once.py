@@ -16,6 +16,7 @@ from einschalt.interfaces.reports import html_report  # noqa: F401  its names ar
 from einschalt.pipeline.assessment import assess
 from einschalt.pipeline.assessment.evidence import (
     claim,
+    exchanged_names,
     leave_one_out,
     repeated_settings,
     systematic_errors,
@@ -28,6 +29,7 @@ from einschalt.stages.error_propagation.error_model import ErrorModel
 
 EVIDENCE = (
     (claim, "examine_claim"),
+    (exchanged_names, "find_exchanged_names"),
     (leave_one_out, "leave_out_control"),
     (variance_components, "estimate_components"),
     (systematic_errors, "find_patterns"),
@@ -36,7 +38,7 @@ EVIDENCE = (
 JUDGED = (
     (assess, "assess"),
     (catalogue, "findings_of"),
-    (low_flight_fit, "fit_low_flight"),
+    (low_flight_fit, "transform_low_flight"),
 )
 
 
