@@ -1,6 +1,7 @@
 """Computed blocks that several tests look at, and texts to compare with."""
 
 import os
+import signal
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,11 @@ from hypothesis import settings
 # that others use as well take ten times as long. Set before numpy is imported
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
+# a run in the background inherits that interruptions are ignored, and would hand it on
+# to the commands that are interrupted here: they would never end
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # the same examples in every run: what fails here fails there. To hunt for new ones:
 # EINSCHALT_HUNT=1 make test

@@ -29,7 +29,7 @@ def describe_fault(value, unit, *, is_positive=False):
 
     Examples
     --------
-    >>> say_number("1.234,5", "metres")
+    >>> describe_fault("1.234,5", "metres")
     ("'1.234,5' has separators of thousands", 'metres', 'Write 1234.5')
     """
     expected = f"{'positive ' if is_positive else ''}{unit}"
