@@ -194,6 +194,7 @@ def test_terrain_is_judged_for_both_flights_of_a_layout(invoke, tmp_path):
 def test_costs_rank_the_plans(invoke, tmp_path):
     def cheapest(*costs):
         options = ("--target", 0.08, "--spacing", 300, "--output", tmp_path / "p.csv")
+        options = (*options, "--overwrite")
         shown = invoke("plan", *options, *costs)
         assert shown.exit_code == 0, shown.stderr
         return pd.read_csv(tmp_path / "p.csv").iloc[0]

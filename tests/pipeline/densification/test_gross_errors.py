@@ -141,8 +141,8 @@ def test_they_take_no_part(spoilt, outliers):
     result = densify(spoilt, Settings(outliers=outliers))
     out = rows(result.gross_measurements)
     fitted = {
-        "high_flight": result.high.transformation.observed,
-        "low_flight": result.low.observed,
+        "high_flight": result.solution.high.transformation.observed,
+        "low_flight": result.solution.low.observed,
     }
     for name, observed in fitted.items():
         assert not out & rows(observed.rows.assign(flight=name))

@@ -440,11 +440,13 @@ def test_a_block_that_two_steps_cannot_do(block, monkeypatch):
     def impossible(*_):
         raise GeometryError("no model of the high flight is usable")
 
-    monkeypatch.setattr("einschalt.pipeline.densify._in_two_steps", impossible)
+    home = "einschalt.pipeline.densification.one_adjustment.solve_in_two_steps"
+    monkeypatch.setattr(home, impossible)
     found = es.densify(block, es.Settings(method="simultaneous"))
     assert found.two_step is None
     assert len(found.points) == len(block.truth)
-    assert "The two-step way is not possible" in summarize(found)
+    said = " ".join(summarize(found).split())
+    assert "not possible in this block: no model of the high flight is usable" in said
     assert "not possible" in render(found)
 
 
