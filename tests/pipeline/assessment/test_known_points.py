@@ -8,7 +8,6 @@ from tests.changed_results import changed
 from einschalt.pipeline.assessment.known_points import (
     KnownPoints,
     check_points,
-    check_points_exceed,
     control_points,
 )
 
@@ -64,5 +63,6 @@ def test_check_points_that_exceed_are_beyond(good_result):
         difference_easting=4.0 * good_result.points["difference_easting"],
         difference_northing=4.0 * good_result.points["difference_northing"],
     )
-    assert not check_points_exceed(good_result.examination)
-    assert check_points_exceed(changed(good_result, points=points).examination)
+    assert not good_result.examination.known_check.are_beyond
+    spoilt = changed(good_result, points=points).examination
+    assert spoilt.known_check.are_beyond

@@ -10,8 +10,6 @@ from einschalt.foundations.errors import EinschaltError
 from einschalt.pipeline.block.block import Block, Flight
 from einschalt.pipeline.block.facts import (
     check_facts,
-    count_coverages,
-    count_models,
 )
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
@@ -154,16 +152,16 @@ def test_sound_block_has_no_problem(demo_block):
 
 def test_models_and_coverages_are_counted_as_they_were_measured(demo_block):
     points = demo_block.low_flight.model_points
-    assert count_models(demo_block.low_flight) == 23
-    assert count_coverages(demo_block.low_flight) == 2
+    assert demo_block.low_flight.n_models == 23
+    assert demo_block.low_flight.n_coverages == 2
     one = replace(demo_block.low_flight, model_points=points[points["coverage"] == "1"])
-    assert count_models(one) < 23
-    assert count_coverages(one) == 1
+    assert one.n_models < 23
+    assert one.n_coverages == 1
 
 
 def test_models_of_images_are_those_of_their_list():
     geometry = replace(PRESETS["demo"].geometry, measurement="images")
     low = simulate_block("demo", seed=1, geometry=geometry).low_flight
     assert low.model_points is None
-    assert count_models(low) == len(low.models)
-    assert count_coverages(low) == 2
+    assert low.n_models == len(low.models)
+    assert low.n_coverages == 2

@@ -11,12 +11,13 @@ import numpy as np
 from tests.truth.long_form.calibration import errors_of
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
-from einschalt.pipeline.assessment.evidence.claim import COVERAGES, LEVEL, NEIGHBOURS
+from einschalt.pipeline.assessment.evidence.claim import COVERAGES, NEIGHBOURS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.adjustment.multiple_testing import holm
+from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE
 
 N_BLOCKS = 100
 ERROR = 0.1
@@ -97,7 +98,9 @@ def study(approximations, seed):
     paper = result.points["standard_error_paper"].to_numpy()
     return {
         "all tests": not claim.is_supported,
-        "two tests": bool((holm(p_values, np.array([0, 2])) <= LEVEL).any()),
+        "two tests": bool(
+            (holm(p_values, np.array([0, 2])) <= CLAIM_SIGNIFICANCE).any()
+        ),
         "squares": (
             np.sum(errors_of(result.points, simulated.truth) ** 2),
             np.sum(paper**2),
