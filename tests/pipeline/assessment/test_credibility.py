@@ -157,3 +157,15 @@ def test_errors_larger_than_given_enlarge_the_figure(demo_block):
     assert credible.reason is Reason.ADJUSTED_ENLARGED
     assert credible.value == pytest.approx(s_0 * result.figures.mean_total)
     assert not credible.is_lower_bound
+
+
+@pytest.mark.parametrize("is_deformed", [False, True])
+def test_deformed_models_make_the_figure_a_lower_bound(
+    demo_block, monkeypatch, is_deformed
+):
+    result = densify(demo_block, Settings(method="simultaneous"))
+    kind = type(result.examination)
+    monkeypatch.setattr(kind, "is_deformed", property(lambda _: is_deformed))
+    credible = result.examination.credible
+    assert credible.is_lower_bound == is_deformed
+    assert credible.value == pytest.approx(result.figures.mean_total)

@@ -52,7 +52,8 @@ class CredibleFigure:
     column : str
         Of ``points``: the standard error that is claimed for single points.
     factor : float
-        By which the measurements exceed that column at least; 1 where they do not.
+        By which that column is enlarged for a tolerance: what the measurements exceed
+        it by at least, or s_0 of an adjustment where that is larger; never below 1.
     reason : Reason
     """
 

@@ -97,4 +97,3 @@ CAMERAS = {
     ),
 }
 """By the name that the command line takes. Sizes after the makers' data sheets."""
-DEFAULT_CAMERA = "film_wide"

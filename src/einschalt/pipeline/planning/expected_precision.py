@@ -27,7 +27,6 @@ from einschalt.theory.planning.kovarik_precision import (
 
 # places in a model, −½ to ½ from edge to edge, as DensificationResult has them
 CENTRE_WITHIN, EDGE_BEYOND, CORNER_BEYOND = 0.2, 0.4, 0.35
-ZONES = ("centre", "edge", "corner")
 SOURCES = ("control", "high_flight", "low_flight")
 SOURCE_TEXT = {
     "control": "control",

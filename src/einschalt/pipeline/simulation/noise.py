@@ -8,7 +8,6 @@ from einschalt.foundations.errors import raise_problems
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 
-IN_METRES = "Did you give metres?"
 UM = "micrometres in the image"
 
 RANGES = {
