@@ -67,11 +67,7 @@ def angles_from_rotation(matrix):
     kappa = np.arctan2(-m[..., 1, 0], m[..., 0, 0])
     kappa_alone = np.arctan2(m[..., 0, 1], m[..., 1, 1])
     return np.stack(
-        [
-            np.where(is_gimbal, 0.0, omega),
-            phi,
-            np.where(is_gimbal, kappa_alone, kappa),
-        ],
+        [np.where(is_gimbal, 0.0, omega), phi, np.where(is_gimbal, kappa_alone, kappa)],
         axis=-1,
     )
 

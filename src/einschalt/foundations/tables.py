@@ -126,9 +126,7 @@ CONTROL_POINTS = Schema(
     key=("point_id",),
 )
 APPROXIMATE_POINTS = Schema(
-    "approximate_points",
-    CONTROL_POINTS.columns[:4],
-    key=("point_id",),
+    "approximate_points", CONTROL_POINTS.columns[:4], key=("point_id",)
 )
 MODEL_POINTS = Schema(
     "model_points",
@@ -200,12 +198,7 @@ IMAGE_PAIRS = Schema(
 )
 IMAGE_MODELS = Schema(
     "models",
-    (
-        COVERAGE,
-        MODEL_ID,
-        Column("left_image", "id"),
-        Column("right_image", "id"),
-    ),
+    (COVERAGE, MODEL_ID, Column("left_image", "id"), Column("right_image", "id")),
     key=("coverage", "model_id"),
 )
 

@@ -22,11 +22,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
     deformation_of,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.solver import (
-    Solver,
-    build_solver,
-    order_block,
-)
+from einschalt.theory.block_adjustment.solver import Solver, build_solver, order_block
 
 # common parameters are bilinear with the models; they move by 1e-4 in the first pass
 MOST_PASSES = 6

@@ -160,11 +160,7 @@ def _ties_on_line(observations, verdict, is_control):
     is_used = verdict[model] == FINE
     holders = np.bincount(point[is_used], minlength=observations.n_points)
     is_tie = is_used & (is_control[point] | (holders[point] > 1))
-    flat = _is_flat(
-        observations.xy[is_tie],
-        model[is_tie],
-        observations.is_affine,
-    )
+    flat = _is_flat(observations.xy[is_tie], model[is_tie], observations.is_affine)
     return flat & (verdict == FINE)
 
 

@@ -23,15 +23,9 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     largest_error,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.solver import (
-    factor_block,
-    order_block,
-)
+from einschalt.theory.block_adjustment.solver import factor_block, order_block
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
-from einschalt.theory.transformation.helmert_3d import (
-    angles_of,
-    parameters_from_step,
-)
+from einschalt.theory.transformation.helmert_3d import angles_of, parameters_from_step
 
 MOST_PASSES = 50
 # a step that is as small as this changes nothing but its own square [m]

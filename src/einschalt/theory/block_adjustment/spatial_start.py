@@ -13,10 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.axis_coupling import (
-    Channels,
-    reduce_models,
-)
+from einschalt.theory.block_adjustment.axis_coupling import Channels, reduce_models
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.solver import build_solver
 
