@@ -19,21 +19,10 @@ LARGEST_BITS = 1000  # of a whole number that a float can hold
 
 
 def numbers(raw, column):
-    """Numbers of a column.
+    """Numbers of a column, as they were read into a Series.
 
-    Parameters
-    ----------
-    raw : Series
-        As they were read.
-    column : Column
-
-    Returns
-    -------
-    values : ndarray of float
-        NaN where there is none.
-    is_bad : ndarray of bool
-    say : callable
-        From a raw value to what was found, what is expected and how to mend it.
+    Values, NaN where there is none; which of them are bad; and a function that says of
+    a raw value what was found, what is expected and how to mend it.
     """
     values = _to_float(raw)
     is_bad = ~(np.abs(values) <= LARGEST_NUMBER)

@@ -15,30 +15,17 @@ SPLITTER = 134217729.0  # 2^27 + 1
 
 
 class Transformed(NamedTuple):
-    """Points of all models in the ground system: the sum of both parts.
+    """Points of all models in the ground system: the sum of both parts."""
 
-    Attributes
-    ----------
-    high, low : ndarray, shape (n_rows, d, n_right)
-    """
-
-    high: np.ndarray
-    low: np.ndarray
+    high: np.ndarray  # (n_rows, d, n_right)
+    low: np.ndarray  # (n_rows, d, n_right)
 
 
 def transform_exactly(design, model, parameters) -> Transformed:
     """Multiply the design of each observation with the unknowns of its model.
 
-    Parameters
-    ----------
-    design : ndarray, shape (n_rows, d, n_unknowns)
-        Float or complex.
-    model : ndarray of int, shape (n_rows,)
-    parameters : ndarray, shape (n_models, n_unknowns, n_right)
-
-    Returns
-    -------
-    Transformed
+    ``design`` (n_rows, d, n_unknowns) is float or complex, ``parameters`` are
+    (n_models, n_unknowns, n_right).
     """
     shape = (*design.shape[:2], parameters.shape[2])
     high, low = np.empty(shape, design.dtype), np.empty(shape, design.dtype)

@@ -205,43 +205,24 @@ IMAGE_MODELS = Schema(
 
 @dataclass(frozen=True, eq=False)
 class CheckedTable:
-    """A table after its check.
+    """A table after its check."""
 
-    Attributes
-    ----------
-    frame : DataFrame
-        The columns of the schema, ids as text, numbers as float; usable only where
-        ``problems`` is empty.
-    problems : tuple of EinschaltError
-    notes : tuple of str
-        What was ignored or filled in.
-    coded : dict of str to Coded
-        The columns of the key as codes; empty where the key is not complete.
-    """
-
+    # the columns of the schema, ids as text, numbers as float; usable only where
+    # ``problems`` is empty
     frame: pd.DataFrame
     problems: tuple[EinschaltError, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was ignored or filled in
+    # the columns of the key as codes; empty where the key is not complete
     coded: dict[str, Coded] = field(default_factory=dict)
 
 
 def check_table(frame, schema, *, source=None) -> CheckedTable:
     """Check a table against its schema.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        Values as they were read: numbers or the text that stands in the file. Its
-        index is said as the row: the line of the file, where it comes from one.
-    schema : Schema
-    source : str, optional
-        File name, or the name of an argument, said in messages.
-
-    Returns
-    -------
-    CheckedTable
-        Of each column at most 100 faults come one by one; a last problem counts the
-        others in ``stands_for``.
+    Its values are as they were read: numbers or the text that stands in the file; its
+    index is said as the row: the line of the file, where it comes from one. ``source``
+    is the file or argument that messages name. Of each column at most 100 faults come
+    one by one; a last problem counts the others in ``stands_for``.
     """
     source = source or schema.name
     unfit = _unfit(frame, schema, source)
@@ -352,22 +333,9 @@ def _check_values(frame, column, source):
 
 
 def listed(places, problem, rest, source):
-    """Make the problems of the first rows; one more counts the others.
+    """Make the problems of the first hundred faulty rows; one more counts the ``rest``.
 
-    Parameters
-    ----------
-    places : ndarray of int
-        Positions of the faulty rows.
-    problem : callable
-        Gives the problem of a position.
-    rest : str
-        What is said of the rows beyond the first hundred.
-    source : str
-        File name.
-
-    Returns
-    -------
-    list of EinschaltError
+    ``problem`` gives that of a position, ``rest`` is said of the rows beyond.
     """
     problems = [problem(place) for place in places[:MOST_LISTED]]
     n_more = len(places) - MOST_LISTED
@@ -378,18 +346,7 @@ def listed(places, problem, rest, source):
 
 
 def row_location(frame, place):
-    """Row, point and model of a position, as facts of an error.
-
-    Parameters
-    ----------
-    frame : DataFrame
-    place : int
-        Position in the frame, not its index.
-
-    Returns
-    -------
-    dict
-    """
+    """Row, point and model of a position (not an index), as facts of an error."""
     label = frame.index[place]
     return {
         "row": label if isinstance(label, (int, np.integer)) else None,

@@ -46,19 +46,6 @@ class Range:
 def problems_in(owner, ranges) -> list[EinschaltError]:
     """Find the fields of a dataclass that lie outside their ranges.
 
-    Parameters
-    ----------
-    owner : dataclass instance
-    ranges : dict of str to Range
-        Field name to what it may be.
-
-    Returns
-    -------
-    list of SettingsError
-        In the order of ``ranges``; empty where all is well.
-
-    Examples
-    --------
     >>> from types import SimpleNamespace
     >>> relief = SimpleNamespace(relief=-1.0)
     >>> print(problems_in(relief, {"relief": Range(0, 100, "metres")})[0])

@@ -35,23 +35,14 @@ from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """Cholesky factor of the reduced normal equations.
-
-    Attributes
-    ----------
-    pattern : BlockPattern
-    fronts : Fronts
-    storage : Storage
-    panels : ndarray
-        Columns of the factor, front after front.
-    is_held : ndarray of bool, shape (n_models, n_unknowns)
-        Unknowns, in the order of elimination, that nothing determines.
-    """
+    """Cholesky factor of the reduced normal equations."""
 
     pattern: BlockPattern
     fronts: Fronts
     storage: Storage
-    panels: np.ndarray
+    panels: np.ndarray  # columns of the factor, front after front
+    # (n_models, n_unknowns): unknowns, in the order of elimination, that nothing
+    # determines
     is_held: np.ndarray
 
     @property
@@ -60,17 +51,9 @@ class Factor:
         return self.is_held.shape[1]
 
     def solve(self, right_sides):
-        """Solve for several right sides.
+        """Solve for several right sides, (n_models, n_unknowns, n_right).
 
-        Parameters
-        ----------
-        right_sides : ndarray, shape (n_models, n_unknowns, n_right)
-            In the order of elimination.
-
-        Returns
-        -------
-        ndarray
-            Of the same shape; 0 for what is held.
+        0 for what is held.
         """
         n_models, n_unknowns, n_right = right_sides.shape
         x = np.moveaxis(right_sides, 2, 0).reshape(n_right, -1)
@@ -88,17 +71,7 @@ class Factor:
         return np.moveaxis(x.reshape(n_right, n_models, n_unknowns), 0, 2)
 
     def null_vector(self, place, unknown):
-        """How everything moves with an unknown that nothing determines.
-
-        Parameters
-        ----------
-        place, unknown : int
-            One of ``is_held``.
-
-        Returns
-        -------
-        ndarray, shape (n_models, n_unknowns)
-        """
+        """How everything moves with an unknown that nothing determines."""
         x = np.zeros((1, self.is_held.size), dtype=self.panels.dtype)
         x[0, place * self.n_unknowns + unknown] = HELD
         arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
@@ -114,12 +87,9 @@ class Factor:
         return x.reshape(self.is_held.shape)
 
     def selected_inverse(self):
-        """Inverse where the normal equations have blocks.
+        """Inverse where the normal equations have blocks, in their order.
 
-        Returns
-        -------
-        ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-            Block by block as in the pattern, lower triangle.
+        Only lower triangles.
         """
         fronts, n_unknowns = self.fronts, self.n_unknowns
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
@@ -152,19 +122,7 @@ class Factor:
 
 
 def factorize(blocks, pattern, fronts) -> Factor:
-    """Factor the reduced normal equations.
-
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-        Of the pattern; float or complex.
-    pattern : BlockPattern
-    fronts : Fronts
-
-    Returns
-    -------
-    Factor
-    """
+    """Factor the reduced normal equations, float or complex blocks of the pattern."""
     n_unknowns = blocks.shape[1]
     storage = storage_for(fronts, n_unknowns)
     panels = np.zeros(storage.panel_start[-1], dtype=blocks.dtype)

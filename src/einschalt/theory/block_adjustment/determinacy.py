@@ -25,24 +25,15 @@ NEAR_LINE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Determinacy:
-    """Which models of a block can be determined.
+    """Which models of a block can be determined."""
 
-    Attributes
-    ----------
-    verdict : ndarray of int, shape (n_models,)
-        FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE.
-    n_ties : ndarray of int, shape (n_models,)
-        Points that control or another determined model holds as well.
-    part : ndarray of int, shape (n_models,)
-        Parts that hang together, −1 for models that were taken out singly.
-    n_control : ndarray of int, shape (n_models,)
-        Control points of each model's part.
-    """
-
+    # (n_models,): FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE
     verdict: np.ndarray
+    # (n_models,): points that control or another determined model holds as well
     n_ties: np.ndarray
+    # (n_models,): parts that hang together, −1 for models that were taken out singly
     part: np.ndarray
-    n_control: np.ndarray
+    n_control: np.ndarray  # (n_models,): control points of each model's part
 
     @property
     def is_fine(self):
@@ -51,16 +42,7 @@ class Determinacy:
 
 
 def examine(observations) -> Determinacy:
-    """Find the models that cannot be determined, and why.
-
-    Parameters
-    ----------
-    observations : BlockObservations
-
-    Returns
-    -------
-    Determinacy
-    """
+    """Find the models that cannot be determined, and why."""
     n_models = observations.n_models
     verdict = np.full(n_models, FINE)
     needed = np.where(
@@ -219,14 +201,7 @@ LEAST_PRECISION = 0.1
 def loose_models(solution):
     """Models that move freely, or as good as freely, against the rest of the block.
 
-    Parameters
-    ----------
-    solution : BlockSolution
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
-        Parts that are joined to the block like a hinge, or hang on it by a thread.
+    They are joined to it like a hinge, or hang on it by a thread.
     """
     is_loose = solution.is_held.any(axis=1)
     if is_loose.any():
@@ -241,17 +216,8 @@ def loose_models(solution):
 def why_loose(observations, is_loose):
     """Say whether control as good as on a line lets models move.
 
-    Parameters
-    ----------
-    observations : BlockObservations or SpatialObservations
-        Of the part of the block that was adjusted.
-    is_loose : ndarray of bool, shape (n_models,)
-
-    Returns
-    -------
-    ndarray of int, shape (n_models,)
-        CONTROL_ON_LINE where nothing of the block stands and its control lies near a
-        line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
+    CONTROL_ON_LINE where nothing of the adjusted block stands and its control lies near
+    a line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
     """
     cause = np.full(is_loose.size, LOOSE)
     control = observations.control[observations.is_control][:, :2]

@@ -34,33 +34,12 @@ class ObservedBlock:
         return weight
 
     def of_models(self, is_kept):
-        """Leave models out, and the points that only these hold.
-
-        Parameters
-        ----------
-        is_kept : ndarray of bool, shape (n_models,)
-
-        Returns
-        -------
-        Part
-        """
+        """Leave models out, and the points that only these hold."""
         rows = np.flatnonzero(is_kept[self.model])
         return self.of_rows(rows, np.flatnonzero(is_kept))
 
     def of_rows(self, rows, models):
-        """Take some of the observations.
-
-        Parameters
-        ----------
-        rows : ndarray of int
-            Ascending.
-        models : ndarray of int
-            Models that are kept, ascending; ``rows`` belong to these.
-
-        Returns
-        -------
-        Part
-        """
+        """Take some of the observations, ascending, and the models that hold them."""
         model_number = np.full(self.n_models, -1)
         model_number[models] = np.arange(len(models))
         points, point = np.unique(self.point[rows], return_inverse=True)
@@ -81,36 +60,22 @@ class ObservedBlock:
 
 @dataclass(frozen=True, eq=False)
 class BlockObservations(ObservedBlock):
-    """Observations of a block, sorted by model.
+    """Observations of a block, sorted by model."""
 
-    Attributes
-    ----------
-    model, point : ndarray of int64, shape (n_rows,)
-        Every point from 0 to n_points − 1 occurs.
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates, in any unit.
-    standard_error : ndarray, shape (n_rows,)
-        Of one measured coordinate on the ground [m].
-    is_affine : ndarray of bool, shape (n_models,)
-        Affine, or helmert.
-    flight : ndarray of int64, shape (n_models,)
-        Models of one flight share their common parameters.
-    control : ndarray, shape (n_points, 2)
-        Given easting, northing [m]; NaN where a point is no control.
-    control_covariance : ndarray, shape (n_points, 2, 2)
-        Of the given coordinates [m²]; 0 where they are to be held.
-    orientation : ndarray, shape (n_rows, 2, n_elements), optional
-        ``xy`` by errors that all points of a model share: independent, of variance 1.
-    """
-
-    model: np.ndarray
-    point: np.ndarray
-    xy: np.ndarray
+    model: np.ndarray  # (n_rows,)
+    point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
+    xy: np.ndarray  # (n_rows, 2): model coordinates, in any unit
+    # (n_rows,): of one measured coordinate on the ground [m]
     standard_error: np.ndarray
-    is_affine: np.ndarray
+    is_affine: np.ndarray  # (n_models,): affine, or helmert
+    # (n_models,): models of one flight share their common parameters
     flight: np.ndarray
+    # (n_points, 2): given easting, northing [m]; NaN where a point is no control
     control: np.ndarray
+    # (n_points, 2, 2): of the given coordinates [m²]; 0 where they are to be held
     control_covariance: np.ndarray
+    # (n_rows, 2, n_elements): ``xy`` by errors that all points of a model share:
+    # independent, of variance 1
     orientation: np.ndarray | None = None
 
     _by_row = ("xy", "standard_error", "orientation")
@@ -138,16 +103,9 @@ class BlockObservations(ObservedBlock):
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Part of the observations of a block.
-
-    Attributes
-    ----------
-    observations : BlockObservations or SpatialObservations
-    rows, models, points : ndarray of int
-        Old number of each observation, model and point.
-    """
+    """Part of the observations of a block."""
 
     observations: ObservedBlock
-    rows: np.ndarray
+    rows: np.ndarray  # old number of each observation, model and point
     models: np.ndarray
     points: np.ndarray

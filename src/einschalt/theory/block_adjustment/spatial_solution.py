@@ -39,42 +39,22 @@ class NoConvergenceError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class SpatialSolution(AdjustedBlock):
-    """Adjusted block of spatial models.
+    """Adjusted block of spatial models."""
 
-    Attributes
-    ----------
-    placement : Placement
-        Of the adjusted models.
-    extent : ndarray, shape (n_models,)
-        Root mean square distance of the points of each model from its centroid, on the
-        ground [m]: unit of its scale and turn.
-    """
-
-    placement: Placement
+    placement: Placement  # of the adjusted models
+    # (n_models,): root mean square distance of the points of each model from its
+    # centroid, on the ground [m]: unit of its scale and turn
     extent: np.ndarray
 
     def readjusted(self, observations):
-        """Adjust the same block with other errors or given coordinates.
-
-        Parameters
-        ----------
-        observations : SpatialObservations
-            Of the same models and points.
-
-        Returns
-        -------
-        SpatialSolution
-        """
+        """Adjust the same models and points with other errors or given coordinates."""
         return _Task(observations, self.ordering).solve(self.placement)
 
     @property
     def relative_errors(self):
         """Standard error of scale and turn of each model, relative.
 
-        Returns
-        -------
-        ndarray, shape (n_models,)
-            For σ_0 = 1; NaN where rounding has left no positive variance.
+        For σ_0 = 1; NaN where rounding has left no positive variance.
         """
         return largest_error(np.diagonal(self._step_cofactors, axis1=1, axis2=2)[:, 3:])
 
@@ -104,22 +84,10 @@ class SpatialSolution(AdjustedBlock):
 
 
 def adjust_spatially(observations, start=None) -> SpatialSolution:
-    """Adjust all spatial models of a block with its control.
+    """Adjust all spatial models of a determined block with its control.
 
-    Parameters
-    ----------
-    observations : SpatialObservations
-        Determined.
-    start : Placement, optional
-        Of the same models; without one they must stand upright but for some degrees.
-
-    Returns
-    -------
-    SpatialSolution
-
-    Raises
-    ------
-    NoConvergenceError
+    Without a ``start`` the models must stand upright but for some degrees. Raises
+    NoConvergenceError.
     """
     plan = observations.in_plan(is_affine=True)
     incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)

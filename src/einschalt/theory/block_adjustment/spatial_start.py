@@ -23,22 +23,13 @@ STEEPEST = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Spatial models on the ground: centre + scale · rotation · (xyz − centroid).
+    """Spatial models on the ground: centre + scale · rotation · (xyz − centroid)."""
 
-    Attributes
-    ----------
-    centroid, centre : ndarray, shape (n_models, 3)
-        In the model, and on the ground from the origin [m].
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    origin : ndarray, shape (3,)
-        Easting, northing, height from which the ground is counted [m].
-    """
-
-    centroid: np.ndarray
-    centre: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
+    centroid: np.ndarray  # (n_models, 3): in the model
+    centre: np.ndarray  # (n_models, 3): on the ground, from the origin [m]
+    scale: np.ndarray  # (n_models,)
+    rotation: np.ndarray  # (n_models, 3, 3)
+    # (3,): easting, northing, height from which the ground is counted [m]
     origin: np.ndarray
 
     @property
@@ -48,17 +39,7 @@ class Placement:
 
 
 def place_models(observations) -> Placement:
-    """Place all models, well enough to begin with.
-
-    Parameters
-    ----------
-    observations : SpatialObservations
-        Determined in plan.
-
-    Returns
-    -------
-    Placement
-    """
+    """Place all models, well enough to begin with; the block is determined in plan."""
     plan = adjust(observations.in_plan(is_affine=False))
     east_x, north_x = plan.affinities[:, :, 1].T
     scale = np.hypot(east_x, north_x)
@@ -128,16 +109,8 @@ def _heights(observations, ordering, scale, z_of_centroid):
 def _tilted(cosine, sine, up):
     """Rotations whose last row is given, as near to a direction in plan as can be.
 
-    Parameters
-    ----------
-    cosine, sine : ndarray, shape (n,)
-        Of the direction of the model's x-axis on the ground, from easting.
-    up : ndarray, shape (n, 2)
-        First two elements of the last row.
-
-    Returns
-    -------
-    ndarray, shape (n, 3, 3)
+    Cosine and sine are those of the direction of the model's x-axis on the ground, from
+    easting; ``up`` (n, 2) is the first two elements of the last row.
     """
     third = np.column_stack([up, np.sqrt(1.0 - (up**2).sum(axis=1))])
     first = np.column_stack([cosine, -sine, np.zeros(len(up))])
