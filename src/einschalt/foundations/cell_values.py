@@ -39,8 +39,9 @@ def numbers(raw, column):
 
 def _to_float(raw):
     # pandas would count True as 1, dates as ns, and leave out what is imaginary
+    is_textual = raw.dtype == object or pd.api.types.is_string_dtype(raw)
     is_other = pd.api.types.is_bool_dtype(raw) or pd.api.types.is_complex_dtype(raw)
-    if is_other or not (pd.api.types.is_numeric_dtype(raw) or _is_textual(raw)):
+    if is_other or not (pd.api.types.is_numeric_dtype(raw) or is_textual):
         return np.full(len(raw), np.nan)
     if raw.dtype == object:
         raw = raw.map(_plain)
@@ -54,10 +55,6 @@ def _plain(value):
     if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
         return np.inf
     return value
-
-
-def _is_textual(raw):
-    return raw.dtype == object or pd.api.types.is_string_dtype(raw)
 
 
 def choices(raw, column):

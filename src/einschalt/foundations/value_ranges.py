@@ -26,15 +26,11 @@ class Range:
     def __contains__(self, value):
         """Whether a value is a number of the right kind within the range."""
         # bool is an int to Python, and yet no measure
-        if isinstance(value, bool) or not isinstance(
-            value, int | float | np.integer | np.floating
-        ):
+        is_number = isinstance(value, int | float | np.integer | np.floating)
+        if isinstance(value, bool) or not is_number or not abs(value) <= LARGEST:
             return False
-        if not abs(value) <= LARGEST:
-            return False
-        return self.low <= value <= self.high and (
-            not self.is_whole or float(value).is_integer()
-        )
+        is_kind = not self.is_whole or float(value).is_integer()
+        return self.low <= value <= self.high and is_kind
 
     def __str__(self):
         """Return the range as it stands in a message."""

@@ -15,18 +15,9 @@ from numba import types
 from numba.extending import get_cython_function_address, overload
 from threadpoolctl import ThreadpoolController
 
-_LAPACK = ("potrf", "potri")
-_BLAS = ("trsm", "syrk", "herk", "symm", "hemm", "gemm")
-_N_POINTERS = {
-    "potrf": 5,
-    "potri": 5,
-    "trsm": 11,
-    "syrk": 10,
-    "herk": 10,
-    "symm": 12,
-    "hemm": 12,
-    "gemm": 13,
-}
+# the pointers that each routine takes
+_LAPACK = {"potrf": 5, "potri": 5}
+_BLAS = {"trsm": 11, "syrk": 10, "herk": 10, "symm": 12, "hemm": 12, "gemm": 13}
 _PREFIX = "einschalt_"
 
 
@@ -37,7 +28,7 @@ def _external(name):
     address = get_cython_function_address(f"scipy.linalg.cython_{home}", name)
     # by name, so that compiled code can be cached: addresses change with every start
     llvmlite.binding.add_symbol(_PREFIX + name, address)
-    signature = types.void(*[types.voidptr] * _N_POINTERS[routine])
+    signature = types.void(*[types.voidptr] * (_LAPACK | _BLAS)[routine])
     return types.ExternalFunction(_PREFIX + name, signature)
 
 

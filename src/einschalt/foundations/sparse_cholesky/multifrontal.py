@@ -58,62 +58,44 @@ class Factor:
         n_models, n_unknowns, n_right = right_sides.shape
         x = np.moveaxis(right_sides, 2, 0).reshape(n_right, -1)
         x = np.ascontiguousarray(x, dtype=self.panels.dtype).copy()
-        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
-        with one_thread():
-            solve_fronts(
-                x,
-                self.panels,
-                self.storage.panel_start,
-                *arrays,
-                n_unknowns,
-                work_arrays(x.dtype),
-            )
+        self._solve_in_place(solve_fronts, x)
         return np.moveaxis(x.reshape(n_right, n_models, n_unknowns), 0, 2)
 
     def null_vector(self, place, unknown):
-        """How everything moves with an unknown that nothing determines."""
+        """How everything moves with an unknown that nothing determines.
+
+        ``place`` and ``unknown`` are those of one of ``is_held``.
+        """
         x = np.zeros((1, self.is_held.size), dtype=self.panels.dtype)
         x[0, place * self.n_unknowns + unknown] = HELD
-        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
-        with one_thread():
-            solve_backward(
-                x,
-                self.panels,
-                self.storage.panel_start,
-                *arrays,
-                self.n_unknowns,
-                work_arrays(x.dtype),
-            )
+        self._solve_in_place(solve_backward, x)
         return x.reshape(self.is_held.shape)
 
-    def selected_inverse(self):
-        """Inverse where the normal equations have blocks, in their order.
+    def _solve_in_place(self, kernel, x):
+        panels, fronts = (self.panels, self.storage.panel_start), self.fronts
+        edges = fronts.start, fronts.boundary_start, fronts.boundary
+        with one_thread():
+            kernel(x, *panels, *edges, self.n_unknowns, work_arrays(x.dtype))
 
-        Only lower triangles.
+    def selected_inverse(self):
+        """Blocks of the inverse where the normal equations have any, in their order.
+
+        (n_blocks, n_unknowns, n_unknowns), on and below the diagonal.
         """
         fronts, n_unknowns = self.fronts, self.n_unknowns
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
         inverse = np.zeros(shape, dtype=self.panels.dtype)
         branches = part_fronts(fronts, n_unknowns)
         left = np.empty(branches.n_left, dtype=inverse.dtype)
+        pattern = self.pattern.start, self.pattern.row
+        panels = self.panels, self.storage.panel_start
+        tree = fronts.start, fronts.parent, fronts.n_children
+        tree = *tree, fronts.boundary_start, fronts.boundary
 
         def invert(part):
-            invert_fronts(
-                inverse,
-                (self.pattern.start, self.pattern.row),
-                self.panels,
-                self.storage.panel_start,
-                (
-                    fronts.start,
-                    fronts.parent,
-                    fronts.n_children,
-                    fronts.boundary_start,
-                    fronts.boundary,
-                ),
-                (part.root, part.fronts, branches.left_start, left),
-                part.path,
-                work_arrays(inverse.dtype),
-            )
+            own = part.root, part.fronts, branches.left_start, left
+            work = work_arrays(inverse.dtype)
+            invert_fronts(inverse, pattern, *panels, tree, own, part.path, work)
 
         with one_thread():
             invert(branches.trunk)

@@ -205,16 +205,9 @@ def _dissect(start, neighbours, xy, leaf):
         first, last, node = stack[depth, 0], stack[depth, 1], stack[depth, 2]
         is_cut = stack[depth, 3] == 1
         if not is_cut and last - first > leaf:
+            part = order[first:last]
             n_first, n_second = _cut(
-                order[first:last],
-                label,
-                side,
-                start,
-                neighbours,
-                xy,
-                is_boundary,
-                key,
-                rank,
+                part, label, side, start, neighbours, xy, is_boundary, key, rank
             )
             label += 2
             if n_first + n_second > 0:

@@ -15,7 +15,8 @@ def draw_errors(standard_errors, axes, *, n_draws, seed):
     """Draw normal errors of all sources, packed, (n_numbers, n_draws) each [m].
 
     The standard errors of each source's observations are per coordinate [m], with a
-    column for each axis where they differ.
+    column for each axis where they differ. A generator as
+    ``seed`` goes on from where it is.
     """
     rng = np.random.default_rng(seed)
     return {

@@ -4,7 +4,7 @@ What ``statsmodels.stats.multitest.multipletests`` does for one family of tests,
 for the families of all models at once, without a loop over them in Python. Importing
 it takes 1.3 s, most of it scipy.stats, more than whole blocks take to be computed.
 
-Sources: Holm 1979; Benjamini and Hochberg 1995. See docs/theory/reliability.md.
+Source: Holm 1979; see docs/theory/reliability.md.
 """
 
 import numba
@@ -36,17 +36,6 @@ def holm(p_values, start):
     tests = _Ranked(p_values, start, count_tested(p_values, start))
     raw = np.minimum((tests.n_tests - tests.rank) * tests.p_values, 1.0)
     _run_maximum(raw, tests.start)
-    return tests.in_old_order(raw)
-
-
-def benjamini_hochberg(p_values, start):
-    """Adjust probabilities so that only a share α of what is rejected is good.
-
-    p_values, start: as in :func:`holm`. Gives (n,), reject what is at most α.
-    """
-    tests = _Ranked(p_values, start, count_tested(p_values, start))
-    raw = np.minimum(tests.p_values * tests.n_tests / (tests.rank + 1), 1.0)
-    _run_minimum_from_end(raw, tests.start)
     return tests.in_old_order(raw)
 
 
@@ -127,10 +116,3 @@ def _run_maximum(values, start):
     for k in range(len(start) - 1):
         for i in range(start[k] + 1, start[k + 1]):
             values[i] = max(values[i], values[i - 1])
-
-
-@numba.njit(cache=True, nogil=True)
-def _run_minimum_from_end(values, start):
-    for k in range(len(start) - 1):
-        for i in range(start[k + 1] - 2, start[k] - 1, -1):
-            values[i] = min(values[i], values[i + 1])

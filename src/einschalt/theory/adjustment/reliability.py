@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from scipy.special import chdtri, chndtrinc, stdtr, stdtrit
+from scipy.special import chdtri, chndtrinc, stdtr
 
 from einschalt.foundations.batches import over_segments
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -81,17 +81,6 @@ def tau_p_value(tau, redundancy):
     degrees = np.asarray(redundancy, dtype=float) - 1.0
     t = external_t(tau, redundancy)
     return 2.0 * stdtr(np.where(degrees > 0.0, degrees, np.nan), -np.abs(t))
-
-
-def critical_tau(significance, redundancy):
-    """Limit that a single τ exceeds, in size, with the probability ``significance``.
-
-    redundancy: int or ndarray. Gives pope 1976: √(f t² / (f − 1 + t²)) with Student's t
-    of f − 1 degrees of freedom.
-    """
-    f = np.asarray(redundancy, dtype=float)
-    t = stdtrit(np.where(f > 1.0, f - 1.0, np.nan), 1.0 - significance / 2.0)
-    return np.sqrt(f * t**2 / (f - 1.0 + t**2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
+from einschalt.theory.adjustment.monte_carlo import draw_errors
+
 N_DRAWS = 100
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
@@ -119,10 +121,7 @@ def _drawn_products(sums, standard_errors, seed):
     products = np.empty((N_DRAWS, len(sums), n_sources, n_sources))
     for first in range(0, N_DRAWS, at_once):
         n_draws = min(at_once, N_DRAWS - first)
-        errors = {
-            source: axes.draw(rng, sizes, n_draws)
-            for source, sizes in standard_errors.items()
-        }
+        errors = draw_errors(standard_errors, axes, n_draws=n_draws, seed=rng)
         for place, part in enumerate(sums):
             stacked = np.stack([_drawn(part, name, errors) for name in errors])
             products[first : first + n_draws, place] = np.real(

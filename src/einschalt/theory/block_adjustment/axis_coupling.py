@@ -20,24 +20,16 @@ class ModelFrames:
     extent: np.ndarray  # (n_models,): root mean square distance from the centroid
 
 
-@dataclass(frozen=True, eq=False)
-class ReducedModels:
-    """Model coordinates about the centroid of each model, in units of its extent."""
+def reduce_models(xy, model, n_models):
+    """Coordinates about the centroid of each model, in units of its extent.
 
-    xy: np.ndarray  # (n_rows, 2)
-    frames: ModelFrames
-
-
-def reduce_models(xy, model, n_models) -> ReducedModels:
-    """Reduce model coordinates, sorted by model, to centroid and extent."""
-    reduced, centroid, extent = (
-        np.empty((len(xy), 2)),
-        np.zeros((n_models, 2)),
-        np.ones(n_models),
-    )
+    These, (n_rows, 2), and the ModelFrames; observations are sorted by model.
+    """
+    reduced = np.empty((len(xy), 2))
+    centroid, extent = np.zeros((n_models, 2)), np.ones(n_models)
     start = np.searchsorted(model, np.arange(n_models + 1))
     _reduce(np.ascontiguousarray(xy), start, reduced, centroid, extent)
-    return ReducedModels(reduced, ModelFrames(centroid, extent))
+    return reduced, ModelFrames(centroid, extent)
 
 
 @numba.njit(cache=True, nogil=True)

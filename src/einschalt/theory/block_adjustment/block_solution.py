@@ -173,8 +173,8 @@ class _Task(BlockInOrder):
             incidence = incidence_of(
                 observations.model, observations.point, n_models, n_points
             )
-            near = reduce_models(observations.xy, observations.model, n_models)
-            chained = near.xy * near.frames.extent[observations.model][:, None]
+            near, frames = reduce_models(observations.xy, observations.model, n_models)
+            chained = near * frames.extent[observations.model][:, None]
             ordering = order_block(incidence, chained)
         super().__init__(observations, ordering)
         control = observations.control[self.points][self.is_control]
@@ -216,15 +216,15 @@ class _Task(BlockInOrder):
         """Adjust with model coordinates corrected by known common parameters."""
         # a block of millions of observations has no room for copies
         xy = self._xy if len(common) == 0 else self._xy + self._columns @ common
-        reduced = reduce_models(xy, self.incidence.model, self.incidence.n_models)
+        incidence = self.incidence
+        reduced, frames = reduce_models(xy, incidence.model, incidence.n_models)
         channels, shared = self._channels, None
         if self._orientation is not None and affinities is not None:
-            linear = affinities[self.incidence.model][:, :, 1:]
+            linear = affinities[incidence.model][:, :, 1:]
             channels, shared = self._oriented, linear @ self._orientation
         solver = build_solver(
-            self.ordering, reduced.xy, self.weights, self.prior, channels, shared
+            self.ordering, reduced, self.weights, self.prior, channels, shared
         )
-        frames = reduced.frames
         points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
             affinities = _measured(channels.affinities(unknowns), frames)
@@ -301,9 +301,7 @@ class _Task(BlockInOrder):
         return BlockSolution(
             **common,
             affinities=in_old_order(affinities, order),
-            xy=given.xy
-            if passed.xy is self._xy
-            else in_old_order(passed.xy, self.rows),
+            xy=in_old_order(passed.xy, self.rows) if len(passed.common) else given.xy,
             common=passed.common,
             common_cofactors=passed.bordered.cofactors,
             terms=self._terms,

@@ -45,28 +45,19 @@ def examine(observations) -> Determinacy:
     """Find the models that cannot be determined, and why."""
     n_models = observations.n_models
     verdict = np.full(n_models, FINE)
-    needed = np.where(
-        observations.is_affine, LEAST_POINTS[True], LEAST_POINTS[False]
-    ).astype(np.int64)
+    needed = _least_points(observations.is_affine)
     incidence = incidence_of(
         observations.model, observations.point, n_models, observations.n_points
-    )
-    arrays = (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
     )
     is_control = observations.is_control
     n_ties = np.zeros(n_models, dtype=np.int64)
     while True:
-        _prune(verdict, n_ties, needed, is_control, *arrays)
+        _prune(verdict, n_ties, needed, is_control, *incidence.arrays)
         on_line = _ties_on_line(observations, verdict, is_control)
         if not on_line.any():
             break
         verdict[on_line] = TIES_ON_LINE
-    part = _label_parts(verdict, *arrays)
+    part = _label_parts(verdict, *incidence.arrays)
     n_control = _judge_parts(observations, verdict, part)
     return Determinacy(verdict, n_ties, part, n_control)
 
@@ -177,18 +168,18 @@ def _judge_parts(observations, verdict, part):
     is_affine = np.ones(n_parts, dtype=bool)
     is_helmert = (part >= 0) & ~observations.is_affine
     is_affine[part[is_helmert]] = False
-    needed = np.where(is_affine, LEAST_POINTS[True], LEAST_POINTS[False])
     on_line = _is_flat(observations.control[pairs[:, 1]], pairs[:, 0], is_affine)
-    is_few = count < needed
-    of_model = part >= 0
+    of_part = np.where(on_line, CONTROL_ON_LINE, FINE)
+    of_part[count < _least_points(is_affine)] = NO_CONTROL
+    is_in = part >= 0
+    verdict[is_in] = of_part[part[is_in]]
     n_control = np.zeros(len(part), dtype=np.int64)
-    n_control[of_model] = count[part[of_model]]
-    few, line = np.zeros(len(part), dtype=bool), np.zeros(len(part), dtype=bool)
-    few[of_model] = is_few[part[of_model]]
-    line[of_model] = (on_line & ~is_few)[part[of_model]]
-    verdict[few] = NO_CONTROL
-    verdict[line] = CONTROL_ON_LINE
+    n_control[is_in] = count[part[is_in]]
     return n_control
+
+
+def _least_points(is_affine):
+    return np.where(is_affine, LEAST_POINTS[True], LEAST_POINTS[False])
 
 
 # what moves less than this share of the largest motion does not move

@@ -37,6 +37,11 @@ class Incidence:
         """Number of points."""
         return len(self.point_start) - 1
 
+    @property
+    def arrays(self):
+        """All of them, as the kernels take them."""
+        return self.model, self.point, self.model_start, self.point_start, self.rows
+
     def reordered(self, order):
         """Put the models in another order, their observations and points with them.
 
@@ -103,51 +108,32 @@ class Neighbours:
 
 def neighbours_of(incidence) -> Neighbours:
     """Find the models that share a point with each model."""
-    arrays = (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
-    )
-    start = np.concatenate([[0], np.cumsum(_count_neighbours(*arrays))])
-    return Neighbours(start, _fill_neighbours(start, *arrays))
+    return Neighbours(*_find_neighbours(*incidence.arrays))
 
 
 @numba.njit(cache=True, nogil=True)
-def _count_neighbours(model, point, model_start, point_start, rows):
+def _find_neighbours(model, point, model_start, point_start, rows):
     n_models = model_start.size - 1
-    count = np.zeros(n_models, dtype=np.int64)
-    seen = np.full(n_models, -1, dtype=np.int64)
-    for m in range(n_models):
-        seen[m] = m
-        for row in range(model_start[m], model_start[m + 1]):
-            p = point[row]
-            for k in range(point_start[p], point_start[p + 1]):
-                other = model[rows[k]]
-                if seen[other] != m:
-                    seen[other] = m
-                    count[m] += 1
-    return count
-
-
-@numba.njit(cache=True, nogil=True)
-def _fill_neighbours(start, model, point, model_start, point_start, rows):
-    n_models = model_start.size - 1
-    found = np.empty(start[-1], dtype=np.int64)
-    seen = np.full(n_models, -1, dtype=np.int64)
-    for m in range(n_models):
-        seen[m] = m
-        place = start[m]
-        for row in range(model_start[m], model_start[m + 1]):
-            p = point[row]
-            for k in range(point_start[p], point_start[p + 1]):
-                other = model[rows[k]]
-                if seen[other] != m:
-                    seen[other] = m
-                    found[place] = other
-                    place += 1
-    return found
+    start = np.zeros(n_models + 1, dtype=np.int64)
+    found = np.empty(0, dtype=np.int64)
+    for is_counted in (False, True):
+        if is_counted:
+            found = np.empty(start[-1], dtype=np.int64)
+        seen = np.full(n_models, -1, dtype=np.int64)
+        for m in range(n_models):
+            seen[m] = m
+            place = start[m]
+            for row in range(model_start[m], model_start[m + 1]):
+                p = point[row]
+                for k in range(point_start[p], point_start[p + 1]):
+                    other = model[rows[k]]
+                    if seen[other] != m:
+                        seen[other] = m
+                        if is_counted:
+                            found[place] = other
+                        place += 1
+            start[m + 1] = place
+    return start, found
 
 
 def chained_positions(incidence, xy):

@@ -143,21 +143,11 @@ def assemble(system, pattern):
     _assemble_blocks(
         blocks,
         (pattern.start, pattern.row),
-        _fan_arrays(system.incidence),
+        system.incidence.arrays,
         (system.design, system.weights, system.inverse),
         ((0,) * d, (0,) * u),
     )
     return blocks
-
-
-def _fan_arrays(incidence):
-    return (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
-    )
 
 
 @numba.njit(cache=True, nogil=True)
@@ -229,7 +219,7 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
         (points, transformed, cross),
         inverse,
         (pattern.start, pattern.row),
-        _fan_arrays(system.incidence),
+        system.incidence.arrays,
         (system.design, system.weights),
         ((0,) * d, (0,) * u),
     )

@@ -166,7 +166,7 @@ def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solve
     return factor_block(
         ordering,
         design,
-        weights[:, None] if d == 1 else np.repeat(weights[:, None], d, axis=1),
+        np.repeat(weights[:, None], d, axis=1),
         (channels.control_weight(weight), is_fixed),
         channels,
     )

@@ -108,13 +108,7 @@ class _Task(BlockInOrder):
     def solve(self, start) -> SpatialSolution:
         """Iterate from a start."""
         order = self.ordering.order
-        place = replace(
-            start,
-            **{
-                name: getattr(start, name)[order]
-                for name in ("centroid", "centre", "scale", "rotation")
-            },
-        )
+        place = start.arranged(lambda values: values[order])
         control = self.control_from(place.origin)
         last = np.inf
         for _ in range(MOST_PASSES):
@@ -160,13 +154,7 @@ class _Task(BlockInOrder):
         n_unknowns = N_UNKNOWNS * self.given.n_models
         return SpatialSolution(
             **self.common_fields(points, residuals, control, place.origin, n_unknowns),
-            placement=replace(
-                place,
-                **{
-                    name: in_old_order(getattr(place, name), order)
-                    for name in ("centroid", "centre", "scale", "rotation")
-                },
-            ),
+            placement=place.arranged(lambda values: in_old_order(values, order)),
             extent=in_old_order(extent, order),
             solver=solver,
         )

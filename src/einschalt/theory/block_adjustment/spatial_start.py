@@ -9,7 +9,7 @@ and the slopes are the tilts. Both adjust all models at once, and a block that h
 little control needs no chain of models to begin with.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,11 @@ class Placement:
     def matrix(self):
         """Ground from model, shape (n_models, 3, 3)."""
         return self.scale[:, None, None] * self.rotation
+
+    def arranged(self, arrange):
+        """Put the models into another order by a function of their arrays."""
+        names = ("centroid", "centre", "scale", "rotation")
+        return replace(self, **{name: arrange(getattr(self, name)) for name in names})
 
 
 def place_models(observations) -> Placement:
@@ -64,17 +69,14 @@ def place_models(observations) -> Placement:
 
 
 def _centroids(observations):
-    plane = reduce_models(
-        np.ascontiguousarray(observations.xyz[:, :2]),
-        observations.model,
-        observations.n_models,
-    )
-    count = np.bincount(observations.model, minlength=observations.n_models)
-    z = observations.xyz[:, 2]
-    first = np.zeros(len(count))
-    first[observations.model] = z
-    above = np.bincount(observations.model, z - first[observations.model], len(count))
-    return np.column_stack([plane.frames.centroid, first + above / count])
+    model, n_models = observations.model, observations.n_models
+    xy, z = np.ascontiguousarray(observations.xyz[:, :2]), observations.xyz[:, 2]
+    frames = reduce_models(xy, model, n_models)[1]
+    first = np.zeros(n_models)
+    first[model] = z
+    above = np.bincount(model, z - first[model], n_models)
+    count = np.bincount(model, minlength=n_models)
+    return np.column_stack([frames.centroid, first + above / count])
 
 
 def _heights(observations, ordering, scale, z_of_centroid):
@@ -88,10 +90,10 @@ def _heights(observations, ordering, scale, z_of_centroid):
     weight[:, 0, 0] = observations.control_weight[points, 2, 2]
     z = observations.xyz[rows, 2] - z_of_centroid[order][incidence.model]
     xy = np.ascontiguousarray(observations.xyz[rows, :2])
-    reduced = reduce_models(xy, incidence.model, incidence.n_models)
+    reduced, frames = reduce_models(xy, incidence.model, incidence.n_models)
     solver = build_solver(
         ordering,
-        reduced.xy,
+        reduced,
         observations.standard_error[rows, 2] ** -2.0,
         (weight, observations.is_fixed[points]),
         Channels(np.ones(incidence.n_models, dtype=bool), is_coupled=False),
@@ -102,7 +104,7 @@ def _heights(observations, ordering, scale, z_of_centroid):
     ).parameters[:, :, 0]
     height, slope = np.empty(len(order)), np.empty((len(order), 2))
     height[order] = found[:, 0]
-    slope[order] = found[:, 1:] / reduced.frames.extent[:, None]
+    slope[order] = found[:, 1:] / frames.extent[:, None]
     return height, slope, origin
 
 

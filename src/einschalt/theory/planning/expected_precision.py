@@ -8,11 +8,11 @@ a layout is where models and points lie.
 See docs/theory/planned_expectation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from einschalt.theory.planning.kovarik_precision import FEW_POINTS, PlannedModel
+from einschalt.theory.planning.kovarik_precision import FEW_POINTS
 from einschalt.theory.planning.leverage import SHARE_OF_MOMENTS
 
 # mean of n·h over a model that is filled evenly: the number of parameters by two
@@ -166,16 +166,7 @@ def break_even(parts, flights) -> BreakEven:
 
 
 def _leverages(flights, model):
-    evenly, lattice = (
-        PlannedModel(
-            model.kind,
-            edge,
-            model.image_format,
-            model.forward_overlap,
-            model.side_overlap,
-        )
-        for edge in ("mid_edge", "lattice")
-    )
+    evenly, lattice = (replace(model, edge=edge) for edge in ("mid_edge", "lattice"))
     where = flights.scale_number, flights.spacing
     n_points = evenly.n_points(*where)
     is_few = n_points < FEW_POINTS
