@@ -54,7 +54,7 @@ class Axes(Enum):
         return vectors.ravel()
 
     def unpacked(self, numbers):
-        """Vectors of points that numbers stand for, (n_points, n_axes [, n_draws])."""
+        """Vectors of points that numbers stand for, (n_points, n_coordinates, …)."""
         if self is Axes.COMPLEX:
             return np.stack([numbers.real, numbers.imag], axis=1)
         return numbers.reshape(-1, self.value, *numbers.shape[1:])
@@ -72,7 +72,7 @@ class Axes(Enum):
         """Blocks of an operator that multiplies points by shares, (n, n_axes, n_axes).
 
         Shares are numbers (n,) or matrices (n, n_coordinates, n_coordinates); under
-        complex operators such as turn and scale.
+        complex operators those that turn and scale.
         """
         if shares.ndim == 1:
             return shares[:, None, None] * np.eye(self.value)
@@ -192,7 +192,7 @@ class PointOperator:
         return PointOperator((matrix,), self.axes)
 
     def row_sums(self):
-        """What becomes of a shift that all points share: the sum of each's matrices."""
+        """What becomes of a shift that all points share: on the diagonal, row sums."""
         n_axes = self.axes.value
         every = np.tile(np.eye(n_axes), (self.n_sources, 1))
         return on_diagonal((self.matrix @ every).reshape(-1, n_axes, n_axes))
@@ -252,11 +252,10 @@ class PointOperator:
         return reduce(matmul, self.factors, rows.reshape(len(rows), -1))
 
     def covariances(self, standard_errors):
-        """Covariance of each point from independent errors [m²].
+        """Covariance of each point, (…, n_coordinates, n_coordinates) [m²].
 
-        Standard errors are per coordinate, (n_sources,) or (n_sources, n_axes) [m].
-        Equal and uncorrelated errors stay so under complex operators: two coordinates
-        then.
+        Independent standard errors are per coordinate, (n_sources,) or (n_sources,
+        n_axes) [m]. Equal and uncorrelated ones stay so under complex operators.
         """
         size = (self.axes.value, self.axes.value)
         blocks = sparse.bsr_array(self.matrix, blocksize=size)

@@ -21,9 +21,9 @@ class ModelFrames:
 
 
 def reduce_models(xy, model, n_models):
-    """Coordinates about the centroid of each model, in units of its extent.
+    """Reduce coordinates, sorted by model, to centroid and extent of each model.
 
-    These, (n_rows, 2), and the ModelFrames; observations are sorted by model.
+    The reduced ones, (n_rows, 2), and the ModelFrames.
     """
     reduced = np.empty((len(xy), 2))
     centroid, extent = np.zeros((n_models, 2)), np.ones(n_models)

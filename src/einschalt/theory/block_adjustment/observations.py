@@ -6,11 +6,21 @@ from typing import ClassVar
 import numpy as np
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ObservedBlock:
-    """What observations in plan and in space have in common.
+    """What observations in plan (d = 2) and in space (d = 3) have in common.
 
-    The names say which arrays go by rows and by models; those of control go by points.
+    They are sorted by model. The names say which arrays go by rows and by models; those
+    of control go by points.
     """
+
+    model: np.ndarray  # (n_rows,)
+    point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
+    # (n_models,): models of one flight share their common parameters
+    flight: np.ndarray
+    control: np.ndarray  # (n_points, d): given [m]; NaN where a point is no control
+    # (n_points, d, d): of the given coordinates [m²]; 0 where they are to be held
+    control_covariance: np.ndarray
 
     _by_row: ClassVar[tuple[str, ...]]
     _by_model: ClassVar[tuple[str, ...]]
@@ -24,6 +34,18 @@ class ObservedBlock:
     def n_points(self):
         """Number of points."""
         return len(self.control)
+
+    @property
+    def is_control(self):
+        """Which points have given coordinates."""
+        # all() and any() over axes of two elements take many times as long
+        return np.logical_and.reduce([np.isfinite(axis) for axis in self.control.T])
+
+    @property
+    def is_fixed(self):
+        """Which of them are held."""
+        elements = self.control_covariance.reshape(-1, self.control.shape[1] ** 2).T
+        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
 
     @property
     def control_weight(self):
@@ -58,40 +80,20 @@ class ObservedBlock:
         return Part(kept, rows, models, points)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BlockObservations(ObservedBlock):
-    """Observations of a block, sorted by model."""
+    """Observations of a block in plan."""
 
-    model: np.ndarray  # (n_rows,)
-    point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
     xy: np.ndarray  # (n_rows, 2): model coordinates, in any unit
     # (n_rows,): of one measured coordinate on the ground [m]
     standard_error: np.ndarray
     is_affine: np.ndarray  # (n_models,): affine, or helmert
-    # (n_models,): models of one flight share their common parameters
-    flight: np.ndarray
-    # (n_points, 2): given easting, northing [m]; NaN where a point is no control
-    control: np.ndarray
-    # (n_points, 2, 2): of the given coordinates [m²]; 0 where they are to be held
-    control_covariance: np.ndarray
     # (n_rows, 2, n_elements): ``xy`` by errors that all points of a model share:
     # independent, of variance 1
     orientation: np.ndarray | None = None
 
     _by_row = ("xy", "standard_error", "orientation")
     _by_model = ("is_affine", "flight")
-
-    @property
-    def is_control(self):
-        """Which points have given coordinates."""
-        return np.isfinite(self.control[:, 0]) & np.isfinite(self.control[:, 1])
-
-    @property
-    def is_fixed(self):
-        """Which of them are held."""
-        # any() over axes of two elements takes many times as long
-        elements = self.control_covariance.reshape(-1, 4).T
-        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
 
     @property
     def is_coupled(self):

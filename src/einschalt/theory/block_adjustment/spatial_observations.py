@@ -10,33 +10,17 @@ from einschalt.theory.block_adjustment.observations import (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SpatialObservations(ObservedBlock):
-    """Observations of a block of spatial models, sorted by model."""
+    """Observations of a block of spatial models."""
 
-    model: np.ndarray  # (n_rows,)
-    point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
     # (n_rows, 3): model coordinates, in any unit; z points up, by some degrees
     xyz: np.ndarray
     # (n_rows, 3): of measured easting, northing, height on the ground [m]
     standard_error: np.ndarray
-    flight: np.ndarray  # (n_models,)
-    control: np.ndarray  # (n_points, 3): given [m]; NaN where a point is no control
-    # (n_points, 3, 3): of the given coordinates [m²]; 0 where they are to be held
-    control_covariance: np.ndarray
 
     _by_row = ("xyz", "standard_error")
     _by_model = ("flight",)
-
-    @property
-    def is_control(self):
-        """Which points have given coordinates."""
-        return np.isfinite(self.control).all(axis=1)
-
-    @property
-    def is_fixed(self):
-        """Which of them are held."""
-        return self.is_control & ~self.control_covariance.any(axis=(1, 2))
 
     def in_plan(self, *, is_affine):
         """Easting and northing alone, in affine models or helmert ones."""
