@@ -61,23 +61,15 @@ def most_central_rows(point, coverage, position):
 
 @dataclass(frozen=True, eq=False)
 class PointMeans:
-    """Means of the values of each point.
+    """Means of the values of each point."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (n_points, n_coordinates)
-    standard_error : ndarray, shape (n_points,)
-        √(Σ w² M²) / Σ w: of the mean if the M were independent, as the paper takes
-        them, and alike in easting and northing.
-    n_values : ndarray of int, shape (n_points,)
-    spread_total : ndarray, shape (n_points,)
-        Total standard deviation of one value, √(Σ |x − mean|² / (n − 1)) in plan;
-        NaN where there is one value only.
-    """
-
-    mean: np.ndarray
+    mean: np.ndarray  # (n_points, n_coordinates)
+    # (n_points,): √(Σ w² M²) / Σ w: of the mean if the M were independent, as the paper
+    # takes them, and alike in easting and northing
     standard_error: np.ndarray
-    n_values: np.ndarray
+    n_values: np.ndarray  # of int, (n_points,)
+    # (n_points,): total standard deviation of one value, √(Σ |x − mean|² / (n − 1)) in
+    # plan; NaN where there is one value only
     spread_total: np.ndarray
 
 
@@ -111,10 +103,7 @@ def mean_of_values(coordinates, standard_error, weights, start):
     sum_of_squares = segment_sum(np.sum(deviation**2, axis=1), start)
     spread = np.sqrt(
         np.divide(
-            sum_of_squares,
-            count - 1,
-            out=np.full(len(count), np.nan),
-            where=count > 1,
+            sum_of_squares, count - 1, out=np.full(len(count), np.nan), where=count > 1
         )
     )
     return PointMeans(first + shift, np.sqrt(variance) / weight_sum, count, spread)
@@ -199,18 +188,10 @@ def apportioned_covariance(differences, standard_error):
 
 @dataclass(frozen=True, eq=False)
 class PracticeLimits:
-    """Differences against the limits of the double coverages of 1968.
+    """Differences against the limits of the double coverages of 1968."""
 
-    Attributes
-    ----------
-    exceeds : ndarray of bool, shape (n,)
-        One coordinate at least lies beyond its limit.
-    standard_error : ndarray, shape (n,)
-        TOTAL, of each difference [m].
-    """
-
-    exceeds: np.ndarray
-    standard_error: np.ndarray
+    exceeds: np.ndarray  # of bool, (n,): one coordinate at least lies beyond its limit
+    standard_error: np.ndarray  # (n,): TOTAL, of each difference [m]
 
 
 def exceeds_practice(differences, n_coverages):

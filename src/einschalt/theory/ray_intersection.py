@@ -31,33 +31,23 @@ SMALLEST_ANGLE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class RayIntersection:
-    """Intersected points with their precision.
+    """Intersected points with their precision."""
 
-    Attributes
-    ----------
-    point : ndarray, shape (n_points, 2)
-        Easting, northing; NaN where the rays do not determine them.
-    cofactor : ndarray, shape (n_points, 2, 2)
-        Times the variance of a direction [rad²] it is the covariance.
-    sigma_0 : ndarray, shape (n_points,)
-        Standard error of one direction from the deviations [rad]; NaN without
-        redundancy.
-    deviation : ndarray, shape (n_rays,)
-        Distance of the point from each ray, positive where it lies to the right of it.
-    distance : ndarray, shape (n_rays,)
-        From each station to the point, as used in the weights.
-    weight : ndarray, shape (n_rays,)
-        1 / distance².
-    is_behind : ndarray of bool, shape (n_rays,)
-        Whether the point lies behind the station, against the direction of the ray.
-    """
-
+    # (n_points, 2): easting, northing; NaN where the rays do not determine them
     point: np.ndarray
+    # (n_points, 2, 2): times the variance of a direction [rad²] it is the covariance
     cofactor: np.ndarray
+    # (n_points,): standard error of one direction from the deviations [rad]; NaN
+    # without redundancy
     sigma_0: np.ndarray
+    # (n_rays,): distance of the point from each ray, positive where it lies to the
+    # right of it
     deviation: np.ndarray
+    # (n_rays,): from each station to the point, as used in the weights
     distance: np.ndarray
-    weight: np.ndarray
+    weight: np.ndarray  # (n_rays,): 1 / distance²
+    # of bool, (n_rays,): whether the point lies behind the station, against the
+    # direction of the ray
     is_behind: np.ndarray
 
     @property

@@ -39,20 +39,12 @@ _MOST_DOUBLINGS = 60
 
 @dataclass(frozen=True, eq=False)
 class PassMatrices:
-    """What a sequence of steps does to the orientation.
+    """What a sequence of steps does to the orientation."""
 
-    Attributes
-    ----------
-    T : ndarray, shape (..., 5, 5)
-        Turns still needed after the pass, from those before it.
-    S : ndarray, shape (..., 5, n_readings)
-        The same from the errors of reading.
-    points : tuple of int
-        Point number of each reading: one for every point of every step.
-    """
-
+    # (..., 5, 5): turns still needed after the pass, from those before it
     T: np.ndarray
-    S: np.ndarray
+    S: np.ndarray  # (..., 5, n_readings): the same from the errors of reading
+    # point number of each reading: one for every point of every step
     points: tuple[int, ...]
 
     @cached_property
@@ -269,22 +261,14 @@ def covariance_of_independent_mean(matrices, n_runs):
 
 @dataclass(frozen=True, eq=False)
 class ErrorComparison:
-    """Standard errors of the parallaxes that remain, in units of one reading's.
-
-    Attributes
-    ----------
-    passes : tuple of int
-    after_passes : ndarray, shape (len(passes), n_points)
-        After so many passes of the procedure.
-    stationary : ndarray, shape (n_points,)
-        However often it is repeated; NaN where it diverges.
-    least_squares : ndarray, shape (n_points,)
-        After an adjustment of one reading of every point.
-    """
+    """Standard errors of the parallaxes that remain, in units of one reading's."""
 
     passes: tuple[int, ...]
+    # (len(passes), n_points): after so many passes of the procedure
     after_passes: np.ndarray
+    # (n_points,): however often it is repeated; NaN where it diverges
     stationary: np.ndarray
+    # (n_points,): after an adjustment of one reading of every point
     least_squares: np.ndarray
 
 

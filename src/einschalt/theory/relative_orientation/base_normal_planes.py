@@ -30,35 +30,25 @@ NEAR_PLANE = 0.15
 
 @dataclass(frozen=True, eq=False)
 class PlaneCriteria:
-    """How well three points of a base-normal plane determine the tilt.
+    """How well three points of a base-normal plane determine the tilt."""
 
-    Attributes
-    ----------
-    determinant : ndarray, shape (...)
-        N = det [y, z, y² + z²] over the points i, j, l; 0 where the tilt is
-        undetermined. Its sign is that of the order of j and l.
-    weight : ndarray, shape (...)
-        N² / q of the tilt from this plane alone, for parallaxes of unit weight. The
-        least-squares tilt of six points is the mean of both planes with these weights.
-    over_correction_n, over_correction_k : ndarray, shape (...)
-        Signed; infinite on the dangerous circle.
-    gap : ndarray, shape (...)
-        Of point i from the circle through the centre, j and l, in parts of the ray
-        to the circle: 0 on the circle, a² / (a² + h²) in flat terrain.
-    circle_end : ndarray, shape (..., 2)
-        (Y, Z) of the point opposite the centre on the circle through the centre, i
-        and j; infinite or NaN where these lie on one ray.
-    intersection : ndarray, shape (..., 2)
-        Second point of that circle on the ray of l.
-    """
-
+    # (...): N = det [y, z, y² + z²] over the points i, j, l; 0 where the tilt is
+    # undetermined. Its sign is that of the order of j and l.
     determinant: np.ndarray
+    # (...): N² / q of the tilt from this plane alone, for parallaxes of unit weight.
+    # The least-squares tilt of six points is the mean of both planes with these
+    # weights.
     weight: np.ndarray
+    # both (...): signed; infinite on the dangerous circle
     over_correction_n: np.ndarray
     over_correction_k: np.ndarray
+    # (...): of point i from the circle through the centre, j and l, in parts of the ray
+    # to the circle: 0 on the circle, a² / (a² + h²) in flat terrain
     gap: np.ndarray
+    # (..., 2): (Y, Z) of the point opposite the centre on the circle through the
+    # centre, i and j; infinite or NaN where these lie on one ray
     circle_end: np.ndarray
-    intersection: np.ndarray
+    intersection: np.ndarray  # (..., 2): second point of that circle on the ray of l
 
     @property
     def sigma_omega(self):

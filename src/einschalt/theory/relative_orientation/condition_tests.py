@@ -36,19 +36,11 @@ LEAST_SIGMA_MM = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class StereoPairs:
-    """Image coordinates of many pairs.
+    """Image coordinates of many pairs."""
 
-    Attributes
-    ----------
-    image : ndarray, shape (n_points, 4)
-        x', y', x", y" [mm], sorted by pair.
-    start : ndarray of int, shape (n_pairs + 1,)
-    distance : ndarray, shape (n_pairs, 2)
-        Principal distances of the left and the right photograph [mm].
-    """
-
-    image: np.ndarray
-    start: np.ndarray
+    image: np.ndarray  # (n_points, 4): x', y', x", y" [mm], sorted by pair
+    start: np.ndarray  # of int, (n_pairs + 1,)
+    # (n_pairs, 2): principal distances of the left and the right photograph [mm]
     distance: np.ndarray
 
     @property
@@ -94,18 +86,12 @@ class StereoPairs:
 
 @dataclass(frozen=True, eq=False)
 class Misclosures:
-    """What points lack of their conditions in orientations that are given.
+    """What points lack of their conditions in orientations that are given."""
 
-    Attributes
-    ----------
-    corrections : ndarray, shape (n_points, 4)
-        Smallest corrections that close the linearised condition [mm].
-    spread : ndarray, shape (n_points,)
-        Variance of the misclosure that comes from the orientation, over that which
-        comes from the point's own image coordinates.
-    """
-
+    # (n_points, 4): smallest corrections that close the linearised condition [mm]
     corrections: np.ndarray
+    # (n_points,): variance of the misclosure that comes from the orientation, over that
+    # which comes from the point's own image coordinates
     spread: np.ndarray
 
     @property

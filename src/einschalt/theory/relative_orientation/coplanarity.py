@@ -66,42 +66,30 @@ class PairOrientation:
 
     A point X of the left image system (origin in the left projection centre) has the
     right image ray ``rotation @ (X - base)``.
-
-    Attributes
-    ----------
-    estimator : str
-    base : ndarray, shape (n_pairs, 3)
-        Unit vector from the left to the right projection centre; NaN where the pair
-        could not be oriented.
-    rotation : ndarray, shape (n_pairs, 3, 3)
-        Right image system from left image system.
-    cofactor : ndarray, shape (n_pairs, 6, 6)
-        Of the base vector (3) and a small turn of the right camera about the axes of
-        the left system (3) [1/mm²]; of rank 5, since the base stays a unit vector.
-    sum_of_squares : ndarray, shape (n_pairs,)
-        Of the corrections of all image coordinates [mm²].
-    residuals : ndarray, shape (n_points, 4)
-        Corrections of x', y', x", y" [mm]: adjusted less measured.
-    redundancy_numbers : ndarray, shape (n_points,)
-        Of the conditions; each pair's sum is its redundancy.
-    n_points, n_in_front : ndarray of int, shape (n_pairs,)
-        Points, and those of them in front of both cameras.
-    status : ndarray of int, shape (n_pairs,)
-        ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND.
-    is_ambiguous : ndarray of bool, shape (n_pairs,)
-        Another orientation with all points in front fits about as well.
     """
 
     estimator: str
+    # (n_pairs, 3): unit vector from the left to the right projection centre; NaN where
+    # the pair could not be oriented
     base: np.ndarray
-    rotation: np.ndarray
+    rotation: np.ndarray  # (n_pairs, 3, 3): right image system from left image system
+    # (n_pairs, 6, 6): of the base vector (3) and a small turn of the right camera about
+    # the axes of the left system (3) [1/mm²]; of rank 5, since the base stays a unit
+    # vector
     cofactor: np.ndarray
+    # (n_pairs,): of the corrections of all image coordinates [mm²]
     sum_of_squares: np.ndarray
+    # (n_points, 4): corrections of x', y', x", y" [mm]: adjusted less measured
     residuals: np.ndarray
+    # (n_points,): of the conditions; each pair's sum is its redundancy
     redundancy_numbers: np.ndarray
+    # both of int, (n_pairs,): points, and those of them in front of both cameras
     n_points: np.ndarray
     n_in_front: np.ndarray
+    # of int, (n_pairs,): ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND
     status: np.ndarray
+    # of bool, (n_pairs,): another orientation with all points in front fits about as
+    # well
     is_ambiguous: np.ndarray
 
     @property

@@ -52,22 +52,15 @@ COS_45 = math.sqrt(0.5)
 
 
 class Mode(NamedTuple):
-    """What is minimised.
+    """What is minimised."""
 
-    Attributes
-    ----------
-    is_weighted : bool
-        Conditions have the weight of their image coordinates, otherwise 1.
-    keep : float
-        1 where the observations are corrected, 0 where the condition is linearised at
-        the observations as measured.
-    fixes_x : bool
-        The x of the base is fixed instead of its length, where the base lies within
-        45 degrees of x.
-    """
-
+    # conditions have the weight of their image coordinates, otherwise 1
     is_weighted: bool
+    # 1 where the observations are corrected, 0 where the condition is linearised at the
+    # observations as measured
     keep: float
+    # the x of the base is fixed instead of its length, where the base lies within 45
+    # degrees of x
     fixes_x: bool
 
 

@@ -30,11 +30,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from einschalt.foundations.batches import (
-    over_segments,
-    segment_min_max,
-    segment_sum,
-)
+from einschalt.foundations.batches import over_segments, segment_min_max, segment_sum
 from einschalt.theory.relative_orientation.base_normal_planes import (
     PlaneCriteria,
     examine_planes,
@@ -64,38 +60,29 @@ MIDDLE = 1.0 / 3.0
 
 @dataclass(frozen=True, eq=False)
 class SurfaceExamination:
-    """What the positions of the points of all models allow to be known.
+    """What the positions of the points of all models allow to be known."""
 
-    Attributes
-    ----------
-    verdict : SurfaceVerdict
-        ``verdict.names`` are safe, weak or critical, ``verdict.reasons`` say why.
-    inflation : ndarray, shape (n_models,)
-        sigma(omega) over that of the flat twin; infinite on a dangerous surface, NaN
-        where the model, or its twin, cannot be judged.
-    sigma_omega : ndarray, shape (n_models,)
-        Standard error of omega for a parallax error of 1 [rad per unit of the model].
-    singular_value, flat_singular_value : ndarray, shape (n_models,)
-        Smallest one of the unit-free design matrix: root mean square parallax for a
-        correction of unit length. Compare it only between models of the same case.
-    surface : ndarray, shape (n_models, 5)
-        Coefficients w, φ1, φ2, κ1, κ2 of the surface to which the points come nearest,
-        [rad] for a correction of unit length; w >= 0.
-    depth : ndarray, shape (n_models,)
-        Of the middle of the model below the base: the unit of length, and the depth of
-        the flat twin.
-    planes : PlaneCriteria
-        Arrays of shape (n_models, 2), for the left and the right base-normal plane;
-        NaN where there are no three points near it.
-    """
-
+    # ``verdict.names`` are safe, weak or critical, ``verdict.reasons`` say why
     verdict: SurfaceVerdict
+    # (n_models,): sigma(omega) over that of the flat twin; infinite on a dangerous
+    # surface, NaN where the model, or its twin, cannot be judged
     inflation: np.ndarray
+    # (n_models,): standard error of omega for a parallax error of 1 [rad per unit of
+    # the model]
     sigma_omega: np.ndarray
+    # both (n_models,): smallest one of the unit-free design matrix: root mean square
+    # parallax for a correction of unit length. Compare it only between models of the
+    # same case.
     singular_value: np.ndarray
     flat_singular_value: np.ndarray
+    # (n_models, 5): coefficients w, φ1, φ2, κ1, κ2 of the surface to which the points
+    # come nearest, [rad] for a correction of unit length; w >= 0
     surface: np.ndarray
+    # (n_models,): of the middle of the model below the base: the unit of length, and
+    # the depth of the flat twin
     depth: np.ndarray
+    # arrays of shape (n_models, 2), for the left and the right base-normal plane; NaN
+    # where there are no three points near it
     planes: PlaneCriteria
 
     @property
@@ -193,19 +180,11 @@ def _mistakes(xyz, depth, model_start):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """Parallax equations of independent pairs, made triangular, omega last.
+    """Parallax equations of independent pairs, made triangular, omega last."""
 
-    Attributes
-    ----------
-    triangle : ndarray, shape (n_models, 5, 5)
-    base : ndarray, shape (n_models,)
-        In depths, as all lengths here.
-    n_points : ndarray, shape (n_models,)
-    """
-
-    triangle: np.ndarray
-    base: np.ndarray
-    n_points: np.ndarray
+    triangle: np.ndarray  # (n_models, 5, 5)
+    base: np.ndarray  # (n_models,): in depths, as all lengths here
+    n_points: np.ndarray  # (n_models,)
 
     @classmethod
     def of(cls, xyz, base, model_start, size=1.0):

@@ -50,25 +50,18 @@ _ELIMINATION = {
 class Step:
     """One turn: read a parallax, and turn one element by what clears it, n times.
 
-    Attributes
-    ----------
-    element : str
-        One of ``ELEMENTS[case]``.
-    observed : mapping of int to float
-        Point number, from 1, and weight in the combination that is read:
-        ``{5: 0.5, 6: 0.5}`` is the mean of points 5 and 6.
-    over_correction : float or ndarray, shape (...)
-        n, total: 1 clears the parallax, 1.78 drives it to -0.78 times itself. One
-        number, or one for each model.
-
     Raises
     ------
     SettingsError
         Nothing is observed.
     """
 
-    element: str
+    element: str  # one of ``ELEMENTS[case]``
+    # point number, from 1, and weight in the combination that is read: ``{5: 0.5, 6:
+    # 0.5}`` is the mean of points 5 and 6
     observed: Mapping[int, float]
+    # number or (...): n, total: 1 clears the parallax, 1.78 drives it to -0.78 times
+    # itself. One number, or one for each model.
     over_correction: float | np.ndarray = 1.0
 
     def __post_init__(self):
@@ -83,14 +76,6 @@ class Step:
 class Procedure:
     """A pass of steps, which is repeated, and what is done once before it.
 
-    Attributes
-    ----------
-    case : {"independent", "dependent_left", "dependent_right"}
-    steps : sequence of Step
-        One pass, in the order of working. The orientation is read at its end.
-    start : sequence of Step
-        Done once, before the first pass.
-
     Raises
     ------
     SettingsError
@@ -98,9 +83,10 @@ class Procedure:
         there are no steps.
     """
 
-    case: str
+    case: str  # {"independent", "dependent_left", "dependent_right"}
+    # one pass, in the order of working. The orientation is read at its end.
     steps: tuple[Step, ...]
-    start: tuple[Step, ...] = ()
+    start: tuple[Step, ...] = ()  # done once, before the first pass
 
     def __post_init__(self):
         require_choice("case", self.case, CASES)
@@ -266,18 +252,14 @@ def reading(values, observed):
 
 @dataclass(frozen=True, eq=False)
 class ProcedureRecord:
-    """What a procedure has turned, pass by pass.
+    """What a procedure has turned, pass by pass."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (n_passes + 1, ..., 5)
-        Sum of all turns so far [rad, unit of the model], after the start (entry 0) and
-        after each pass. At the end of a good orientation they are the elements.
-    residual_parallaxes : ndarray, shape (n_passes + 1, ..., n_points)
-        What the model then shows, without errors of reading.
-    """
-
+    # (n_passes + 1, ..., 5): sum of all turns so far [rad, unit of the model], after
+    # the start (entry 0) and after each pass. At the end of a good orientation they are
+    # the elements.
     elements: np.ndarray
+    # (n_passes + 1, ..., n_points): what the model then shows, without errors of
+    # reading
     residual_parallaxes: np.ndarray
 
 

@@ -32,33 +32,21 @@ LARGEST_CONDITION = 1e5
 
 @dataclass(frozen=True, eq=False)
 class ParallaxAdjustment:
-    """Elements of all models, and how well they are known.
+    """Elements of all models, and how well they are known."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (n_models, 5)
-        In the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where the
-        points do not determine them.
-    cofactor : ndarray, shape (n_models, 5, 5)
-        Weight coefficients Q; the covariance is sigma_0² Q.
-    sigma_0 : ndarray, shape (n_models,)
-        Standard error of one parallax, in its unit; NaN without redundancy.
-    residuals : ndarray, shape (n_points,)
-        v = A x - p: adjusted minus measured parallax.
-    redundancy_numbers : ndarray, shape (n_points,)
-        Share of an error of this parallax that shows in its residual, 0 to 1.
-    n_points : ndarray of int, shape (n_models,)
-    condition : ndarray, shape (n_models,)
-        Frobenius condition number of the scaled equations; infinite where singular
-        or short of points. Compare it only between models of the same case.
-    """
-
+    # (n_models, 5): in the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN
+    # where the points do not determine them
     elements: np.ndarray
+    # (n_models, 5, 5): weight coefficients Q; the covariance is sigma_0² Q
     cofactor: np.ndarray
+    # (n_models,): standard error of one parallax, in its unit; NaN without redundancy
     sigma_0: np.ndarray
-    residuals: np.ndarray
+    residuals: np.ndarray  # (n_points,): v = A x - p: adjusted minus measured parallax
+    # (n_points,): share of an error of this parallax that shows in its residual, 0 to 1
     redundancy_numbers: np.ndarray
-    n_points: np.ndarray
+    n_points: np.ndarray  # of int, (n_models,)
+    # (n_models,): Frobenius condition number of the scaled equations; infinite where
+    # singular or short of points. Compare it only between models of the same case.
     condition: np.ndarray
 
     @property

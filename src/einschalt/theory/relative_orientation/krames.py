@@ -50,22 +50,15 @@ class PlaneDeterminants:
     The last axis counts the points of a plane, the one before it the planes x = 0 and
     x = b. A determinant that is linear in the parallaxes is kept as its coefficients:
     ``M = Σ m p``, and so with U and V.
-
-    Attributes
-    ----------
-    y, z : ndarray, shape (..., 2, 3)
-        Coordinates in the plane, from the projection centre.
-    N : ndarray, shape (..., 2)
-        0 where the points lie on a circle with the projection centre: the plane by
-        itself then knows nothing of dω.
-    m, u, v : ndarray, shape (..., 2, 3)
-        Coefficients of M, U and V.
     """
 
+    # both (..., 2, 3): coordinates in the plane, from the projection centre
     y: np.ndarray
     z: np.ndarray
+    # (..., 2): 0 where the points lie on a circle with the projection centre: the plane
+    # by itself then knows nothing of dω
     N: np.ndarray
-    m: np.ndarray
+    m: np.ndarray  # all (..., 2, 3): coefficients of M, U and V
     u: np.ndarray
     v: np.ndarray
 
@@ -126,24 +119,15 @@ def _by_plane(parallax):
 
 @dataclass(frozen=True, eq=False)
 class FundamentalPoints:
-    """What each plane says by itself; the last axis is x = 0, x = b.
+    """What each plane says by itself; the last axis is x = 0, x = b."""
 
-    Attributes
-    ----------
-    Y, Z : ndarray, shape (..., 2)
-        The points G⁰ and Gᵇ opposite the projection centre on the circle of zero
-        parallax; infinite or NaN where M = 0 (no parallax that a tilt would explain),
-        although all elements are then finite.
-    d_omega : ndarray, shape (..., 2)
-        dω⁰ and dωᵇ [rad]; infinite or NaN where N = 0.
-    M : ndarray, shape (..., 2)
-        0 where dω is 0 in this plane.
-    """
-
+    # both (..., 2): the points G⁰ and Gᵇ opposite the projection centre on the circle
+    # of zero parallax; infinite or NaN where M = 0 (no parallax that a tilt would
+    # explain), although all elements are then finite
     Y: np.ndarray
     Z: np.ndarray
-    d_omega: np.ndarray
-    M: np.ndarray
+    d_omega: np.ndarray  # (..., 2): dω⁰ and dωᵇ [rad]; infinite or NaN where N = 0
+    M: np.ndarray  # (..., 2): 0 where dω is 0 in this plane
 
     @property
     def delta_omega(self):
@@ -174,31 +158,19 @@ def fundamental_points(planes, parallax):
 
 @dataclass(frozen=True, eq=False)
 class KramesSolution:
-    """Elements of six-point models, and how well they are known.
+    """Elements of six-point models, and how well they are known."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (..., 5)
-        In the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where both
-        planes are critical.
-    cofactor : ndarray, shape (..., 5, 5)
-        Weight coefficients Q; the covariance is sigma_0² Q.
-    contradiction : ndarray, shape (...)
-        w, in the unit of the parallaxes; 2 p1 - p3 - p5 - 2 p2 + p4 + p6 in flat
-        terrain, and in any terrain so scaled that sigma_0 is |w|/√12.
-    residuals : ndarray, shape (..., 6)
-        Adjusted minus measured parallax.
-    redundancy_numbers : ndarray, shape (..., 6)
-        They sum to 1.
-    condition : ndarray, shape (...)
-        As that of Hallert's adjustment; infinite where both planes are critical.
-    """
-
+    # (..., 5): in the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where
+    # both planes are critical
     elements: np.ndarray
+    # (..., 5, 5): weight coefficients Q; the covariance is sigma_0² Q
     cofactor: np.ndarray
+    # (...): w, in the unit of the parallaxes; 2 p1 - p3 - p5 - 2 p2 + p4 + p6 in flat
+    # terrain, and in any terrain so scaled that sigma_0 is |w|/√12
     contradiction: np.ndarray
-    residuals: np.ndarray
-    redundancy_numbers: np.ndarray
+    residuals: np.ndarray  # (..., 6): adjusted minus measured parallax
+    redundancy_numbers: np.ndarray  # (..., 6): they sum to 1
+    # (...): as that of Hallert's adjustment; infinite where both planes are critical
     condition: np.ndarray
 
     @property
@@ -352,21 +324,13 @@ def elements_of_planes(base, case):
 
 @dataclass(frozen=True, eq=False)
 class ExtendedFormulas:
-    """Krames' formulas a)-k) as (5): element = Σ (s + K t) p.
+    """Krames' formulas a)-k) as (5): element = Σ (s + K t) p."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (..., 5, 6)
-        The element without its factor; each plane's G with that plane's dω.
-    t : ndarray, shape (..., 6)
-        The contradiction: Δω = Σ t p.
-    factors : ndarray, shape (..., 5)
-        K of each element: A, B1, B2, C1, C2 of an independent pair; D, E, F, G, H of a
-        dependent one.
-    """
-
+    # (..., 5, 6): the element without its factor; each plane's G with that plane's dω
     s: np.ndarray
-    t: np.ndarray
+    t: np.ndarray  # (..., 6): the contradiction: Δω = Σ t p
+    # (..., 5): K of each element: A, B1, B2, C1, C2 of an independent pair; D, E, F, G,
+    # H of a dependent one
     factors: np.ndarray
 
     @property

@@ -32,18 +32,12 @@ ADJUSTED, MIDPOINT, MEAN_Y, LEFT_RAY = range(4)
 
 
 class ModelCoordinates(NamedTuple):
-    """Model points.
+    """Model points."""
 
-    Attributes
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        In the unit of the base.
-    y_parallax : ndarray, shape (n_points,)
-        y of the right ray less y of the left ray at equal x and z (x-parallax where x
-        and y exchange their roles), from the measured image coordinates.
-    """
-
-    xyz: np.ndarray
+    xyz: np.ndarray  # (n_points, 3): in the unit of the base
+    # (n_points,): y of the right ray less y of the left ray at equal x and z
+    # (x-parallax where x and y exchange their roles), from the measured image
+    # coordinates
     y_parallax: np.ndarray
 
 

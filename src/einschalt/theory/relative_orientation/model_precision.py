@@ -36,24 +36,16 @@ EPS = np.finfo(float).eps
 
 
 class ModelPrecision(NamedTuple):
-    """Cofactors of model points, for image coordinates with the variance 1 mm².
+    """Cofactors of model points, for image coordinates with the variance 1 mm²."""
 
-    Attributes
-    ----------
-    image_part : ndarray, shape (n_points, 3, 3)
-        Of the intersection alone [unit of the base² / mm²].
-    gain : ndarray, shape (n_points, 3, 6)
-        Derivatives G of the point by base direction and turn of the right camera.
-    orientation_part : ndarray, shape (n_points, 3, 3)
-        G C G.T.
-    by_image : ndarray, shape (n_points, 3, 4)
-        Derivatives (A.T A)^-1 A.T of the point by its own image coordinates, the
-        orientation held [unit of the base / mm].
-    """
-
+    # (n_points, 3, 3): of the intersection alone [unit of the base² / mm²]
     image_part: np.ndarray
+    # (n_points, 3, 6): derivatives G of the point by base direction and turn of the
+    # right camera
     gain: np.ndarray
-    orientation_part: np.ndarray
+    orientation_part: np.ndarray  # (n_points, 3, 3): G C G.T
+    # (n_points, 3, 4): derivatives (A.T A)^-1 A.T of the point by its own image
+    # coordinates, the orientation held [unit of the base / mm]
     by_image: np.ndarray
 
     @property
@@ -64,21 +56,12 @@ class ModelPrecision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OrientedPairs:
-    """What the precision of model points needs to know of their pairs.
-
-    Attributes
-    ----------
-    orientation : PairOrientation
-    base_length : ndarray, shape (n_pairs,)
-    case : str
-    distance : ndarray, shape (n_pairs, 2)
-        Principal distances [mm].
-    """
+    """What the precision of model points needs to know of their pairs."""
 
     orientation: object
-    base_length: np.ndarray
+    base_length: np.ndarray  # (n_pairs,)
     case: str
-    distance: np.ndarray
+    distance: np.ndarray  # (n_pairs, 2): principal distances [mm]
 
     def cameras(self):
         """Centres and rotations in the model system; StereoCameras."""

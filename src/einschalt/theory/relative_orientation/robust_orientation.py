@@ -63,18 +63,12 @@ NORMS = {"huber": (1.345, HUBER[1]), "tukey": (4.685, TUKEY[1])}
 
 @dataclass(frozen=True, eq=False)
 class RobustOrientation:
-    """Robust relative orientations.
+    """Robust relative orientations."""
 
-    Attributes
-    ----------
-    orientation : PairOrientation
-        ``sum_of_squares`` is such that sigma_0 is that of a good image coordinate.
-    factors : ndarray, shape (n_points,)
-        Of the weights, 0 to 1; 1 in pairs of fewer than eight points, whose majority
-        is not worth more than the worst of them.
-    """
-
+    # ``sum_of_squares`` is such that sigma_0 is that of a good image coordinate
     orientation: PairOrientation
+    # (n_points,): of the weights, 0 to 1; 1 in pairs of fewer than eight points, whose
+    # majority is not worth more than the worst of them
     factors: np.ndarray
 
 

@@ -72,12 +72,7 @@ def fit_affine(xy, en, weights, start):
     points = (xy, en, weights, start)
     parameters = _parameters(moments, solution.linear)
     return assemble_fit(
-        KIND,
-        points,
-        moments,
-        solution,
-        parameters,
-        np.full(len(status), np.nan),
+        KIND, points, moments, solution, parameters, np.full(len(status), np.nan)
     )
 
 

@@ -35,43 +35,24 @@ THINNEST = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class SpatialFit:
-    """Spatial Helmert transformations of all models of a flight.
+    """Spatial Helmert transformations of all models of a flight."""
 
-    Attributes
-    ----------
-    n_points, redundancy, status : ndarray of int, shape (n_models,)
-    weight_sum : ndarray, shape (n_models,)
-        NaN for a model without points.
-    centroid_model, centroid_ground : ndarray, shape (n_models, 3)
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    cofactor_scale : ndarray, shape (n_models,)
-    cofactor_rotation : ndarray, shape (n_models, 3, 3)
-        Of small rotations about the ground axes.
-    residuals : ndarray, shape (n_points, 3)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 3)
-        Of easting, northing, height.
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² over the three coordinates [m²].
-    mirror_gain : ndarray, shape (n_models,)
-        By how much it would be smaller if the model were turned inside out [m²]; NaN
-        where that cannot be told.
-    """
-
-    n_points: np.ndarray
+    n_points: np.ndarray  # all of int, (n_models,)
     redundancy: np.ndarray
     status: np.ndarray
-    weight_sum: np.ndarray
-    centroid_model: np.ndarray
+    weight_sum: np.ndarray  # (n_models,): naN for a model without points
+    centroid_model: np.ndarray  # both (n_models, 3)
     centroid_ground: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
-    cofactor_scale: np.ndarray
+    scale: np.ndarray  # (n_models,)
+    rotation: np.ndarray  # (n_models, 3, 3)
+    cofactor_scale: np.ndarray  # (n_models,)
+    # (n_models, 3, 3): of small rotations about the ground axes
     cofactor_rotation: np.ndarray
-    residuals: np.ndarray
-    leverage: np.ndarray
-    sum_of_squares: np.ndarray
+    residuals: np.ndarray  # (n_points, 3): transformed less given [m]
+    leverage: np.ndarray  # (n_points, 3): of easting, northing, height
+    sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² over the three coordinates [m²]
+    # (n_models,): by how much it would be smaller if the model were turned inside out
+    # [m²]; NaN where that cannot be told
     mirror_gain: np.ndarray
 
     kind = "helmert_3d"

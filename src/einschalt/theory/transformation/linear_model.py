@@ -26,32 +26,20 @@ NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """Observation equations of one transformation, reduced to the centroids.
+    """Observation equations of one transformation, reduced to the centroids."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the parameters, in the order of the fit.
-    design : ndarray, shape (n_points, n_axes, n_parameters)
-    observed : ndarray, shape (n_points, n_axes)
-        Ground coordinates less their centroid; of rigid and helmert_3d with the
-        constant of the linearisation [m].
-    reference : ndarray, shape (n_parameters,)
-        The fitted parameters about the centroids: the shifts are 0.
-    at_origin : ndarray, shape (n_parameters,)
-        The same about the origins of the coordinates.
-    to_origin : ndarray, shape (n_parameters, n_parameters)
-        Derivative of the second by the first.
-    centroid_model, centroid_ground : ndarray, shape (n_axes,)
-    """
-
-    names: tuple[str, ...]
-    design: np.ndarray
+    names: tuple[str, ...]  # of the parameters, in the order of the fit
+    design: np.ndarray  # (n_points, n_axes, n_parameters)
+    # (n_points, n_axes): ground coordinates less their centroid; of rigid and
+    # helmert_3d with the constant of the linearisation [m]
     observed: np.ndarray
+    # (n_parameters,): the fitted parameters about the centroids: the shifts are 0
     reference: np.ndarray
+    # (n_parameters,): the same about the origins of the coordinates
     at_origin: np.ndarray
+    # (n_parameters, n_parameters): derivative of the second by the first
     to_origin: np.ndarray
-    centroid_model: np.ndarray
+    centroid_model: np.ndarray  # both (n_axes,)
     centroid_ground: np.ndarray
 
 

@@ -29,26 +29,15 @@ CLEARLY_LONGER = 1.001  # points on a line fit as well when they are turned over
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoments:
-    """Centroids and second moments of the points of each model.
+    """Centroids and second moments of the points of each model."""
 
-    Attributes
-    ----------
-    n_points : ndarray of int, shape (n_models,)
-    weight_sum : ndarray, shape (n_models,)
-        NaN for a model without points.
-    centroid_model, centroid_ground : ndarray, shape (n_models, 2)
-        Weighted centroids.
-    model_model : ndarray, shape (n_models, 2, 2)
-        Σ w d dᵀ of the centred model coordinates d.
-    model_ground : ndarray, shape (n_models, 2, 2)
-        Σ w d Dᵀ with the centred ground coordinates D.
-    """
-
-    n_points: np.ndarray
-    weight_sum: np.ndarray
-    centroid_model: np.ndarray
+    n_points: np.ndarray  # of int, (n_models,)
+    weight_sum: np.ndarray  # (n_models,): naN for a model without points
+    centroid_model: np.ndarray  # both (n_models, 2): weighted centroids
     centroid_ground: np.ndarray
+    # (n_models, 2, 2): Σ w d dᵀ of the centred model coordinates d
     model_model: np.ndarray
+    # (n_models, 2, 2): Σ w d Dᵀ with the centred ground coordinates D
     model_ground: np.ndarray
 
     @property
@@ -70,23 +59,15 @@ class PlaneMoments:
 
 @dataclass(frozen=True, eq=False)
 class PlaneSolution:
-    """What one kind of transformation makes of the moments.
+    """What one kind of transformation makes of the moments."""
 
-    Attributes
-    ----------
-    linear : ndarray, shape (n_models, 2, 2)
-        The matrix A, NaN where the model is not determined.
-    spread_east, spread_north, spread_cross : ndarray, shape (n_models, 2, 2)
-        Quadratic forms K of the cofactors q_EE, q_NN, q_EN.
-    status : ndarray of int, shape (n_models,)
-        USABLE, TOO_FEW or UNDETERMINED.
-    """
-
+    # (n_models, 2, 2): the matrix A, NaN where the model is not determined
     linear: np.ndarray
+    # all (n_models, 2, 2): quadratic forms K of the cofactors q_EE, q_NN, q_EN
     spread_east: np.ndarray
     spread_north: np.ndarray
     spread_cross: np.ndarray
-    status: np.ndarray
+    status: np.ndarray  # of int, (n_models,): USABLE, TOO_FEW or UNDETERMINED
 
 
 @dataclass(frozen=True)
@@ -99,38 +80,24 @@ class PlaneKind:
 
 @dataclass(frozen=True, eq=False)
 class PlaneFit:
-    """Plane transformations of all models of a flight.
-
-    Attributes
-    ----------
-    kind : str
-    moments : PlaneMoments
-    solution : PlaneSolution
-    residuals : ndarray, shape (n_points, 2)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 2)
-        Diagonal of the hat matrix, easting and northing; redundancy number = 1 − h.
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² [m²].
-    redundancy : ndarray of int, shape (n_models,)
-        2 n less the number of parameters; 0 where the model is not determined.
-    parameter_names : tuple of str
-    parameters : ndarray, shape (n_models, n_parameters)
-    mirror_gain : ndarray, shape (n_models,)
-        By how much the sum of squares would be smaller if the model were turned over
-        [m²]; NaN where that cannot be told, and for affine, which takes a mirror
-        image as it comes.
-    """
+    """Plane transformations of all models of a flight."""
 
     kind: str
     moments: PlaneMoments
     solution: PlaneSolution
-    residuals: np.ndarray
+    residuals: np.ndarray  # (n_points, 2): transformed less given [m]
+    # (n_points, 2): diagonal of the hat matrix, easting and northing; redundancy number
+    # = 1 − h
     leverage: np.ndarray
-    sum_of_squares: np.ndarray
+    sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² [m²]
+    # of int, (n_models,): 2 n less the number of parameters; 0 where the model is not
+    # determined
     redundancy: np.ndarray
     parameter_names: tuple[str, ...]
-    parameters: np.ndarray
+    parameters: np.ndarray  # (n_models, n_parameters)
+    # (n_models,): by how much the sum of squares would be smaller if the model were
+    # turned over [m²]; NaN where that cannot be told, and for affine, which takes a
+    # mirror image as it comes
     mirror_gain: np.ndarray
 
     @property

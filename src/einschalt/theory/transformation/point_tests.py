@@ -18,19 +18,12 @@ from einschalt.theory.adjustment.reliability import (
 
 @dataclass(frozen=True, eq=False)
 class CommonPoints:
-    """Points that are known in both frames, sorted by model.
+    """Points that are known in both frames, sorted by model."""
 
-    Attributes
-    ----------
-    source, target : ndarray, shape (n, n_coordinates)
-    weights : ndarray, shape (n,)
-    start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows ``start[k]:start[k + 1]``.
-    """
-
-    source: np.ndarray
+    source: np.ndarray  # both (n, n_coordinates)
     target: np.ndarray
-    weights: np.ndarray
+    weights: np.ndarray  # (n,)
+    # of int, (n_models + 1,): model k owns rows ``start[k]:start[k + 1]``
     start: np.ndarray
 
     @property
@@ -73,17 +66,10 @@ class CommonPoints:
 
 @dataclass(frozen=True, eq=False)
 class PlanSums:
-    """Squares and redundancy of easting and northing alone, of each model.
+    """Squares and redundancy of easting and northing alone, of each model."""
 
-    Attributes
-    ----------
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w (v_E² + v_N²) [m²].
-    redundancy : ndarray, shape (n_models,)
-        Not a whole number where heights were fitted with the plan.
-    """
-
-    sum_of_squares: np.ndarray
+    sum_of_squares: np.ndarray  # (n_models,): Σ w (v_E² + v_N²) [m²]
+    # (n_models,): not a whole number where heights were fitted with the plan
     redundancy: np.ndarray
 
 
