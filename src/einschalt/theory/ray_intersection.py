@@ -123,19 +123,10 @@ def intersect_rays(station, azimuth, point_start, distance=None):
 
 
 def distance_from_parallax(transverse_shift, parallactic_angle):
-    """Distance at which a transverse shift appears under a small angle.
+    """Distance at which a transverse shift appears under a small angle [m].
 
-    Parameters
-    ----------
-    transverse_shift : float or ndarray
-        Of the station, or of the target, at right angles to the ray [m].
-    parallactic_angle : float or ndarray
-        Between the two rays [rad].
-
-    Returns
-    -------
-    float or ndarray
-        [m]; 1 / distance² is the weight of the ray.
+    The shift [m] of the station, or of the target, is at right angles to the ray; 1 /
+    distance² is the weight of the ray.
 
     Examples
     --------

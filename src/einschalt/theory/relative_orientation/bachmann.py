@@ -71,16 +71,9 @@ class PassMatrices:
         return self.spectral_radius > LARGEST_RADIUS
 
     def limit(self, parallax):
-        """Elements that the procedure ends with, on parallaxes read without new errors.
+        """Elements (..., 5) that the procedure ends with on parallaxes (..., n_points).
 
-        Parameters
-        ----------
-        parallax : ndarray, shape (..., n_points)
-
-        Returns
-        -------
-        ndarray, shape (..., 5)
-            NaN where the procedure diverges.
+        These are read without new errors; NaN where the procedure diverges.
         """
         parallax = np.asarray(parallax, dtype=float)
         return np.einsum(
@@ -88,17 +81,7 @@ class PassMatrices:
         )
 
     def solution(self, n_points):
-        """Coefficients of that limit in the parallaxes: (I - T)⁻¹ G.
-
-        Parameters
-        ----------
-        n_points : int
-
-        Returns
-        -------
-        ndarray, shape (..., 5, n_points)
-            NaN where the procedure diverges.
-        """
+        """Coefficients (..., 5, n_points) of it in the parallaxes: (I - T)⁻¹ G."""
         by_point = np.zeros((*self.S.shape[:-1], n_points))
         for reading_number, point in enumerate(self.points):
             by_point[..., point - 1] -= self.S[..., reading_number]
@@ -110,18 +93,9 @@ class PassMatrices:
 def pass_matrices(procedure, design, *, steps=None):
     """Matrices T and S of one pass of any procedure.
 
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (..., n_points, 5)
-        Coefficients of the parallaxes, for one model or many.
-    steps : sequence of Step, optional
-        Other steps than those of a pass, such as ``procedure.start``.
-
-    Returns
-    -------
-    PassMatrices
-        Infinite or NaN where a step reads nothing of the element that it turns.
+    ``design`` (..., n_points, 5) has the coefficients of the parallaxes, for one model
+    or many; ``steps`` are others than those of a pass, such as ``procedure.start``.
+    Infinite or NaN where a step reads nothing of the element that it turns.
 
     Raises
     ------
@@ -150,21 +124,11 @@ def pass_matrices(procedure, design, *, steps=None):
 
 
 def covariance_after_passes(procedure, design, n_passes):
-    """Covariance of the elements after the start, and after each of some passes.
+    """Covariances (n_passes + 1, ..., 5, 5) of the elements, the first after the start.
 
-    Only errors of reading are in it, not what the first passes have yet to clear of
-    the orientation with which the work began.
-
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (..., n_points, 5)
-    n_passes : int
-
-    Returns
-    -------
-    ndarray, shape (n_passes + 1, ..., 5, 5)
-        Entry 0 is after the start; for readings of unit standard error.
+    For readings of unit standard error; ``design`` (..., n_points, 5). Only errors of
+    reading are in it, not what the first passes have yet to clear of the orientation
+    with which the work began.
     """
     one = pass_matrices(procedure, design)
     start = pass_matrices(procedure, design, steps=procedure.start).S
@@ -176,20 +140,12 @@ def covariance_after_passes(procedure, design, n_passes):
 
 
 def stationary_covariance(matrices):
-    """Covariance of the elements that further passes leave as it is.
+    """Covariance (..., 5, 5) of the elements that further passes leave as it is.
 
     The solution of ``P = T P Tᵀ + S Sᵀ``, vec P = (I - T⊗T)⁻¹ vec S Sᵀ, as the sum of
     all ``Tᵏ S Sᵀ Tᵏᵀ``, whose number of terms is doubled until it stands still: nothing
-    is subtracted, and nothing larger than 5 by 5 is solved.
-
-    Parameters
-    ----------
-    matrices : PassMatrices
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        For readings of unit standard error; NaN where the procedure diverges.
+    is subtracted, and nothing larger than 5 by 5 is solved. For readings of unit
+    standard error; NaN where the procedure diverges.
     """
     is_good = ~matrices.diverges[..., None, None]
     power, fresh = (np.where(is_good, each, 0.0) for each in (matrices.T, matrices.S))
@@ -204,35 +160,16 @@ def stationary_covariance(matrices):
 
 
 def residual_covariance(design, covariance):
-    """Covariance A P Aᵀ of the parallaxes that remain in the model.
-
-    Parameters
-    ----------
-    design : ndarray, shape (..., n_points, 5)
-    covariance : ndarray, shape (..., 5, 5)
-        Of the elements.
-
-    Returns
-    -------
-    ndarray, shape (..., n_points, n_points)
-    """
+    """Covariance A P Aᵀ of the parallaxes that remain, (..., n_points, n_points)."""
     design = np.asarray(design, dtype=float)
     return design @ covariance @ _transposed(design)
 
 
 def covariance_of_consecutive_mean(matrices, n_passes):
-    """Covariance of the mean of the elements after each of r consecutive passes.
+    """Covariance (..., 5, 5) of the mean of the elements after each of r passes.
 
-    Parameters
-    ----------
-    matrices : PassMatrices
-    n_passes : int
-        r, counted after the errors of the start have died away.
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        (1/r²) [r P + Σ (r - k) (Tᵏ P + P Tᵏᵀ)]; NaN where the procedure diverges.
+    The passes follow each other, counted after the errors of the start have died away:
+    (1/r²) [r P + Σ (r - k) (Tᵏ P + P Tᵏᵀ)]; NaN where the procedure diverges.
     """
     covariance = stationary_covariance(matrices)
     total = n_passes * covariance
@@ -244,18 +181,7 @@ def covariance_of_consecutive_mean(matrices, n_passes):
 
 
 def covariance_of_independent_mean(matrices, n_runs):
-    """Covariance of the mean of r complete orientations, each begun anew.
-
-    Parameters
-    ----------
-    matrices : PassMatrices
-    n_runs : int
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        P/r; NaN where the procedure diverges.
-    """
+    """Covariance P/r of the mean of r complete orientations, each begun anew."""
     return stationary_covariance(matrices) / n_runs
 
 
@@ -275,16 +201,7 @@ class ErrorComparison:
 def compare_errors(procedure, design, passes=(1, 2, 5, 20)):
     """Remaining parallaxes after more and more passes, beside least squares.
 
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (n_points, 5)
-        Of one model.
-    passes : sequence of int, optional
-
-    Returns
-    -------
-    ErrorComparison
+    ``design`` (n_points, 5) is that of one model.
     """
     covariances = covariance_after_passes(procedure, design, max(passes))
     stationary = stationary_covariance(pass_matrices(procedure, design))

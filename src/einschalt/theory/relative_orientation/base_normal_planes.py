@@ -132,22 +132,12 @@ def _circle_end(y, z, squares, cross):
 
 
 def standard_planes(xyz, base, model_start):
-    """Choose three points below each projection centre.
+    """Choose three points below each projection centre: y, z, (n_models, 2, 3, 2).
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Model coordinates sorted by model, origin in the left projection centre, z < 0.
-    base : ndarray, shape (n_models,)
-    model_start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows model_start[k]:model_start[k + 1].
-
-    Returns
-    -------
-    ndarray, shape (n_models, 2, 3, 2)
-        y, z of the points i, j, l in the planes of the left and of the right centre: i
-        is seen nearest to the plumb line, j farthest to the side of +y, l to that of
-        -y. NaN where there are no three such points within 15 % of the base.
+    In the planes of the left and of the right centre i is seen nearest to the plumb
+    line, j farthest to the side of +y, l to that of -y. NaN where there are no three
+    such points within 15 % of the base. ``xyz`` (n_points, 3) is sorted by model, its
+    origin in the left projection centre, z < 0.
     """
     n_models = len(base)
     chosen = np.full((n_models, 2, 3, 2), np.nan)
@@ -181,18 +171,10 @@ def _first_of_each(rows, measure, model, n_models):
 def base_system(base, upwards):
     """Axes of the base-normal planes: x along the base, z as far upwards as can be.
 
-    Parameters
-    ----------
-    base : ndarray, shape (n_pairs, 3)
-        From the left to the right projection centre, in any system, of any length.
-    upwards : ndarray, shape (n_pairs, 3)
-        Direction away from the scene in the same system, of any length: for images the
-        sum of both optical axes.
-
-    Returns
-    -------
-    ndarray, shape (n_pairs, 3, 3)
-        Rows x, y, z. NaN where there is no base, or it points upwards itself.
+    Rows x, y, z (n_pairs, 3, 3) from vectors (n_pairs, 3) of any length in any one
+    system: the base from the left to the right centre, and the direction away from the
+    scene, for images the sum of both optical axes. NaN where there is no base, or it
+    points upwards itself.
 
     Examples
     --------

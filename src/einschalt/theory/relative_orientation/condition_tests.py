@@ -60,19 +60,7 @@ class StereoPairs:
         return StereoPairs(self.image[is_chosen], start, self.distance)
 
     def of_models(self, models):
-        """All points of some pairs, which are numbered anew.
-
-        Parameters
-        ----------
-        models : ndarray of int
-            Ascending.
-
-        Returns
-        -------
-        rows : ndarray of int
-            Where they are among the points of all pairs.
-        pairs : StereoPairs
-        """
+        """Rows of all points of some pairs (numbers ascending), and these pairs."""
         is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
         is_wanted[models] = True
         rows = np.flatnonzero(is_wanted[self.model])
@@ -103,16 +91,7 @@ class Misclosures:
 def misclosures(orientation, pairs) -> Misclosures:
     """Compare points with orientations in which they need not have taken part.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    pairs : StereoPairs
-        Any points of the same pairs.
-
-    Returns
-    -------
-    Misclosures
-        NaN where a pair is not oriented.
+    NaN where a pair is not oriented.
     """
     left = pairs.distance[:, :1]
     found = Misclosures(np.empty((len(pairs.image), 4)), np.empty(len(pairs.image)))
@@ -133,19 +112,10 @@ def misclosures(orientation, pairs) -> Misclosures:
 def condition_tests(orientation, pairs) -> PointTests:
     """Test the points of an adjustment against its other points.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-        Of just these points.
-    pairs : StereoPairs
-
-    Returns
-    -------
-    PointTests
-        w is the length of the corrections over its standard error (Pope's τ without its
-        sign), p_value that of Student's t of the adjustment without the point. NaN
-        where the redundancy is 1 or less, the point is not checked by others, or
-        nothing but rounding is left.
+    w is the length of the corrections over its standard error (Pope's τ without its
+    sign), p_value that of Student's t of the adjustment without the point. NaN where
+    the redundancy is 1 or less, the point is not checked by others, or nothing but
+    rounding is left.
 
     Notes
     -----
@@ -164,17 +134,8 @@ def condition_tests(orientation, pairs) -> PointTests:
 def prediction_tests(orientation, pairs) -> PointTests:
     """Test points against an adjustment in which they took no part.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    pairs : StereoPairs
-        Other points of the same pairs.
-
-    Returns
-    -------
-    PointTests
-        w is the misclosure over its predicted standard error, p_value that of Student's
-        t; NaN without redundancy.
+    w is the misclosure over its predicted standard error, p_value that of Student's t;
+    NaN without redundancy.
     """
     found = misclosures(orientation, pairs)
     sigma = _sigma(orientation)[pairs.model]

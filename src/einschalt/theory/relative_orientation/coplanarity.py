@@ -253,19 +253,9 @@ def _put(pose, place):
 
 @numba.njit(**COMPILED)
 def close_conditions(image, corrections, zr, pose):
-    """Smallest corrections that satisfy the conditions at a pose.
+    """Sum of squares of the smallest corrections that satisfy the conditions at a pose.
 
-    Parameters
-    ----------
-    image, corrections : ndarray, shape (4, n)
-        ``corrections`` are improved in place; each pass squares what is missing.
-    zr : float
-    pose : pose
-
-    Returns
-    -------
-    float
-        Sum of squares of the corrections.
+    ``corrections`` (4, n) are improved in place; each pass squares what is missing.
     """
     frame = frame_of(pose, False)
     sums = form_normals(image, corrections, zr, frame, GAUSS_HELMERT)
@@ -285,22 +275,10 @@ def is_determined(cofactor):
 def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     """Cofactors of the orientation and redundancy numbers of its conditions.
 
-    Parameters
-    ----------
-    at : ndarray, shape (4, n)
-        Image coordinates at which the conditions are linearised.
-    zr : float
-    pose : pose
-    mode : Mode
-    numbers : ndarray, shape (n,)
-        Filled with redundancy numbers.
-    cofactor : ndarray, shape (6, 6)
-        Filled with those of the base vector and the turn of the right camera; NaN where
-        the points do not determine them.
-
-    See Also
-    --------
-    coplanarity_precision : how they are formed.
+    Linearised at the image coordinates ``at`` (4, n). Fills ``numbers`` (n,) and
+    ``cofactor`` (6, 6), of the base vector and the turn of the right camera, as
+    :mod:`~.coplanarity_precision` forms them; NaN where the points do not determine
+    them.
     """
     base, tangents, rotation = frame_of(pose, mode.fixes_x)
     n = at.shape[1]

@@ -160,19 +160,8 @@ def right_ray(x, y, z, rotation):
 def coplanarity(point, zr, base, rotation):
     """Condition of one point and all its derivatives.
 
-    Parameters
-    ----------
-    point : tuple of 4 floats
-        x', y', x", y", divided by the left principal distance.
-    zr : float
-        z of the right image plane, -c"/c'.
-    base : tuple of 3 floats
-    rotation : tuple of 9 floats
-
-    Returns
-    -------
-    tuple
-        F, dF/de (3 floats), dF/dw (3 floats), dF/d(x', y', x", y") (4 floats).
+    ``point`` is x', y', x", y" over the left principal distance, ``zr`` the z of the
+    right image plane, -c"/c'. Gives F, dF/de (3), dF/dw (3), dF/d(x', y', x", y") (4).
     """
     xl, yl, xr, yr = point
     b0, b1, b2 = base
@@ -233,23 +222,11 @@ def add_condition(sums, row, misclosure, weight):
 
 @numba.njit(fastmath=FAST, **COMPILED)
 def form_normals(image, corrections, zr, frame, mode):
-    """Sums of all points of a pair at one pose.
+    """The 21 sums of all points of a pair at one pose.
 
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-        x', y', x", y", divided by the left principal distance.
-    corrections : ndarray, shape (4, n)
-        Corrections at which the condition is linearised. Replaced, times ``mode.keep``,
-        by those of the smallest length that close the linearised condition.
-    zr : float
-        z of the right image plane, -c"/c'.
-    frame : tuple
-    mode : Mode
-
-    Returns
-    -------
-    tuple of 21 floats
+    ``image`` (4, n) is x', y', x", y" over the left principal distance. ``corrections``
+    (4, n), at which the condition is linearised, are replaced, times ``mode.keep``, by
+    those of the smallest length that close the linearised condition.
     """
     base, tangents, rotation = frame
     sums = NO_SUMS
@@ -276,11 +253,8 @@ def form_normals(image, corrections, zr, frame, mode):
 def factorise(sums, damping):
     """Cholesky factor of the normal matrix with its diagonal times 1 + damping.
 
-    Returns
-    -------
-    tuple of 15 floats
-        Lower triangle row by row, with the RECIPROCALS of the diagonal. NaN where the
-        matrix is not positive definite.
+    Lower triangle row by row (15 floats), with the RECIPROCALS of the diagonal. NaN
+    where the matrix is not positive definite.
     """
     more = 1.0 + damping
     l00 = 1.0 / math.sqrt(sums[0] * more)
@@ -338,13 +312,8 @@ def square_of(side):
 def descent_step(sums, damping):
     """Damped Gauss-Newton step, and by how much it should lessen the sum of squares.
 
-    Returns
-    -------
-    tuple of 5 floats
-        NaN where the normal matrix is singular.
-    float
-        Gradient times step: the square of the step in units of its standard error,
-        times the variance of unit weight.
+    The latter is gradient times step: the square of the step in units of its standard
+    error, times the variance of unit weight. NaN where the normal matrix is singular.
     """
     factor = factorise(sums, damping)
     downhill = -sums[15], -sums[16], -sums[17], -sums[18], -sums[19]

@@ -85,22 +85,10 @@ SAME_TRACE = 1.0 + 2.0 * math.cos(0.02)
 
 @numba.njit(**COMPILED)
 def descend(image, corrections, zr, pose, mode, limits):
-    """Minimise the sum of squares from a pose.
+    """Minimise the sum of squares from a pose: pose, sums, whether it converged.
 
-    Parameters
-    ----------
-    image, corrections : ndarray, shape (4, n)
-    zr : float
-    pose : pose
-    mode : Mode
-    limits : tuple
-        Most steps, and the square of a step in units of its standard error that ends
-        the descent.
-
-    Returns
-    -------
-    pose, sums, bool
-        Whether it converged.
+    ``limits`` are the most steps, and the square of a step in units of its standard
+    error that ends the descent.
     """
     most_steps, tolerance = limits
     is_rough = mode.is_weighted and mode.keep == 0.0
@@ -232,22 +220,10 @@ def trace_of_inverse(factor):
 
 @numba.njit(**COMPILED)
 def find(image, idle, zr, start, found):
-    """Descend from one start and note where it leads.
+    """Descend from one start: the pose, and whether it is safe without any search.
 
-    Parameters
-    ----------
-    image, idle : ndarray, shape (4, n)
-        ``idle`` holds zeros.
-    zr : float
-    start : pose
-    found : ndarray, shape (14,)
-        Filled: pose (12), misfit, cost.
-
-    Returns
-    -------
-    pose
-    bool
-        Whether the solution is safe without any search.
+    ``found`` (14,) is filled with pose (12), misfit and cost; ``idle`` (4, n) holds
+    zeros.
     """
     n = image.shape[1]
     limits = (MOST_ROUGH_STEPS, ROUGH)
@@ -274,19 +250,7 @@ def pose_at(row):
 
 @numba.njit(**COMPILED)
 def choose(image, zr):
-    """Best approximate orientation of a pair.
-
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-
-    Returns
-    -------
-    pose
-    bool
-        Whether another orientation fits equally well.
-    """
+    """Best approximate pose of a pair, and whether another one fits equally well."""
     idle = np.zeros_like(image)
     found = np.full((2, N_FOUND), np.inf)
     squares, bases = np.empty(0), np.empty((0, 3))

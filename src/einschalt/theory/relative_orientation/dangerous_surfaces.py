@@ -247,17 +247,8 @@ def _make_triangular(first_model, last_model, start, rows, triangle):
 def middle_depth(xyz, model_start):
     """Mean depth of the points in the middle third of the field across the base.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model, origin in the left projection centre, z < 0.
-    model_start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        Of all points where none is in the middle; NaN without points, or where one
-        is not below the base.
+    Of all points of the model where none is in the middle; NaN without points, or where
+    one is not below the base.
     """
     n_points = np.diff(model_start)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -272,19 +263,10 @@ def middle_depth(xyz, model_start):
 
 
 def figure_width(xyz, model_start):
-    """Standard deviation of points across their line of best fit.
+    """Standard deviation of points across their line of best fit, in their unit.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model.
-    model_start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        Root of the middle eigenvalue of the covariance of the points, in their unit;
-        0 on a line.
+    Root of the middle eigenvalue of the covariance of the points of each model; 0 on a
+    line.
     """
     n_points = np.diff(model_start)
     per_point = 1.0 / np.maximum(n_points, 1)[:, np.newaxis]
@@ -298,41 +280,19 @@ def figure_width(xyz, model_start):
 def flat_twin(xyz, depth):
     """Points moved along their rays from the base into a horizontal plane.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Origin in the left projection centre, z < 0.
-    depth : float or ndarray, shape (n_points,)
-        Of the plane below the base.
-
-    Returns
-    -------
-    ndarray, shape (n_points, 3)
-        With the same x and the same y / z.
+    ``depth`` is that of the plane below the base; x and y / z stay.
     """
     x, y, z = np.moveaxis(xyz, -1, 0)
     return np.stack([x, -y / z * depth, np.broadcast_to(-depth, x.shape)], axis=-1)
 
 
 def singular_values(xyz, base, model_start, depth, case):
-    """Singular values of the unit-free design matrices of all models.
+    """Singular values of the unit-free design matrices of all models, (n_models, 5).
 
-    Angles are multiplied by the depth, and the matrix is divided by √n: the values are
-    root mean square parallaxes for corrections of unit length.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model, origin in the left projection centre, z < 0.
-    base, depth : ndarray, shape (n_models,)
-        In the unit of the coordinates.
-    model_start : ndarray of int, shape (n_models + 1,)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (n_models, 5)
-        Descending. They compare only between models of the same case.
+    Angles are multiplied by the depth, and the matrix is divided by √n: the values,
+    descending, are root mean square parallaxes for corrections of unit length. They
+    compare only between models of the same case. Coordinates (n_points, 3), base and
+    depth (n_models,) have one unit.
     """
     unit = np.repeat(depth, np.diff(model_start))[:, np.newaxis]
     equations = _Equations.of(xyz / unit, np.divide(base, depth), model_start)
@@ -343,21 +303,10 @@ def gaps_to_surface(xyz, base, surface):
     """Gaps of points from an orthogonal ruled quadric, along their rays from the base.
 
     Kasper's gap for any point: a ray in a base-normal plane meets the surface once
-    more, at s times the distance of the point, and the gap is 1 - 1/s.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Origin in the left projection centre, z < 0.
-    base : float or ndarray, shape (n_points,)
-    surface : ndarray, shape (5,) or (n_points, 5)
-        Coefficients w, φ1, φ2, κ1, κ2, as in ``SurfaceExamination.surface``.
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        0 on the surface, positive where the surface is farther from the base than the
-        point, infinite where the ray does not meet it.
+    more, at s times the distance of the point, and the gap is 1 - 1/s: 0 on the
+    surface, positive where the surface is farther from the base than the point,
+    infinite where the ray does not meet it. ``surface`` (5,) or (n_points, 5) is w, φ1,
+    φ2, κ1, κ2.
 
     Examples
     --------

@@ -60,19 +60,10 @@ MOST_RETURNS = 10
 def find_gross_errors(
     pairs, estimator="rigorous", significance=GROSS_ERROR_SIGNIFICANCE
 ):
-    """Find the points that contradict the others of their pair.
+    """Find the points that contradict the others of their pair: bool, (n_points,).
 
-    Parameters
-    ----------
-    pairs : StereoPairs
-    estimator : {"rigorous", "determinants"}
-    significance : float
-        Probability with which a pair without gross errors loses a point.
-
-    Returns
-    -------
-    ndarray of bool, shape (n_points,)
-        What is to be taken out. At least six points are left to a pair that lost any.
+    ``significance`` is the probability with which a pair without gross errors loses a
+    point. At least six points are left to a pair that lost any.
     """
     is_out = _put_aside(pairs, estimator, significance)
 
@@ -169,20 +160,10 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
 
 @numba.njit(**COMPILED)
 def misclosure_scale(image, zr, pose, size):
-    """Standard error of a misclosure by the median; fills their sizes.
+    """Standard error of a misclosure by the median, in left principal distances.
 
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-    pose : pose
-    size : ndarray, shape (n,)
-        Filled with the lengths of the corrections that close each condition.
-
-    Returns
-    -------
-    float
-        In left principal distances.
+    ``size`` (n,) is filled with the lengths of the corrections that close each
+    condition.
     """
     base, rotation = pose
     n = image.shape[1]

@@ -109,14 +109,7 @@ class Procedure:
 def elimination(case):
     """Steps that clear points 1 to 4 by swings and tips, or by the shifts.
 
-    Parameters
-    ----------
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    tuple of Step
-        Each clears its own point; in flat terrain none disturbs those before it.
+    Each clears its own point; in flat terrain none disturbs those before it.
     """
     return tuple(Step(element, {point: 1.0}) for element, point in _ELIMINATION[case])
 
@@ -223,18 +216,10 @@ def _solve(matrix, right):
 
 
 def reading(values, observed):
-    """Combine the points that a step observes.
+    """Combine the points that a step observes, (..., n_columns).
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., n_points, n_columns)
-        Rows of the design matrix, or parallaxes.
-    observed : mapping of int to float
-        Point number, from 1, and weight.
-
-    Returns
-    -------
-    ndarray, shape (..., n_columns)
+    ``values`` (..., n_points, n_columns) are rows of the design matrix, or parallaxes;
+    ``observed`` maps a point number, from 1, to its weight.
 
     Raises
     ------

@@ -72,16 +72,9 @@ class PlaneDeterminants:
 
 
 def plane_determinants(xyz):
-    """Form the determinants of both planes.
+    """Form the determinants of both planes from points 1, 3, 5, 2, 4, 6.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (..., 6, 3)
-        Model coordinates of points 1, 3, 5, 2, 4, 6; x is not looked at.
-
-    Returns
-    -------
-    PlaneDeterminants
+    ``xyz`` (..., 6, 3), of which x is not looked at.
 
     Examples
     --------
@@ -139,16 +132,8 @@ class FundamentalPoints:
 def fundamental_points(planes, parallax):
     """Find G⁰, Gᵇ and the differential tilts of both planes, (2) to (4).
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        ``y(moved) - y(fixed)`` in points 1, 3, 5, 2, 4, 6.
-
-    Returns
-    -------
-    FundamentalPoints
-        For the construction and for reports; never for computing the elements.
+    ``parallax`` (..., 6) is ``y(moved) - y(fixed)`` in points 1, 3, 5, 2, 4, 6. For the
+    construction and for reports; never for computing the elements.
     """
     p = _by_plane(parallax)
     M, U, V = (_sum(row * p) for row in (planes.m, planes.u, planes.v))
@@ -274,20 +259,11 @@ def _condition(xyz, solution, base, case):
 
 
 def contradiction(planes, parallax):
-    """Contradiction w of six parallaxes, which no orientation can clear.
+    """Contradiction w of parallaxes (..., 6), which no orientation can clear.
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        In points 1, 3, 5, 2, 4, 6.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        In the unit of the parallaxes, proportional to Δω and so scaled that sigma_0 is
-        |w|/√12 in any terrain. In flat terrain it is 2 p1 - p3 - p5 - 2 p2 + p4 + p6.
-        NaN where both planes are critical.
+    In the unit of the parallaxes, in points 1, 3, 5, 2, 4, 6; proportional to Δω and so
+    scaled that sigma_0 is |w|/√12 in any terrain. In flat terrain it is 2 p1 - p3 - p5
+    - 2 p2 + p4 + p6. NaN where both planes are critical.
     """
     parallax = np.asarray(parallax, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -297,14 +273,7 @@ def contradiction(planes, parallax):
 def elements_of_planes(base, case):
     """Matrix from dω, Y⁰dω, Z⁰dω, Yᵇdω, Zᵇdω to the elements: a)-k) without factors.
 
-    Parameters
-    ----------
-    base : float or ndarray, shape (...)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
+    Its shape is (..., 5, 5), that of ``base`` being (...).
     """
     base = np.asarray(base, dtype=float)
     matrix = np.zeros((*base.shape, N_ELEMENTS, N_ELEMENTS))
@@ -350,17 +319,8 @@ class ExtendedFormulas:
 def extended_formulas(planes, base, case):
     """Krames' extended formulas with the factors of (7), for any terrain.
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    base : float or ndarray, shape (...)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ExtendedFormulas
-        Infinite or NaN where a plane is critical (N = 0), and inaccurate near it;
-        :func:`solve_krames` is not.
+    Infinite or NaN where a plane is critical (N = 0), and inaccurate near it;
+    :func:`solve_krames` is not.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         m, u, v = (row / planes.N[..., None] for row in (planes.m, planes.u, planes.v))
@@ -377,19 +337,10 @@ def extended_formulas(planes, base, case):
 
 
 def flat_factors(half_width, base, height, case):
-    """Factors of the flat six-point model in closed form: a')-k').
+    """Factors of the flat six-point model in closed form, a')-k'), (5,).
 
-    Parameters
-    ----------
-    half_width, base, height : float
-        a, b and h of the flat model.
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (5,)
-        A, B1, B2, C1, C2 or D, E, F, G, H. The paper prints G and H of the right
-        bundle only.
+    A, B1, B2, C1, C2 or D, E, F, G, H, from a, b and h of the flat model. The paper
+    prints G and H of the right bundle only.
     """
     c = (2.0 * half_width**2 + 3.0 * height**2) / (6.0 * height)
     if case == INDEPENDENT:
@@ -399,22 +350,12 @@ def flat_factors(half_width, base, height, case):
 
 
 def trial_swing(planes, parallax, base):
-    """Swing of the right bundle after (9), which Krames tried before his factors.
+    """Swing d_kappa of the right bundle [rad] after (9), tried before his factors.
 
-    In flat terrain it is (p1 - p2)/b, whatever the other parallaxes: its standard
-    error is √3 times that of least squares. In hilly terrain it is not even linear.
-
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        y_right - y_left in points 1, 3, 5, 2, 4, 6.
-    base : float or ndarray, shape (...)
-
-    Returns
-    -------
-    ndarray, shape (...)
-        d_kappa of ``dependent_right`` [rad]; NaN or infinite where the formula fails.
+    From ``y_right - y_left`` in points 1, 3, 5, 2, 4, 6, (..., 6). In flat terrain it
+    is (p1 - p2)/b, whatever the other parallaxes: its standard error is √3 times that
+    of least squares. In hilly terrain it is not even linear. NaN or infinite where it
+    fails.
     """
     p = _by_plane(parallax)
     M, V = (_sum(row * p) for row in (planes.m, planes.v))

@@ -58,18 +58,10 @@ def correct_model(xyz_machine, base, elements, case):
 def parallaxes_to_clear(xyz_machine, base, elements, case):
     """Y-parallaxes that the elements clear exactly, as the corrected rays meet.
 
-    What :func:`~.parallax_equations.design_matrix` times them gives is the linear part;
-    the difference tells whether the elements are still small enough for it.
-
-    Parameters
-    ----------
-    xyz_machine, base, elements, case
-        As in :func:`correct_model`.
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        ``y(moved) - y(fixed)`` in the unit of the coordinates.
+    ``y(moved) - y(fixed)`` (n_points,) in the unit of the coordinates, from what
+    :func:`correct_model` takes. What :func:`~.parallax_equations.design_matrix` times
+    the elements gives is the linear part; the difference tells whether they are still
+    small enough for it.
     """
     xyz = np.ascontiguousarray(xyz_machine, dtype=float)
     angles, centres = _bundles(len(xyz), base, elements, case)

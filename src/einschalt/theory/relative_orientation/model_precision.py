@@ -72,16 +72,9 @@ class OrientedPairs:
     def camera_changes(self):
         """Derivatives of the cameras by base direction (3) and turn (3).
 
-        Returns
-        -------
-        centres : ndarray, shape (n_pairs, 6, 2, 3)
-        rotations : ndarray, shape (n_pairs, 6, 2, 3, 3)
-            Of left and right camera.
-
-        Notes
-        -----
-        By central differences of the elements, which are those of every case, whichever
-        length is fixed.
+        Centres (n_pairs, 6, 2, 3) and rotations (n_pairs, 6, 2, 3, 3) of left and right
+        camera, by central differences of the elements, which are those of every case,
+        whichever length is fixed.
         """
         centres, rotations = [], []
         for change in np.eye(N_CHANGES):
@@ -111,19 +104,9 @@ def _stacked(cameras):
 
 
 def model_precision(pairs, xyz, model_start) -> ModelPrecision:
-    """Cofactors of the points of many models.
+    """Cofactors of the points of many models; NaN where a pair is not oriented.
 
-    Parameters
-    ----------
-    pairs : OrientedPairs
-    xyz : ndarray, shape (n_points, 3)
-        Model points in the unit of the base, sorted by pair.
-    model_start : ndarray of int, shape (n_pairs + 1,)
-
-    Returns
-    -------
-    ModelPrecision
-        NaN where a pair is not oriented.
+    ``xyz`` (n_points, 3) are model points in the unit of the base, sorted by pair.
     """
     xyz = np.ascontiguousarray(xyz, dtype=float)
     found = ModelPrecision(

@@ -75,15 +75,8 @@ class RobustOrientation:
 def orient_robustly(pairs, norm):
     """Orient all pairs with weights that fall with the size of a misclosure.
 
-    Parameters
-    ----------
-    pairs : StereoPairs
-    norm : {"huber", "tukey"}
-
-    Returns
-    -------
-    RobustOrientation
-        Pairs that could not be oriented at all are what they were.
+    ``norm`` is huber or tukey. Pairs that could not be oriented at all are what they
+    were.
     """
     ordinary = pairs.orient("rigorous")
     start = np.ascontiguousarray(pairs.start, dtype=np.int64)

@@ -128,16 +128,7 @@ class SurfaceVerdict:
 
 
 def judge(figure):
-    """Judge the figures of all models; of several causes the first one counts.
-
-    Parameters
-    ----------
-    figure : Figure
-
-    Returns
-    -------
-    SurfaceVerdict
-    """
+    """Judge the figures of all models; of several causes the first one counts."""
     has_base = (figure.relative_base > 0.0) & np.isfinite(figure.relative_base)
     is_thin = figure.width < THIN
     is_lost = figure.uncertainty > CRITICAL_UNCERTAINTY

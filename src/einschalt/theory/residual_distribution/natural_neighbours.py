@@ -33,19 +33,10 @@ class Mesh(NamedTuple):
 
 
 def natural_neighbour_weights(known_xy, point_xy):
-    """Weights of the known points for each point; each row adds up to 1.
+    """Weights (n_points, n_known) of the known points; each row adds up to 1.
 
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-        No two at the same place.
-    point_xy : ndarray, shape (n_points, 2)
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-        Where all known points lie on one line, linear along it, and constant beyond its
-        ends.
+    No two known points are at the same place. Where all lie on one line, the weights
+    are linear along it, and constant beyond its ends.
 
     Examples
     --------

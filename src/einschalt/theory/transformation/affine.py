@@ -77,17 +77,9 @@ def fit_affine(xy, en, weights, start):
 
 
 def affine_cofactors(fit):
-    """Cofactors of a0, a1, a2, b0, b1, b2 at the origin of the model coordinates.
+    """Cofactors (n_models, 6, 6) of a0 to b2 at the origin of the model coordinates.
 
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_affine`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 6, 6)
-        Times s_0² it is the covariance of the parameters.
+    Times s_0² they are the covariance of the parameters.
     """
     half = affine_axis_cofactors(fit)
     cofactors = np.zeros((len(half), 6, 6))
@@ -96,18 +88,9 @@ def affine_cofactors(fit):
 
 
 def affine_axis_cofactors(fit):
-    """Cofactors of a0, a1, a2, which are also those of b0, b1, b2.
+    """Cofactors (n_models, 3, 3) of a0, a1, a2, which are also those of b0, b1, b2.
 
     The two axes share their normal matrix and are uncorrelated.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_affine`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 3, 3)
     """
     inverse, centre = fit.solution.spread_east, fit.moments.centroid_model
     x, y = centre.T

@@ -76,16 +76,7 @@ def fit_helmert(xy, en, weights, start):
 
 
 def rotation_and_scale(moments):
-    """Parameters a, b of the best conformal map about the centroids.
-
-    Parameters
-    ----------
-    moments : PlaneMoments
-
-    Returns
-    -------
-    a, b : ndarray, shape (n_models,)
-    """
+    """Parameters a, b (n_models,) of the best conformal map about the centroids."""
     s = moments.model_ground
     with np.errstate(divide="ignore", invalid="ignore"):
         a = (s[:, 0, 0] + s[:, 1, 1]) / moments.polar
@@ -96,14 +87,7 @@ def rotation_and_scale(moments):
 def correlations(moments):
     """How well the centred figures correlate as they are, and turned over.
 
-    Parameters
-    ----------
-    moments : PlaneMoments
-
-    Returns
-    -------
-    direct, turned : ndarray, shape (n_models,)
-        Largest Σ w D·(R d) over all rotations R, and over all reflections R.
+    Largest Σ w D·(R d) over all rotations R, and over all reflections R, (n_models,).
     """
     s = moments.model_ground
     direct = np.hypot(s[:, 0, 0] + s[:, 1, 1], s[:, 0, 1] - s[:, 1, 0])
@@ -117,17 +101,7 @@ def conformal(a, b):
 
 
 def helmert_cofactors(fit):
-    """Cofactors of a, b, te, tn at the origin of the model coordinates.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_helmert`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 4, 4)
-    """
+    """Cofactors (n_models, 4, 4) of a, b, te, tn at the origin of the model."""
     x, y = fit.moments.centroid_model.T
     per_scale = fit.solution.spread_east[:, 0, 0]
     cofactors = np.zeros((len(x), 4, 4))

@@ -86,52 +86,22 @@ class SpatialFit:
         return self.scale[:, None, None] * self.rotation
 
     def apply(self, model, xyz):
-        """Transform points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-            Model of each point.
-        xyz : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Easting, northing, height [m].
-        """
+        """Easting, northing, height (n, 3) [m] of points, each of its ``model``."""
         offset = xyz - self.centroid_model[model]
         turned = np.einsum("nij,nj->ni", self.linear[model], offset)
         return self.centroid_ground[model] + turned
 
     def invert(self, model, enh):
-        """Model coordinates of ground points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        enh : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-        """
+        """Model coordinates (n, 3) of ground points ``enh`` (n, 3)."""
         offset = enh - self.centroid_ground[model]
         back = np.swapaxes(self.rotation, 1, 2) / self.scale[:, None, None]
         turned = np.einsum("nij,nj->ni", back[model], offset)
         return self.centroid_model[model] + turned
 
     def point_cofactors(self, model, xyz):
-        """Cofactors of transformed points, from the transformation alone.
+        """Cofactors (n, 3, 3) of transformed points, from the transformation alone.
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        xyz : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3, 3)
-            Times s_0² it is the covariance of easting, northing, height [m²].
+        Times s_0² they are the covariance of easting, northing, height [m²].
         """
         offset = xyz - self.centroid_model[model]
         arm = np.einsum("nij,nj->ni", self.linear[model], offset)
@@ -147,17 +117,7 @@ class SpatialFit:
         return q
 
     def homogeneous(self, model):
-        """Matrix and shift of one model: ground = matrix · xyz + shift.
-
-        Parameters
-        ----------
-        model : int
-
-        Returns
-        -------
-        matrix : ndarray, shape (3, 3)
-        shift : ndarray, shape (3,)
-        """
+        """Matrix (3, 3) and shift (3,) of one model: ground = matrix · xyz + shift."""
         matrix = self.linear[model]
         return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
@@ -222,14 +182,7 @@ def fit_helmert_3d(xyz, enh, weights, start):
 def helmert_3d_cofactors(fit):
     """Cofactors of te, tn, th, scale, ω, φ, κ at the origin of the model coordinates.
 
-    Parameters
-    ----------
-    fit : SpatialFit
-
-    Returns
-    -------
-    ndarray, shape (n_models, 7, 7)
-        NaN where φ = ±90°, at which ω and κ cannot be told apart.
+    (n_models, 7, 7); NaN where φ = ±90°, at which ω and κ cannot be told apart.
     """
     n_models = len(fit.scale)
     centred = np.zeros((n_models, 7, 7))
@@ -243,18 +196,9 @@ def helmert_3d_cofactors(fit):
 def parameters_from_step(scale, rotation, centroid):
     """How te, tn, th, scale, ω, φ, κ change with a small step about the centroid.
 
-    Parameters
-    ----------
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    centroid : ndarray, shape (n_models, 3)
-        Model coordinates of the point that the shift of the step moves.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 7, 7)
-        Jacobian by shift of the centroid, scale, and a turn about the ground axes;
-        NaN where φ = ±90°.
+    Jacobian (n_models, 7, 7) by shift of the centroid, scale, and a turn about the
+    ground axes; NaN where φ = ±90°. ``centroid`` (n_models, 3) is the point, in model
+    coordinates, that the shift of the step moves.
     """
     turned = np.einsum("mij,mj->mi", rotation, centroid)
     step = np.zeros((len(scale), 7, 7))
@@ -416,16 +360,7 @@ def _rotation_cofactors(spread, scale, rotation, status):
 
 
 def angles_of(rotation):
-    """Angles ω, φ, κ of R = R_x(ω) R_y(φ) R_z(κ), shape (n, 3).
-
-    Parameters
-    ----------
-    rotation : ndarray, shape (n, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-    """
+    """Angles ω, φ, κ (n, 3) of R = R_x(ω) R_y(φ) R_z(κ), (n, 3, 3)."""
     # the right-handed product R_x R_y R_z is the transpose of the camera's matrix
     return angles_from_rotation(np.swapaxes(rotation, 1, 2))
 

@@ -131,54 +131,23 @@ class PlaneFit:
         return self.solution.linear
 
     def apply(self, model, xy):
-        """Transform points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-            Model of each point.
-        xy : ndarray, shape (n, 2)
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            Easting, northing [m].
-        """
+        """Easting, northing (n, 2) [m] of points (n, 2), each of its ``model``."""
         offset = xy - self.moments.centroid_model[model]
         turned = np.einsum("nij,nj->ni", self.solution.linear[model], offset)
         return self.moments.centroid_ground[model] + turned
 
     def invert(self, model, en):
-        """Model coordinates of ground points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        en : ndarray, shape (n, 2)
-            Easting, northing [m].
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-        """
+        """Model coordinates (n, 2) of ground points ``en`` (n, 2) [m]."""
         offset = en - self.moments.centroid_ground[model]
         back = _inverse_2x2(self.solution.linear)
         turned = np.einsum("nij,nj->ni", back[model], offset)
         return self.moments.centroid_model[model] + turned
 
     def point_cofactors(self, model, xy):
-        """Cofactors of transformed points, from the transformation alone.
+        """Cofactors (n, 2, 2) of transformed points, from the transformation alone.
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        xy : ndarray, shape (n, 2)
-            Any points, fitted or not, without error of their own.
-
-        Returns
-        -------
-        ndarray, shape (n, 2, 2)
-            Times s_0² it is the covariance of easting and northing [m²].
+        Of any points, fitted or not, without error of their own; times s_0² they are
+        the covariance of easting and northing [m²].
         """
         d = xy - self.moments.centroid_model[model]
         base = 1.0 / self.moments.weight_sum[model]
@@ -190,17 +159,7 @@ class PlaneFit:
         return q
 
     def homogeneous(self, model):
-        """Matrix and shift of one model: ground = matrix · xy + shift.
-
-        Parameters
-        ----------
-        model : int
-
-        Returns
-        -------
-        matrix : ndarray, shape (2, 2)
-        shift : ndarray, shape (2,)
-        """
+        """Matrix (2, 2) and shift (2,) of one model: ground = matrix · xy + shift."""
         matrix = self.solution.linear[model]
         centre = self.moments.centroid_model[model]
         return matrix, self.moments.centroid_ground[model] - matrix @ centre
@@ -210,22 +169,8 @@ def plane_moments(xy, en, weights, start):
     """Centroids and second moments of all models, in one pass over the points.
 
     Sums run over differences to the first point of each model, then to the centroid:
-    without that, coordinates of 5·10⁶ m lose seven digits.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        Model coordinates, sorted by model.
-    en : ndarray, shape (n_points, 2)
-        Easting, northing [m].
-    weights : ndarray, shape (n_points,)
-        Positive weights.
-    start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows ``start[k]:start[k + 1]``.
-
-    Returns
-    -------
-    PlaneMoments
+    without that, coordinates of 5·10⁶ m lose seven digits. Arguments as in
+    :func:`einschalt.theory.transformation.affine.fit_affine`.
     """
     n_models = len(start) - 1
     moments = PlaneMoments(
@@ -289,19 +234,7 @@ def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s
 def plane_residuals(xy, en, weights, start, moments, solution):
     """Residuals, leverages and sums of squares, in one pass over the points.
 
-    Parameters
-    ----------
-    xy, en, weights, start
-        As in :func:`plane_moments`.
-    moments : PlaneMoments
-    solution : PlaneSolution
-
-    Returns
-    -------
-    residuals : ndarray, shape (n_points, 2)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 2)
-    sum_of_squares : ndarray, shape (n_models,)
+    Residuals are transformed less given [m], as the leverages of shape (n_points, 2).
     """
     residuals = np.empty((len(xy), 2))
     # where both axes have one leverage it is computed and kept once
@@ -330,20 +263,7 @@ def plane_residuals(xy, en, weights, start, moments, solution):
 def assemble_fit(kind, points, moments, solution, parameters, gain):
     """Put the fit of one kind together from its solution.
 
-    Parameters
-    ----------
-    kind : PlaneKind
-    points : tuple of ndarray
-        xy, en, weights, start, as in :func:`plane_moments`.
-    moments : PlaneMoments
-    solution : PlaneSolution
-    parameters : ndarray, shape (n_models, n_parameters)
-    gain : ndarray, shape (n_models,)
-        From :func:`mirror_gain`.
-
-    Returns
-    -------
-    PlaneFit
+    ``points`` are xy, en, weights, start; ``gain`` is that of :func:`mirror_gain`.
     """
     residuals, leverage, sum_of_squares = plane_residuals(*points, moments, solution)
     spare = 2 * moments.n_points - len(kind.parameter_names)
@@ -387,90 +307,40 @@ def _point_by_point(
 def is_spread(polar, weight_sum, centroid):
     """Whether points lie apart, by more than the rounding of their coordinates.
 
-    Parameters
-    ----------
-    polar : ndarray, shape (n_models,)
-        Σ w |d|² of the centred coordinates d.
-    weight_sum : ndarray, shape (n_models,)
-    centroid : ndarray, shape (n_models, n_coordinates)
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
-        False for a model without points.
+    ``polar`` is Σ w |d|² of the centred coordinates d, (n_models,); False for a model
+    without points.
     """
     rounding = FINEST * np.abs(centroid).max(axis=1)
     return polar > weight_sum * rounding**2
 
 
 def is_mirrored(sum_of_squares, mirror_gain):
-    """Whether a similarity would fit a hundred times better turned over.
+    """Whether a similarity would fit a hundred times better turned over, (n_models,).
 
-    Parameters
-    ----------
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² [m²].
-    mirror_gain : ndarray, shape (n_models,)
-        By how much it would be smaller for the mirror image [m²].
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
+    From Σ w |v|² [m²], and by how much it would be smaller for the mirror image [m²].
     """
     return sum_of_squares > MIRROR_RATIO * (sum_of_squares - mirror_gain)
 
 
 def mirror_gain(gain, direct, turned, is_overdetermined):
-    """Keep the gain of turning a model over where it can be told.
+    """Keep the gain of turning a model over [m²] where it can be told.
 
-    Parameters
-    ----------
-    gain : ndarray, shape (n_models,)
-        By how much the sum of squares would be smaller [m²].
-    direct, turned : ndarray, shape (n_models,)
-        How well the two figures correlate as they are, and turned over.
-    is_overdetermined : ndarray of bool, shape (n_models,)
-        A mirror image of the fewest points fits as well as the points themselves.
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        NaN for too few points, and for points on a line.
+    ``direct`` and ``turned`` say how well the two figures correlate as they are, and
+    turned over. NaN for points on a line, and for too few points: a mirror image of the
+    fewest fits as well as the points themselves.
     """
     is_clear = is_overdetermined & (turned > CLEARLY_LONGER * direct)
     return np.where(is_clear, gain, np.nan)
 
 
 def status_of(n_points, least, is_determined):
-    """USABLE, TOO_FEW or UNDETERMINED for each model.
-
-    Parameters
-    ----------
-    n_points : ndarray of int, shape (n_models,)
-    least : int
-        Fewest points that determine the transformation.
-    is_determined : ndarray of bool, shape (n_models,)
-
-    Returns
-    -------
-    ndarray of int, shape (n_models,)
-    """
+    """USABLE, TOO_FEW (fewer points than ``least``) or UNDETERMINED for each model."""
     status = np.where(is_determined, USABLE, UNDETERMINED)
     return np.where(n_points < least, TOO_FEW, status)
 
 
 def without_unusable(values, status):
-    """Put NaN where a model is not usable.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_models, ...)
-    status : ndarray of int, shape (n_models,)
-
-    Returns
-    -------
-    ndarray, shape (n_models, ...)
-    """
+    """Put NaN where a model is not usable; ``values`` has the shape (n_models, ...)."""
     values = np.array(values, dtype=float)
     values[status != USABLE] = np.nan
     return values

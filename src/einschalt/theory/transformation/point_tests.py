@@ -42,19 +42,7 @@ class CommonPoints:
         )
 
     def of_models(self, models):
-        """All rows of some models, which are numbered anew.
-
-        Parameters
-        ----------
-        models : ndarray of int
-            Ascending.
-
-        Returns
-        -------
-        rows : ndarray of int
-            Their rows among the old ones.
-        points : CommonPoints
-        """
+        """Rows of some models (numbers ascending), and their points, numbered anew."""
         is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
         is_wanted[models] = True
         rows = np.flatnonzero(is_wanted[self.model])
@@ -76,18 +64,8 @@ class PlanSums:
 def plan_sums(fit, weights, start):
     """Squares and redundancy of easting and northing alone.
 
-    Heights from a narrow base are several times worse than positions: in a common
-    s_0 they would spoil the figure for the plan.
-
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    weights : ndarray, shape (n_points,)
-    start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    PlanSums
+    Heights from a narrow base are several times worse than positions: in a common s_0
+    they would spoil the figure for the plan.
     """
     if fit.residuals.shape[1] == 2:
         return PlanSums(fit.sum_of_squares, fit.redundancy)
@@ -100,18 +78,7 @@ def plan_sums(fit, weights, start):
 
 
 def fitted_point_tests(fit, points):
-    """Joint test of every point that was fitted.
-
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    points : CommonPoints
-        Those that were fitted.
-
-    Returns
-    -------
-    PointTests
-    """
+    """Joint test of every point that was fitted."""
     sums = plan_sums(fit, points.weights, points.start)
     tested = FittedPoints(
         residuals=fit.residuals[:, :2],
@@ -124,22 +91,10 @@ def fitted_point_tests(fit, points):
 
 
 def other_point_tests(fit, sums, model, points):
-    """Joint test of points that took no part in the fit.
+    """Joint test of points that took no part in the fit: residuals [m], PointTests.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    sums : PlanSums
-        Of the fit.
-    model : ndarray of int, shape (n,)
-        Model of each row.
-    points : CommonPoints
-
-    Returns
-    -------
-    residuals : ndarray, shape (n, n_coordinates)
-        Transformed less given [m].
-    tests : PointTests
+    ``sums`` are those of the fit, ``model`` (n,) is that of each row; residuals are
+    transformed less given, (n, n_coordinates).
     """
     residuals = fit.apply(model, points.source) - points.target
     cofactors = fit.point_cofactors(model, points.source)[:, :2, :2].copy()

@@ -88,17 +88,7 @@ def fit_rigid(xy, en, weights, start):
 
 
 def rigid_cofactors(fit):
-    """Cofactors of θ, te, tn at the origin of the model coordinates.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_rigid`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 3, 3)
-    """
+    """Cofactors (n_models, 3, 3) of θ, te, tn at the origin of the model."""
     rotation, centre = fit.solution.linear, fit.moments.centroid_model
     # how te and tn at the origin change with θ, the centroid being held
     arm_east = np.einsum("mi,mi->m", rotation[:, 1, :], centre)

@@ -43,20 +43,9 @@ _compiled = partial(
 def fit_plane_robustly(points, fit_of, norm, start_weights=None):
     """Iteratively reweighted least squares of all models at once.
 
-    Parameters
-    ----------
-    points : CommonPoints
-    fit_of : callable
-        Fits CommonPoints by one of ROBUST_KINDS.
-    norm : Norm
-        Of one of FAMILIES.
-    start_weights : ndarray, shape (n_points,), optional
-        Weights to begin with; a norm that gives the weight 0 needs good ones.
-
-    Returns
-    -------
-    RobustFit
-        As ``fit_robustly`` gives it.
+    ``fit_of`` fits CommonPoints by one of ROBUST_KINDS, ``norm`` is of one of FAMILIES.
+    ``start_weights`` (n_points,) are the weights to begin with; a norm that gives the
+    weight 0 needs good ones. The result is that of ``fit_robustly``.
     """
     plain = fit_of(points)
     given = np.ascontiguousarray(points.weights, dtype=float)
