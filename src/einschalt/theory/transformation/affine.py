@@ -8,14 +8,12 @@ import numba
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneKind,
     PlaneSolution,
     assemble_fit,
     plane_moments,
     status_of,
 )
 
-KIND = PlaneKind("affine", ("a0", "a1", "a2", "b0", "b1", "b2"))
 LEAST_POINTS = 3
 THINNEST = 1e-10
 
@@ -62,17 +60,13 @@ def fit_affine(xy, en, weights, start):
     is_plane = 4.0 * moments.determinant > THINNEST * moments.polar**2
     status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread & is_plane)
     inverse, linear = _solve(moments.model_model, moments.model_ground, status)
-    solution = PlaneSolution(
-        linear=linear,
-        spread_east=inverse,
-        spread_north=inverse,
-        spread_cross=np.zeros_like(inverse),
-        status=status,
-    )
-    points = (xy, en, weights, start)
-    parameters = _parameters(moments, solution.linear)
     return assemble_fit(
-        KIND, points, moments, solution, parameters, np.full(len(status), np.nan)
+        "affine",
+        (xy, en, weights, start),
+        moments,
+        PlaneSolution.alike(linear, inverse, status),
+        _parameters(moments, linear),
+        np.full(len(status), np.nan),
     )
 
 
@@ -92,7 +86,7 @@ def affine_axis_cofactors(fit):
 
     The two axes share their normal matrix and are uncorrelated.
     """
-    inverse, centre = fit.solution.spread_east, fit.moments.centroid_model
+    inverse, centre = fit.solution.spread_east, fit.centroid_model
     x, y = centre.T
     half = np.empty((len(x), 3, 3))
     half[:, 1:, 1:] = inverse

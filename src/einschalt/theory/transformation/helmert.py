@@ -7,16 +7,15 @@ it is z ↦ (a + ib) z + t, which is why easting and northing are uncorrelated.
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneKind,
     PlaneSolution,
     assemble_fit,
     mirror_gain,
     plane_moments,
+    shift_at_origin,
     status_of,
     without_unusable,
 )
 
-KIND = PlaneKind("helmert", ("a", "b", "te", "tn"))
 LEAST_POINTS = 2
 
 
@@ -47,30 +46,19 @@ def fit_helmert(xy, en, weights, start):
     [0.0, 2.0, 0.0, 0.0]
     """
     moments = plane_moments(xy, en, weights, start)
-    polar = moments.polar
     status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread)
-    a, b = rotation_and_scale(moments)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        spread = np.eye(2) / polar[:, None, None]
-    spread = without_unusable(spread, status)
-    solution = PlaneSolution(
-        linear=without_unusable(conformal(a, b), status),
-        spread_east=spread,
-        spread_north=spread,
-        spread_cross=np.zeros_like(spread),
-        status=status,
-    )
+    linear = without_unusable(conformal(*rotation_and_scale(moments)), status)
     direct, turned = correlations(moments)
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = (turned**2 - direct**2) / polar
-    points = (xy, en, weights, start)
-    parameters = _parameters(moments, solution.linear)
+        spread = without_unusable(np.eye(2) / moments.polar[:, None, None], status)
+        gain = (turned**2 - direct**2) / moments.polar
+    shift = shift_at_origin(moments, linear)
     return assemble_fit(
-        KIND,
-        points,
+        "helmert",
+        (xy, en, weights, start),
         moments,
-        solution,
-        parameters,
+        PlaneSolution.alike(linear, spread, status),
+        np.column_stack([linear[:, 0, 0], linear[:, 1, 0], shift]),
         mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
     )
 
@@ -102,7 +90,7 @@ def conformal(a, b):
 
 def helmert_cofactors(fit):
     """Cofactors (n_models, 4, 4) of a, b, te, tn at the origin of the model."""
-    x, y = fit.moments.centroid_model.T
+    x, y = fit.centroid_model.T
     per_scale = fit.solution.spread_east[:, 0, 0]
     cofactors = np.zeros((len(x), 4, 4))
     cofactors[:, 0, 0] = cofactors[:, 1, 1] = per_scale
@@ -114,10 +102,3 @@ def helmert_cofactors(fit):
     shift = 1.0 / fit.moments.weight_sum + per_scale * (x**2 + y**2)
     cofactors[:, 2, 2] = cofactors[:, 3, 3] = shift
     return cofactors
-
-
-def _parameters(moments, linear):
-    shift = moments.centroid_ground - np.einsum(
-        "mij,mj->mi", linear, moments.centroid_model
-    )
-    return np.column_stack([linear[:, 0, 0], linear[:, 1, 0], shift])

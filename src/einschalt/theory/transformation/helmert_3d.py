@@ -16,14 +16,12 @@ from einschalt.foundations.rotations import (
     angles_from_rotation,
     cross_matrix,
 )
-from einschalt.theory.adjustment.least_squares import (
-    standard_error_of_unit_weight,
-    total_from_coordinate,
-)
 from einschalt.theory.transformation.plane_fit import (
-    is_mirrored,
+    CentredFit,
+    as_floats,
     is_spread,
     mirror_gain,
+    shift_at_origin,
     status_of,
     without_unusable,
 )
@@ -34,7 +32,7 @@ THINNEST = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialFit:
+class SpatialFit(CentredFit):
     """Spatial Helmert transformations of all models of a flight."""
 
     n_points: np.ndarray  # all of int, (n_models,)
@@ -59,25 +57,9 @@ class SpatialFit:
     parameter_names = PARAMETER_NAMES
 
     @cached_property
-    def s_0(self):
-        """Standard error of unit weight per coordinate [m], shape (n_models,)."""
-        return standard_error_of_unit_weight(self.sum_of_squares, self.redundancy)
-
-    @property
-    def m_0(self):
-        """TOTAL standard error in position, √2 s_0 [m], shape (n_models,)."""
-        return total_from_coordinate(self.s_0)
-
-    @property
-    def is_mirrored(self):
-        """Whether the model fits a hundred times better turned inside out."""
-        return is_mirrored(self.sum_of_squares, self.mirror_gain)
-
-    @cached_property
     def parameters(self):
         """Parameters te, tn, th, scale, ω, φ, κ, shape (n_models, 7)."""
-        turned = np.einsum("mij,mj->mi", self.linear, self.centroid_model)
-        shift = self.centroid_ground - turned
+        shift = shift_at_origin(self, self.linear)
         return np.column_stack([shift, self.scale, angles_of(self.rotation)])
 
     @property
@@ -85,18 +67,10 @@ class SpatialFit:
         """Scale times rotation, shape (n_models, 3, 3)."""
         return self.scale[:, None, None] * self.rotation
 
-    def apply(self, model, xyz):
-        """Easting, northing, height (n, 3) [m] of points, each of its ``model``."""
-        offset = xyz - self.centroid_model[model]
-        turned = np.einsum("nij,nj->ni", self.linear[model], offset)
-        return self.centroid_ground[model] + turned
-
-    def invert(self, model, enh):
-        """Model coordinates (n, 3) of ground points ``enh`` (n, 3)."""
-        offset = enh - self.centroid_ground[model]
-        back = np.swapaxes(self.rotation, 1, 2) / self.scale[:, None, None]
-        turned = np.einsum("nij,nj->ni", back[model], offset)
-        return self.centroid_model[model] + turned
+    @property
+    def inverse(self):
+        """Inverse of scale times rotation, shape (n_models, 3, 3)."""
+        return np.swapaxes(self.rotation, 1, 2) / self.scale[:, None, None]
 
     def point_cofactors(self, model, xyz):
         """Cofactors (n, 3, 3) of transformed points, from the transformation alone.
@@ -108,18 +82,10 @@ class SpatialFit:
         turn = cross_matrix(-arm)
         radial = arm / self.scale[model][:, None]
         q = turn @ self.cofactor_rotation[model] @ np.swapaxes(turn, 1, 2)
-        q += (
-            self.cofactor_scale[model][:, None, None]
-            * radial[:, :, None]
-            * radial[:, None, :]
-        )
+        per_scale = self.cofactor_scale[model][:, None, None]
+        q += per_scale * radial[:, :, None] * radial[:, None, :]
         q += np.eye(3) / self.weight_sum[model][:, None, None]
         return q
-
-    def homogeneous(self, model):
-        """Matrix (3, 3) and shift (3,) of one model: ground = matrix · xyz + shift."""
-        matrix = self.linear[model]
-        return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
 
 def fit_helmert_3d(xyz, enh, weights, start):
@@ -144,39 +110,17 @@ def fit_helmert_3d(xyz, enh, weights, start):
         A model with fewer than three points, or with all points on a line, has NaN
         and a ``status`` that is not USABLE.
     """
-    n_points = np.diff(start)
-    xyz, enh, weights = (
-        np.ascontiguousarray(array, dtype=float) for array in (xyz, enh, weights)
-    )
-    sums = _sums(xyz, enh, weights, start)
-    solution = _solve(sums, n_points)
-    residuals, leverage = np.empty_like(xyz), np.empty_like(xyz)
-    sum_of_squares = np.zeros(len(n_points))
+    xyz, enh, weights = as_floats(xyz, enh, weights)
+    fit = _solve(_sums(xyz, enh, weights, start), np.diff(start), xyz.shape)
     over_segments(
         _point_by_point,
         start,
         *(xyz, enh, weights),
-        *(sums.weight_sum, sums.centroid_model, sums.centroid_ground),
-        *(solution.scale, solution.rotation),
-        *(solution.cofactor_scale, solution.cofactor_rotation),
-        *(residuals, leverage, sum_of_squares),
+        *(fit.weight_sum, fit.centroid_model, fit.centroid_ground),
+        *(fit.scale, fit.rotation, fit.cofactor_scale, fit.cofactor_rotation),
+        *(fit.residuals, fit.leverage, fit.sum_of_squares),
     )
-    return SpatialFit(
-        n_points=n_points,
-        redundancy=np.where(solution.status == 0, 3 * n_points - 7, 0),
-        status=solution.status,
-        weight_sum=sums.weight_sum,
-        centroid_model=sums.centroid_model,
-        centroid_ground=sums.centroid_ground,
-        scale=solution.scale,
-        rotation=solution.rotation,
-        cofactor_scale=solution.cofactor_scale,
-        cofactor_rotation=solution.cofactor_rotation,
-        residuals=residuals,
-        leverage=leverage,
-        sum_of_squares=sum_of_squares,
-        mirror_gain=solution.mirror_gain,
-    )
+    return fit
 
 
 def helmert_3d_cofactors(fit):
@@ -220,19 +164,8 @@ class _Sums:
     ground_model: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class _Solution:
-    """What follows from the sums, NaN where the model is not determined."""
-
-    status: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
-    cofactor_scale: np.ndarray
-    cofactor_rotation: np.ndarray
-    mirror_gain: np.ndarray
-
-
-def _solve(sums, n_points):
+def _solve(sums, n_points, shape):
+    """All of the fit but its residuals, NaN where a model is not determined."""
     polar = np.trace(sums.model_model, axis1=1, axis2=2)
     rotation, strength = _best_rotation(sums.ground_model)
     direct = strength.sum(axis=1)
@@ -249,13 +182,22 @@ def _solve(sums, n_points):
         scale = without_unusable(direct / polar, status)
         cofactor_scale = without_unusable(1.0 / polar, status)
         gain = (turned**2 - direct**2) / polar
-    return _Solution(
-        status,
-        scale,
-        rotation,
-        cofactor_scale,
-        _rotation_cofactors(sums.model_model, scale, rotation, status),
-        mirror_gain(gain, direct, turned, n_points > LEAST_POINTS),
+    cofactor_rotation = _rotation_cofactors(sums.model_model, scale, rotation, status)
+    return SpatialFit(
+        n_points=n_points,
+        redundancy=np.where(status == 0, 3 * n_points - 7, 0),
+        status=status,
+        weight_sum=sums.weight_sum,
+        centroid_model=sums.centroid_model,
+        centroid_ground=sums.centroid_ground,
+        scale=scale,
+        rotation=rotation,
+        cofactor_scale=cofactor_scale,
+        cofactor_rotation=cofactor_rotation,
+        residuals=np.empty(shape),
+        leverage=np.empty(shape),
+        sum_of_squares=np.zeros(len(n_points)),
+        mirror_gain=mirror_gain(gain, direct, turned, n_points > LEAST_POINTS),
     )
 
 
@@ -271,14 +213,9 @@ def _sums(xyz, enh, weights, start):
     over_segments(
         _sum_moments,
         start,
-        xyz,
-        enh,
-        weights,
-        sums.weight_sum,
-        sums.centroid_model,
-        sums.centroid_ground,
-        sums.model_model,
-        sums.ground_model,
+        *(xyz, enh, weights),
+        *(sums.weight_sum, sums.centroid_model, sums.centroid_ground),
+        *(sums.model_model, sums.ground_model),
     )
     return sums
 
@@ -319,11 +256,8 @@ def _point_by_point(
         total = 0.0
         for i in range(start[k], start[k + 1]):
             p = weights[i]
-            x, y, z = (
-                xyz[i, 0] - c_m[k, 0],
-                xyz[i, 1] - c_m[k, 1],
-                xyz[i, 2] - c_m[k, 2],
-            )
+            x, y = xyz[i, 0] - c_m[k, 0], xyz[i, 1] - c_m[k, 1]
+            z = xyz[i, 2] - c_m[k, 2]
             for c in range(3):
                 arm[c] = r[k, c, 0] * x + r[k, c, 1] * y + r[k, c, 2] * z
                 v[i, c] = s[k] * arm[c] - (enh[i, c] - c_g[k, c])

@@ -74,8 +74,7 @@ def linear_model(fit, model, source, target):
     >>> equations.names, equations.design[1].tolist()
     (('a', 'b', 'te', 'tn'), [[0.5, 0.5, 1.0, 0.0], [-0.5, 0.5, 0.0, 1.0]])
     """
-    about = fit if fit.kind == "helmert_3d" else fit.moments
-    centroid = about.centroid_model[model]
+    centroid = fit.centroid_model[model]
     n_axes, names = source.shape[1], NAMES[fit.kind]
     order = [names.index(name) for name in fit.parameter_names]
     to_rest = _named_rest(fit, model)
@@ -93,12 +92,12 @@ def linear_model(fit, model, source, target):
     return LinearModel(
         names=fit.parameter_names,
         design=design[:, :, order],
-        observed=target - about.centroid_ground[model] + constant,
+        observed=target - fit.centroid_ground[model] + constant,
         reference=reference[order],
         at_origin=at_origin,
         to_origin=to_origin[np.ix_(order, order)],
         centroid_model=centroid,
-        centroid_ground=about.centroid_ground[model],
+        centroid_ground=fit.centroid_ground[model],
     )
 
 

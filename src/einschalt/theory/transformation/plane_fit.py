@@ -11,6 +11,7 @@ Source: Kovarik 1971 (m_t = m_0 √h); see docs/theory/transformation.md.
 
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 
 import numba
 import numpy as np
@@ -24,6 +25,11 @@ from einschalt.theory.adjustment.least_squares import (
 USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE = 0, 1, 2, 3
 FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
 MIRROR_RATIO = 100.0
+PARAMETER_NAMES = {
+    "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
+    "helmert": ("a", "b", "te", "tn"),
+    "rigid": ("theta", "te", "tn"),
+}
 CLEARLY_LONGER = 1.001  # points on a line fit as well when they are turned over
 
 
@@ -69,17 +75,51 @@ class PlaneSolution:
     spread_cross: np.ndarray
     status: np.ndarray  # of int, (n_models,): USABLE, TOO_FEW or UNDETERMINED
 
+    @classmethod
+    def alike(cls, linear, spread, status):
+        """Easting and northing have the same cofactors, and are uncorrelated."""
+        return cls(linear, spread, spread, np.zeros_like(spread), status)
 
-@dataclass(frozen=True)
-class PlaneKind:
-    """Name of a kind of transformation, and those of its parameters."""
 
-    name: str
-    parameter_names: tuple[str, ...]
+class CentredFit:
+    """What plane and spatial fits share: ground = c_ground + A (xyz − c_model)."""
+
+    @cached_property
+    def s_0(self):
+        """Standard error of unit weight per coordinate [m], shape (n_models,)."""
+        return standard_error_of_unit_weight(self.sum_of_squares, self.redundancy)
+
+    @property
+    def m_0(self):
+        """TOTAL standard error of unit weight in plan, √2 s_0 [m], (n_models,)."""
+        return total_from_coordinate(self.s_0)
+
+    @property
+    def is_mirrored(self):
+        """Whether the model fits a hundred times better turned over (inside out)."""
+        squares = self.sum_of_squares
+        return squares > MIRROR_RATIO * (squares - self.mirror_gain)
+
+    def apply(self, model, coordinates):
+        """Ground coordinates (n, n_axes) [m] of points, each of its ``model`` (n,)."""
+        offset = coordinates - self.centroid_model[model]
+        turned = np.einsum("nij,nj->ni", self.linear[model], offset)
+        return self.centroid_ground[model] + turned
+
+    def invert(self, model, ground):
+        """Model coordinates (n, n_axes) of points on the ground [m]."""
+        offset = ground - self.centroid_ground[model]
+        turned = np.einsum("nij,nj->ni", self.inverse[model], offset)
+        return self.centroid_model[model] + turned
+
+    def homogeneous(self, model):
+        """Matrix and shift of one model: ground = matrix · xyz + shift."""
+        matrix = self.linear[model]
+        return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneFit:
+class PlaneFit(CentredFit):
     """Plane transformations of all models of a flight."""
 
     kind: str
@@ -100,48 +140,16 @@ class PlaneFit:
     # mirror image as it comes
     mirror_gain: np.ndarray
 
-    @property
-    def n_points(self):
-        """Number of points of each model, shape (n_models,)."""
-        return self.moments.n_points
+    n_points = property(attrgetter("moments.n_points"))
+    centroid_model = property(attrgetter("moments.centroid_model"))
+    centroid_ground = property(attrgetter("moments.centroid_ground"))
+    linear = property(attrgetter("solution.linear"))
+    status = property(attrgetter("solution.status"))
 
     @property
-    def status(self):
-        """USABLE, TOO_FEW or UNDETERMINED, shape (n_models,)."""
-        return self.solution.status
-
-    @property
-    def is_mirrored(self):
-        """Whether the model fits a hundred times better when it is turned over."""
-        return is_mirrored(self.sum_of_squares, self.mirror_gain)
-
-    @cached_property
-    def s_0(self):
-        """Standard error of unit weight per coordinate [m], shape (n_models,)."""
-        return standard_error_of_unit_weight(self.sum_of_squares, self.redundancy)
-
-    @property
-    def m_0(self):
-        """TOTAL standard error of unit weight, √2 s_0 [m], shape (n_models,)."""
-        return total_from_coordinate(self.s_0)
-
-    @property
-    def linear(self):
-        """Matrix of each model without its shift, shape (n_models, 2, 2)."""
-        return self.solution.linear
-
-    def apply(self, model, xy):
-        """Easting, northing (n, 2) [m] of points (n, 2), each of its ``model``."""
-        offset = xy - self.moments.centroid_model[model]
-        turned = np.einsum("nij,nj->ni", self.solution.linear[model], offset)
-        return self.moments.centroid_ground[model] + turned
-
-    def invert(self, model, en):
-        """Model coordinates (n, 2) of ground points ``en`` (n, 2) [m]."""
-        offset = en - self.moments.centroid_ground[model]
-        back = _inverse_2x2(self.solution.linear)
-        turned = np.einsum("nij,nj->ni", back[model], offset)
-        return self.moments.centroid_model[model] + turned
+    def inverse(self):
+        """Inverse of the matrix of each model, shape (n_models, 2, 2)."""
+        return _inverse_2x2(self.linear)
 
     def point_cofactors(self, model, xy):
         """Cofactors (n, 2, 2) of transformed points, from the transformation alone.
@@ -149,7 +157,7 @@ class PlaneFit:
         Of any points, fitted or not, without error of their own; times s_0² they are
         the covariance of easting and northing [m²].
         """
-        d = xy - self.moments.centroid_model[model]
+        d = xy - self.centroid_model[model]
         base = 1.0 / self.moments.weight_sum[model]
         q = np.empty((len(xy), 2, 2))
         part = self.solution
@@ -158,11 +166,10 @@ class PlaneFit:
         q[:, 0, 1] = q[:, 1, 0] = _quadratic(d, part.spread_cross[model])
         return q
 
-    def homogeneous(self, model):
-        """Matrix (2, 2) and shift (2,) of one model: ground = matrix · xy + shift."""
-        matrix = self.solution.linear[model]
-        centre = self.moments.centroid_model[model]
-        return matrix, self.moments.centroid_ground[model] - matrix @ centre
+
+def as_floats(*arrays):
+    """Arrays as the compiled loops take them."""
+    return [np.ascontiguousarray(array, dtype=float) for array in arrays]
 
 
 def plane_moments(xy, en, weights, start):
@@ -184,14 +191,9 @@ def plane_moments(xy, en, weights, start):
     over_segments(
         _sum_moments,
         start,
-        np.ascontiguousarray(xy, dtype=float),
-        np.ascontiguousarray(en, dtype=float),
-        np.ascontiguousarray(weights, dtype=float),
-        moments.weight_sum,
-        moments.centroid_model,
-        moments.centroid_ground,
-        moments.model_model,
-        moments.model_ground,
+        *as_floats(xy, en, weights),
+        *(moments.weight_sum, moments.centroid_model, moments.centroid_ground),
+        *(moments.model_model, moments.model_ground),
     )
     return moments
 
@@ -231,51 +233,35 @@ def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s
         s_mg[k, 0, 0], s_mg[k, 0, 1], s_mg[k, 1, 0], s_mg[k, 1, 1] = xe, xn, ye, yn
 
 
-def plane_residuals(xy, en, weights, start, moments, solution):
-    """Residuals, leverages and sums of squares, in one pass over the points.
+def assemble_fit(kind, points, moments, solution, parameters, gain):
+    """Put the fit of one kind together from its solution, in one pass over the points.
 
-    Residuals are transformed less given [m], as the leverages of shape (n_points, 2).
+    ``points`` are xy, en, weights, start; ``gain`` is that of :func:`mirror_gain`.
     """
-    residuals = np.empty((len(xy), 2))
+    *arrays, start = points
+    residuals = np.empty((len(arrays[0]), 2))
     # where both axes have one leverage it is computed and kept once
     n_leverages = 1 if solution.spread_north is solution.spread_east else 2
-    leverage = np.empty((len(xy), n_leverages))
+    leverage = np.empty((len(residuals), n_leverages))
     sum_of_squares = np.zeros(len(start) - 1)
     over_segments(
         _point_by_point,
         start,
-        np.ascontiguousarray(xy, dtype=float),
-        np.ascontiguousarray(en, dtype=float),
-        np.ascontiguousarray(weights, dtype=float),
-        moments.weight_sum,
-        moments.centroid_model,
-        moments.centroid_ground,
-        solution.linear,
-        solution.spread_east,
-        solution.spread_north,
-        residuals,
-        leverage,
-        sum_of_squares,
+        *as_floats(*arrays),
+        *(moments.weight_sum, moments.centroid_model, moments.centroid_ground),
+        *(solution.linear, solution.spread_east, solution.spread_north),
+        *(residuals, leverage, sum_of_squares),
     )
-    return residuals, np.broadcast_to(leverage, residuals.shape), sum_of_squares
-
-
-def assemble_fit(kind, points, moments, solution, parameters, gain):
-    """Put the fit of one kind together from its solution.
-
-    ``points`` are xy, en, weights, start; ``gain`` is that of :func:`mirror_gain`.
-    """
-    residuals, leverage, sum_of_squares = plane_residuals(*points, moments, solution)
-    spare = 2 * moments.n_points - len(kind.parameter_names)
+    spare = 2 * moments.n_points - len(PARAMETER_NAMES[kind])
     return PlaneFit(
-        kind=kind.name,
+        kind=kind,
         moments=moments,
         solution=solution,
         residuals=residuals,
-        leverage=leverage,
+        leverage=np.broadcast_to(leverage, residuals.shape),
         sum_of_squares=sum_of_squares,
         redundancy=np.where(solution.status == USABLE, spare, 0),
-        parameter_names=kind.parameter_names,
+        parameter_names=PARAMETER_NAMES[kind],
         parameters=parameters,
         mirror_gain=gain,
     )
@@ -314,14 +300,6 @@ def is_spread(polar, weight_sum, centroid):
     return polar > weight_sum * rounding**2
 
 
-def is_mirrored(sum_of_squares, mirror_gain):
-    """Whether a similarity would fit a hundred times better turned over, (n_models,).
-
-    From Σ w |v|² [m²], and by how much it would be smaller for the mirror image [m²].
-    """
-    return sum_of_squares > MIRROR_RATIO * (sum_of_squares - mirror_gain)
-
-
 def mirror_gain(gain, direct, turned, is_overdetermined):
     """Keep the gain of turning a model over [m²] where it can be told.
 
@@ -337,6 +315,12 @@ def status_of(n_points, least, is_determined):
     """USABLE, TOO_FEW (fewer points than ``least``) or UNDETERMINED for each model."""
     status = np.where(is_determined, USABLE, UNDETERMINED)
     return np.where(n_points < least, TOO_FEW, status)
+
+
+def shift_at_origin(centred, linear):
+    """Shift (n_models, n_axes) that belongs to the origin of the model coordinates."""
+    turned = np.einsum("mij,mj->mi", linear, centred.centroid_model)
+    return centred.centroid_ground - turned
 
 
 def without_unusable(values, status):

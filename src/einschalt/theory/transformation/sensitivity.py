@@ -23,7 +23,7 @@ def conformal_sensitivity(fit, model, xy):
     both need a quarter of the numbers. (n, 1, n_rest), real for affine (x, y), complex
     for helmert (x + iy).
     """
-    d = xy - fit.moments.centroid_model[model]
+    d = xy - fit.centroid_model[model]
     if fit.kind == "affine":
         return d[:, None, :]
     return (d[:, 0] + 1j * d[:, 1])[:, None, None]
@@ -49,7 +49,7 @@ def cofactors_of_rest(fit):
 
 
 def _affine(fit, model, xy):
-    d = xy - fit.moments.centroid_model[model]
+    d = xy - fit.centroid_model[model]
     table = np.zeros((len(d), 2, 4))
     table[:, 0, :2] = table[:, 1, 2:] = d
     return table
@@ -63,7 +63,7 @@ def _affine_cofactors(fit):
 
 
 def _helmert(fit, model, xy):
-    x, y = (xy - fit.moments.centroid_model[model]).T
+    x, y = (xy - fit.centroid_model[model]).T
     return np.stack([np.stack([x, -y], -1), np.stack([y, x], -1)], -2)
 
 
@@ -72,8 +72,8 @@ def _helmert_cofactors(fit):
 
 
 def _rigid(fit, model, xy):
-    d = xy - fit.moments.centroid_model[model]
-    x, y = np.einsum("nij,nj->in", fit.solution.linear[model], d)
+    d = xy - fit.centroid_model[model]
+    x, y = np.einsum("nij,nj->in", fit.linear[model], d)
     return np.stack([-y, x], -1)[:, :, None]
 
 
