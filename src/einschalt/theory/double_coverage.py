@@ -55,22 +55,12 @@ class PointMeans:
 
 
 def mean_of_values(coordinates, standard_error, weights, start):
-    """Weighted mean of the values of each point.
+    """Weighted mean of the values of each point, none of which is without values.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n_values, n_coordinates)
-        Easting, northing [, height] [m], sorted by point.
-    standard_error : ndarray, shape (n_values,)
-        TOTAL error M of each value [m].
-    weights : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
-        1 for the plain mean; or matrices whose sum is the unit matrix at every point.
-    start : ndarray of int, shape (n_points + 1,)
-        No point is empty.
-
-    Returns
-    -------
-    PointMeans
+    ``coordinates`` (n_values, n_coordinates) are easting, northing [, height] [m],
+    sorted by point, ``standard_error`` (n_values,) their TOTAL errors M [m].
+    ``weights`` are 1 for the plain mean, or matrices whose sum is the unit matrix at
+    every point.
     """
     count = np.diff(start)
     # sums over differences to each point's first value keep all digits

@@ -108,7 +108,8 @@ def intersect_rays(station, azimuth, point_start, distance=None):
         weight = 1.0 / np.asarray(distance, dtype=float) ** 2
         cofactor = rays.cofactor(weight)
         point = rays.point(weight)
-    deviation = rays.deviations(point)
+    towards = rays.towards(point)
+    deviation = np.sum(rays.right * towards, axis=1)
     redundancy = np.where(np.isfinite(point[:, 0]), count - N_COORDINATES, 0)
     squares = segment_sum(weight * deviation**2, point_start)
     return RayIntersection(
@@ -118,7 +119,7 @@ def intersect_rays(station, azimuth, point_start, distance=None):
         deviation=deviation,
         distance=np.asarray(distance, dtype=float),
         weight=weight,
-        is_behind=rays.reach(point) < 0.0,
+        is_behind=np.sum(along * towards, axis=1) < 0.0,
     )
 
 
@@ -151,10 +152,6 @@ class _Rays:
         """Unit vectors to the right of the rays."""
         return np.stack([self.along[:, 1], -self.along[:, 0]], axis=1)
 
-    @property
-    def n_rays(self):
-        return np.diff(self.start)
-
     def cofactor(self, weight):
         """Inverse normal matrices; NaN where the rays are parallel."""
         outer = self.right[:, :, np.newaxis] * self.right[:, np.newaxis]
@@ -163,10 +160,8 @@ class _Rays:
         is_open = directions[:, 0] > 2.0 * (SMALLEST_ANGLE / 2.0) ** 2
         normal = segment_sum(outer * weight[:, np.newaxis, np.newaxis], self.start)
         determinant = np.linalg.det(normal)
-        adjugate = (
-            np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) - normal
-        )
-        inverse = adjugate / determinant[:, np.newaxis, np.newaxis]
+        trace = np.trace(normal, axis1=1, axis2=2)[:, None, None]
+        inverse = (trace * np.eye(2) - normal) / determinant[:, np.newaxis, np.newaxis]
         return np.where(is_open[:, np.newaxis, np.newaxis], inverse, np.nan)
 
     def point(self, weight):
@@ -175,19 +170,9 @@ class _Rays:
         total = segment_sum(self.right * offset[:, np.newaxis], self.start)
         return np.einsum("pij,pj->pi", self.cofactor(weight), total)
 
-    def deviations(self, point):
-        """Distances of the points from their rays, positive to the right."""
-        return np.sum(self.right * self._to(point), axis=1)
-
-    def reach(self, point):
-        """Distances of the feet of the points along their rays."""
-        return np.sum(self.along * self._to(point), axis=1)
-
-    def distances(self, point):
-        return np.hypot(*self._to(point).T)
-
-    def _to(self, point):
-        return np.repeat(point, self.n_rays, axis=0) - self.foot
+    def towards(self, point):
+        """From the station of each ray to its point."""
+        return np.repeat(point, np.diff(self.start), axis=0) - self.foot
 
 
 def _distances(rays):
@@ -195,7 +180,7 @@ def _distances(rays):
     distance = np.ones(len(rays.foot))
     for _ in range(MOST_ITERATIONS):
         before = distance
-        distance = rays.distances(rays.point(1.0 / before**2))
+        distance = np.hypot(*rays.towards(rays.point(1.0 / before**2)).T)
         change = np.abs(distance - before) / distance
         if not np.any(change > CONVERGED):
             break

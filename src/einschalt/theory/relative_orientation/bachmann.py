@@ -2,23 +2,16 @@
 
 Every step of such a procedure reads the model as the step before left it, with a fresh
 error. With d the turns that the bundles still need and ε the errors of reading, a pass
-is
-
-    d ← T d + S ε,
-
-whatever the procedure. Hence a covariance P of d becomes T P Tᵀ + S Sᵀ σ² after one
-more pass, and after many passes it is the P that this leaves as it is. It does *not*
-become smaller: the errors of the last pass are always there, so that the parallaxes
-that remain in the model stay larger than σ in some points. That is what Bachmann means
-by saying that the procedure does not converge; a mean over several passes, or over
-several complete orientations, is the way out.
+is d ← T d + S ε, whatever the procedure. Hence a covariance P of d becomes T P Tᵀ + S
+Sᵀ σ² after one more pass, and after many passes it is the P that this leaves as it is.
+It does *not* become smaller: the errors of the last pass are always there, so that the
+parallaxes that remain in the model stay larger than σ in some points. That is what
+Bachmann means by saying that the procedure does not converge; a mean over several
+passes, or over several complete orientations, is the way out.
 
 All covariances here are for readings of unit standard error (σ = 1), hence cofactors;
 the order of the elements is ``ELEMENTS[case]``, that of the points the rows of the
-design matrix. What to use when: :func:`pass_matrices` for T and S,
-:func:`stationary_covariance` for "repeated until nothing changes",
-:func:`covariance_after_passes` for a few passes, the two means for repetition, and
-:func:`compare_errors` for a table of it all beside least squares.
+design matrix.
 
 Source: W. K. Bachmann 1943 and 1947 (doi 10.5169/seals-204738) state the principle and
 the result; the formulas here are derived from it.
@@ -51,8 +44,8 @@ class PassMatrices:
     def eigenvalue(self):
         """Eigenvalue of T that is largest in size, ndarray of complex, shape (...).
 
-        It is what an error keeps from one pass to the next: 1 - rel for Gruber's
-        procedure in flat terrain; negative where each pass overshoots.
+        What an error keeps from one pass to the next: 1 - rel for Gruber's procedure in
+        flat terrain; negative where each pass overshoots.
         """
         is_finite = np.isfinite(self.T).all(axis=(-1, -2))
         values = np.linalg.eigvals(np.where(is_finite[..., None, None], self.T, 0.0))

@@ -47,6 +47,7 @@ from einschalt.theory.relative_orientation.coplanarity_solution import (
     choose,
     descend,
     pose_at,
+    put_pose,
 )
 from einschalt.theory.relative_orientation.starting_orientations import facing
 
@@ -91,6 +92,12 @@ class PairOrientation:
     # of bool, (n_pairs,): another orientation with all points in front fits about as
     # well
     is_ambiguous: np.ndarray
+
+    @property
+    def poses(self):
+        """Base and transposed rotation as the kernels take them, (n_pairs, 12)."""
+        turned = np.swapaxes(self.rotation, 1, 2).reshape(-1, 9)
+        return np.hstack([self.base, turned])
 
     @property
     def redundancy(self):
@@ -201,7 +208,7 @@ def _choose_range(first, last, model_start, scaled, right_z, out):
         image = np.ascontiguousarray(scaled[:, begin:end])
         pose, out.is_ambiguous[k] = choose(image, right_z[k])
         out.status[k] = NOT_CONVERGED
-        _put(pose, out.pose[k])
+        put_pose(pose, out.pose[k])
 
 
 @numba.njit(**COMPILED)
@@ -219,7 +226,7 @@ def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
         if is_converged:
             is_behind = n_in_front < (1.0 - MOST_BEHIND) * (end - begin)
             out.status[k] = BEHIND if is_behind else ORIENTED
-        _put(pose, out.pose[k])
+        put_pose(pose, out.pose[k])
         out.n_in_front[k] = n_in_front
         out.squares[k] = close_conditions(image, corrections, zr, pose)
         out.corrections[:, begin:end] = corrections
@@ -240,15 +247,6 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
             out.status[k] = UNDETERMINED
             out.pose[k], out.cofactor[k], out.squares[k] = np.nan, np.nan, np.nan
             out.corrections[:, begin:end], numbers[:] = np.nan, np.nan
-
-
-@numba.njit(**COMPILED)
-def _put(pose, place):
-    base, rotation = pose
-    for i in range(3):
-        place[i] = base[i]
-    for i in range(9):
-        place[3 + i] = rotation[i]
 
 
 @numba.njit(**COMPILED)

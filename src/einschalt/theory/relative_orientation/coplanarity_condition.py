@@ -114,17 +114,10 @@ def cayley(half):
     """Rotation matrix of the quaternion (1, half), not normalised before."""
     a, b, c = half
     f = 2.0 / (1.0 + a * a + b * b + c * c)
-    return (
-        1.0 - f * (b * b + c * c),
-        f * (a * b - c),
-        f * (a * c + b),
-        f * (a * b + c),
-        1.0 - f * (a * a + c * c),
-        f * (b * c - a),
-        f * (a * c - b),
-        f * (b * c + a),
-        1.0 - f * (a * a + b * b),
-    )
+    top = 1.0 - f * (b * b + c * c), f * (a * b - c), f * (a * c + b)
+    middle = f * (a * b + c), 1.0 - f * (a * a + c * c), f * (b * c - a)
+    bottom = f * (a * c - b), f * (b * c + a), 1.0 - f * (a * a + b * b)
+    return top + middle + bottom
 
 
 @numba.njit(**COMPILED)
@@ -132,17 +125,10 @@ def product(first, second):
     """Product of two 3 x 3 matrices, row by row."""
     a, b, c, d, e, f, g, h, i = first
     j, k, m, n, o, p, q, r, s = second
-    return (
-        a * j + b * n + c * q,
-        a * k + b * o + c * r,
-        a * m + b * p + c * s,
-        d * j + e * n + f * q,
-        d * k + e * o + f * r,
-        d * m + e * p + f * s,
-        g * j + h * n + i * q,
-        g * k + h * o + i * r,
-        g * m + h * p + i * s,
-    )
+    top = a * j + b * n + c * q, a * k + b * o + c * r, a * m + b * p + c * s
+    middle = d * j + e * n + f * q, d * k + e * o + f * r, d * m + e * p + f * s
+    bottom = g * j + h * n + i * q, g * k + h * o + i * r, g * m + h * p + i * s
+    return top + middle + bottom
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
@@ -191,33 +177,17 @@ def parameter_row(by_base, by_turn, tangents):
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
-def add_condition(sums, row, misclosure, weight):
-    """Sums with one more condition."""
+def add_condition(sums, row, f, weight):
+    """Sums with one more condition, of the misclosure f."""
     a, b, c, d, e = row
     wa, wb, wc, wd, we = weight * a, weight * b, weight * c, weight * d, weight * e
-    return (
-        sums[0] + wa * a,
-        sums[1] + wb * a,
-        sums[2] + wb * b,
-        sums[3] + wc * a,
-        sums[4] + wc * b,
-        sums[5] + wc * c,
-        sums[6] + wd * a,
-        sums[7] + wd * b,
-        sums[8] + wd * c,
-        sums[9] + wd * d,
-        sums[10] + we * a,
-        sums[11] + we * b,
-        sums[12] + we * c,
-        sums[13] + we * d,
-        sums[14] + we * e,
-        sums[15] + wa * misclosure,
-        sums[16] + wb * misclosure,
-        sums[17] + wc * misclosure,
-        sums[18] + wd * misclosure,
-        sums[19] + we * misclosure,
-        sums[20] + weight * misclosure * misclosure,
-    )
+    to_b = sums[0] + wa * a, sums[1] + wb * a, sums[2] + wb * b
+    of_c = sums[3] + wc * a, sums[4] + wc * b, sums[5] + wc * c
+    of_d = sums[6] + wd * a, sums[7] + wd * b, sums[8] + wd * c, sums[9] + wd * d
+    of_e = sums[10] + we * a, sums[11] + we * b, sums[12] + we * c, sums[13] + we * d
+    more = sums[14] + we * e, sums[15] + wa * f, sums[16] + wb * f, sums[17] + wc * f
+    last = sums[18] + wd * f, sums[19] + we * f, sums[20] + weight * f * f
+    return to_b + of_c + of_d + of_e + more + last
 
 
 @numba.njit(fastmath=FAST, **COMPILED)

@@ -102,6 +102,10 @@ def examine_surfaces(
 ):
     """Judge for all models whether their points lie near a dangerous surface.
 
+    Models that determine nothing are critical, with a reason. Cost: one pass,
+    O(n_points), and a singular value decomposition of a 5 × 5 matrix per model and per
+    twin.
+
     Parameters
     ----------
     xyz : ndarray, shape (n_points, 3)
@@ -116,16 +120,6 @@ def examine_surfaces(
         Whether the error of a parallax grows with the depth of its point, as that of
         measured images does, or is equal for all points of a model. Where it grows,
         ``sigma_omega`` is for an error of 1 in the middle of the model.
-
-    Returns
-    -------
-    SurfaceExamination
-        Also of models that determine nothing: these are critical, with a reason.
-
-    Notes
-    -----
-    Cost: one pass, O(n_points), and a singular value decomposition of a 5 × 5 matrix
-    per model and per twin.
     """
     base = np.asarray(base, dtype=float)
     depth = middle_depth(xyz, model_start)

@@ -4,18 +4,13 @@ An operator reads the y-parallax in one point (or the mean of several) and turns
 element until it vanishes, then goes to the next. One :class:`Step` is one such turn; a
 :class:`Procedure` is their sequence, a *pass*, that is repeated. Swings and tips have
 points 1 to 4 to themselves; the tilt is turned by the parallax of a wing point, and by
-more than what clears it there, since the following turns bring a part of it back: it
-is over-corrected n times.
-
-Nothing is written down and nothing is adjusted. Every step reads afresh, with a fresh
-error; what follows from that is Bachmann's theory, in
-:mod:`einschalt.theory.relative_orientation.bachmann`.
+more than what clears it there, since the following turns bring a part of it back: it is
+over-corrected n times. Every step reads afresh, with a fresh error; what follows from
+that is Bachmann's theory, in :mod:`~.relative_orientation.bachmann`.
 
 Points are numbered from 1, as an operator does: point k is row k - 1 of the design
-matrix. In the usual layout points 1, 3, 5 lie on the side of the left centre, at the
-middle, +y and -y; 2, 4, 6 on that of the right one. The procedure itself takes any
-points. Conventions, cases and signs are those of
-:mod:`einschalt.theory.relative_orientation.parallax_equations`.
+matrix; :mod:`~.relative_orientation.six_points` has the usual layout. Conventions,
+cases and signs are those of :mod:`~.relative_orientation.parallax_equations`.
 
 Source: O. von Gruber 1924, as W. K. Bachmann 1947 refers to it. The order of the turns
 (swing, swing, tip, tip, and the tilt over-corrected) is that of the text-books.
@@ -164,33 +159,20 @@ def over_correction(design, case, *, tilt_at="5"):
     """Over-correction n with which one pass clears a model that is free of errors.
 
     While points 1 to 4 are clear, what the orientation still lacks is one number times
-    the one vector that leaves no parallax there. n compares its tilt with the turn
-    that its parallax in the wings seems to ask for.
+    the one vector that leaves no parallax there. n, of shape (...), compares its tilt
+    with the turn that its parallax in the wings seems to ask for; ``design`` and
+    ``tilt_at`` are those of :func:`standard_procedure`. Kasper's extra over-correction,
+    by which the parallax is driven to -k times itself, is k = n - 1.
 
-    Parameters
-    ----------
-    design : ndarray, shape (..., 6, 5)
-        Coefficients of the parallaxes in points 1 to 6.
-    case : {"independent", "dependent_left", "dependent_right"}
-    tilt_at : {"5", "6", "mean"}
-
-    Returns
-    -------
-    ndarray, shape (...)
-        (1 + h²/a²)/2 in flat terrain: below 1 where the height is less than the
-        distance of the wings (super-wide angles). It grows without bounds, and then
-        changes its sign, as the points approach a circle with the projection centre.
-        NaN where points 1 to 4 do not determine the other elements.
+    (1 + h²/a²)/2 in flat terrain: below 1 where the height is less than the distance of
+    the wings (super-wide angles). It grows without bounds, and then changes its sign,
+    as the points approach a circle with the projection centre. NaN where points 1 to 4
+    do not determine the other elements.
 
     Raises
     ------
     SettingsError
         ``tilt_at`` is unknown.
-
-    Notes
-    -----
-    Kasper's extra over-correction, by which the parallax is driven to -k times itself,
-    is k = n - 1.
     """
     require_choice("tilt_at", tilt_at, TILT_POINTS)
     design = np.asarray(design, dtype=float)
@@ -283,17 +265,12 @@ def run_procedure(procedure, design, parallax, n_passes, *, sigma=0.0, rng=None)
         raise SettingsError(
             "sigma without rng", expected="rng=np.random.default_rng(seed)"
         )
-    design, parallax = (
-        np.asarray(design, dtype=float),
-        np.asarray(parallax, dtype=float),
-    )
+    design, parallax = np.asarray(design, float), np.asarray(parallax, float)
     shape = np.broadcast_shapes(design.shape[:-2], parallax.shape[:-1])
     elements = np.zeros((n_passes + 1, *shape, N_ELEMENTS))
     seen = np.empty((n_passes + 1, *shape, design.shape[-2]))
-    turned, residual = (
-        np.zeros((*shape, N_ELEMENTS)),
-        np.zeros(seen.shape[1:]) + parallax,
-    )
+    turned = np.zeros((*shape, N_ELEMENTS))
+    residual = np.zeros(seen.shape[1:]) + parallax
     for number in range(n_passes + 1):
         for step in procedure.steps if number else procedure.start:
             error = _error_of_reading(step, sigma, rng, shape)

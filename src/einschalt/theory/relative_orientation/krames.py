@@ -167,10 +167,10 @@ class KramesSolution:
 def solve_krames(xyz, parallax, base, case):
     """Orient six-point models by their two planes, without normal equations.
 
-    The factors of a)-k) remove from every element its share in the contradiction.
-    That is one projection for all elements; written with the coefficients of
-    N⁰ Nᵇ Δω = M⁰ Nᵇ - Mᵇ N⁰ it divides neither by N nor by M, so that one critical
-    plane does no harm.
+    The factors of a)-k) remove from every element its share in the contradiction. That
+    is one projection for all elements; written with the coefficients of N⁰ Nᵇ Δω = M⁰
+    Nᵇ - Mᵇ N⁰ it divides neither by N nor by M, so that one critical plane does no
+    harm. The result is that of least squares with equal weights.
 
     Parameters
     ----------
@@ -182,15 +182,6 @@ def solve_krames(xyz, parallax, base, case):
         ``dependent_right``.
     base : float or ndarray, shape (...)
     case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    KramesSolution
-
-    Notes
-    -----
-    Equal to least squares with equal weights. Cost: some hundred operations a model,
-    all models at once.
     """
     xyz, parallax = np.asarray(xyz, dtype=float), np.asarray(parallax, dtype=float)
     planes = plane_determinants(xyz)

@@ -79,7 +79,7 @@ class OrientedPairs:
         centres, rotations = [], []
         for change in np.eye(N_CHANGES):
             (c_more, r_more), (c_less, r_less) = (
-                _stacked(self._moved(sign * STEP * change)) for sign in (1.0, -1.0)
+                self._moved(sign * STEP * change).stacked() for sign in (1.0, -1.0)
             )
             centres.append((c_more - c_less) / (2.0 * STEP))
             rotations.append((r_more - r_less) / (2.0 * STEP))
@@ -94,13 +94,6 @@ class OrientedPairs:
         turned = rotation @ rotation_by_vector(change[3:]).T
         orientation = replace(self.orientation, base=moved, rotation=turned)
         return replace(self, orientation=orientation).cameras()
-
-
-def _stacked(cameras):
-    """Centres and rotations of left and right camera as two arrays."""
-    centres = np.stack([cameras.left_centre, cameras.right_centre], axis=1)
-    rotations = np.stack([cameras.left_rotation, cameras.right_rotation], axis=1)
-    return centres, rotations
 
 
 def model_precision(pairs, xyz, model_start) -> ModelPrecision:
@@ -120,7 +113,7 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
         np.ascontiguousarray(model_start, dtype=np.int64),
         xyz,
         np.ascontiguousarray(pairs.distance, dtype=float),
-        _stacked(pairs.cameras()),
+        pairs.cameras().stacked(),
         pairs.camera_changes(),
         np.ascontiguousarray(pairs.orientation.cofactor),
         found,

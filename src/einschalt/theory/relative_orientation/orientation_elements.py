@@ -53,6 +53,11 @@ class StereoCameras:
     left_rotation: np.ndarray
     right_rotation: np.ndarray
 
+    def stacked(self):
+        """Centres (n_pairs, 2, 3) and rotations (n_pairs, 2, 3, 3)."""
+        centres = np.stack([self.left_centre, self.right_centre], axis=1)
+        return centres, np.stack([self.left_rotation, self.right_rotation], axis=1)
+
 
 @dataclass(frozen=True, eq=False)
 class OrientationElements:
@@ -69,23 +74,9 @@ class OrientationElements:
 def orientation_elements(orientation, base_length=1.0, case="dependent_right"):
     """Elements of pairs that were oriented by the coplanarity condition.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    base_length : float or ndarray, shape (n_pairs,)
-        Of bx or of the base vector, in any unit.
-    case : {"dependent_right", "dependent_left", "independent"}
-
-    Returns
-    -------
-    OrientationElements
-        NaN where a pair was not oriented. Cofactors are not finite where an angle phi
-        is a right angle.
-
-    Raises
-    ------
-    SettingsError
-        The case is unknown.
+    ``base_length`` is that of bx or of the base vector, in any unit. NaN where a pair
+    was not oriented; cofactors are not finite where an angle phi is a right angle. An
+    unknown case is a SettingsError.
     """
     require_choice("case", case, CASES)
     length = np.broadcast_to(

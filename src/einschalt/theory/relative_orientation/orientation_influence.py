@@ -44,7 +44,6 @@ def orientation_influence(orientation, adjusted, factors):
     the principal distance.
     """
     left, right = adjusted.distance.T
-    turned = np.swapaxes(orientation.rotation, 1, 2).reshape(-1, 9)
     scale = left[adjusted.model]
     found = np.empty((len(adjusted.image), N_CHANGES, 4))
     over_segments(
@@ -52,7 +51,7 @@ def orientation_influence(orientation, adjusted, factors):
         np.ascontiguousarray(adjusted.start, dtype=np.int64),
         np.ascontiguousarray(adjusted.image.T / scale),
         -right / left,
-        np.hstack([orientation.base, turned]),
+        orientation.poses,
         np.ascontiguousarray(factors, dtype=float),
         found,
     )

@@ -1,20 +1,13 @@
 """Approximate relative orientations from nothing but the image coordinates.
 
-Three ways, from cheap to thorough:
-
-normal case
-    Near-vertical photographs of near-level ground are similar figures: a plane
-    similarity of the left to the right image coordinates gives kappa by its rotation
-    and the base by its shift, whatever their directions.
-twin of a plane
-    Points in a plane have two orientations that fit them equally well, since the roles
-    of base and plane normal can be exchanged. The twin of an orientation follows in
-    closed form, and can be excluded where it puts points behind the cameras.
-search
-    For a given rotation the best base is the smallest eigenvector of a 3 x 3 matrix,
-    so three dimensions are left, which a coarse lattice covers.
-
-Poses and image coordinates are those of ``coplanarity_condition``.
+Near-vertical photographs of near-level ground are similar figures: a plane similarity
+gives kappa by its rotation and the base by its shift (**normal case**). Points in a
+plane have two orientations that fit them equally well, since the roles of base and
+plane normal can be exchanged: the **twin** follows in closed form, and can be excluded
+where it puts points behind the cameras. For a given rotation the best base is the
+smallest eigenvector of a 3 x 3 matrix, so three dimensions are left to a **search**,
+which a coarse lattice covers. Poses and image coordinates are those of
+``coplanarity_condition``.
 
 Source: the twin is derived from the factorisation of ``I - e p.T`` into a rotation and
 such a matrix (Longuet-Higgins 1986, The Reconstruction of a Plane Surface from Two
@@ -208,17 +201,10 @@ def rank_one_more(factor, a, b):
     """Matrix I + factor a b.T, row by row."""
     x, y, z = a
     p, q, r = b
-    return (
-        1.0 + factor * x * p,
-        factor * x * q,
-        factor * x * r,
-        factor * y * p,
-        1.0 + factor * y * q,
-        factor * y * r,
-        factor * z * p,
-        factor * z * q,
-        1.0 + factor * z * r,
-    )
+    top = 1.0 + factor * x * p, factor * x * q, factor * x * r
+    middle = factor * y * p, 1.0 + factor * y * q, factor * y * r
+    bottom = factor * z * p, factor * z * q, 1.0 + factor * z * r
+    return top + middle + bottom
 
 
 @numba.njit(**COMPILED)

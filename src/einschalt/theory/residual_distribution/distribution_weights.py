@@ -157,19 +157,10 @@ DISTRIBUTIONS = {
 
 
 def distribution_weights(known_xy, point_xy, method):
-    """Weights of the residuals of known points for all points.
+    """Weights (n_points, n_known) of the residuals of known points for all points.
 
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-        Several at the same place share their weight.
-    point_xy : ndarray, shape (n_points, 2)
-    method : {"natural_neighbour", "inverse_distance", "multiquadric"}
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-        Rows add up to 1.
+    Rows add up to 1; ``method`` is one of DISTRIBUTIONS. Several known points at the
+    same place share their weight.
     """
     places, which = np.unique(known_xy, axis=0, return_inverse=True)
     weights = DISTRIBUTIONS[method](places, point_xy)

@@ -46,19 +46,9 @@ class LinearModel:
 def linear_model(fit, model, source, target):
     """Set up the observation equations of one fitted model.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    model : int
-        One that is usable.
-    source : ndarray, shape (n_points, n_axes)
-        Model coordinates of its points.
-    target : ndarray, shape (n_points, n_axes)
-        Their ground coordinates [m].
-
-    Returns
-    -------
-    LinearModel
+    ``model`` is the number of one that is usable, ``source`` and ``target``
+    (n_points, n_axes) are the model coordinates and the ground coordinates [m] of its
+    points.
 
     Raises
     ------

@@ -14,10 +14,11 @@ from einschalt.theory.adjustment.reliability import (
     joint_point_tests,
     joint_prediction_tests,
 )
+from einschalt.theory.sorted_points import SortedPoints
 
 
 @dataclass(frozen=True, eq=False)
-class CommonPoints:
+class CommonPoints(SortedPoints):
     """Points that are known in both frames, sorted by model."""
 
     source: np.ndarray  # both (n, n_coordinates)
@@ -26,30 +27,9 @@ class CommonPoints:
     # of int, (n_models + 1,): model k owns rows ``start[k]:start[k + 1]``
     start: np.ndarray
 
-    @property
-    def model(self):
-        """Model of each row, ndarray of int, shape (n,)."""
-        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
-
-    def chosen(self, is_chosen):
-        """Some of the rows, with all models, of which some may be left empty."""
-        count = segment_sum(is_chosen.astype(np.int64), self.start)
-        return CommonPoints(
-            self.source[is_chosen],
-            self.target[is_chosen],
-            self.weights[is_chosen],
-            np.concatenate([[0], np.cumsum(count)]),
-        )
-
-    def of_models(self, models):
-        """Rows of some models (numbers ascending), and their points, numbered anew."""
-        is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
-        is_wanted[models] = True
-        rows = np.flatnonzero(is_wanted[self.model])
-        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[models])])
-        return rows, CommonPoints(
-            self.source[rows], self.target[rows], self.weights[rows], start
-        )
+    def _taken(self, rows, start, *_):
+        taken = (array[rows] for array in (self.source, self.target, self.weights))
+        return CommonPoints(*taken, start)
 
 
 @dataclass(frozen=True, eq=False)
