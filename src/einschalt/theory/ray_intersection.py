@@ -37,17 +37,14 @@ class RayIntersection:
     point: np.ndarray
     # (n_points, 2, 2): times the variance of a direction [rad²] it is the covariance
     cofactor: np.ndarray
-    # (n_points,): standard error of one direction from the deviations [rad]; NaN
-    # without redundancy
+    # (n_points,): of one direction, from the deviations [rad]; NaN without redundancy
     sigma_0: np.ndarray
-    # (n_rays,): distance of the point from each ray, positive where it lies to the
-    # right of it
+    # (n_rays,): distance of the point from each ray, positive to the right of it [m]
     deviation: np.ndarray
     # (n_rays,): from each station to the point, as used in the weights
     distance: np.ndarray
     weight: np.ndarray  # (n_rays,): 1 / distance²
-    # of bool, (n_rays,): whether the point lies behind the station, against the
-    # direction of the ray
+    # of bool, (n_rays,): the point lies behind the station, against the ray
     is_behind: np.ndarray
 
     @property

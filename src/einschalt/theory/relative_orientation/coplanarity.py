@@ -89,8 +89,7 @@ class PairOrientation:
     n_in_front: np.ndarray
     # of int, (n_pairs,): ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND
     status: np.ndarray
-    # of bool, (n_pairs,): another orientation with all points in front fits about as
-    # well
+    # of bool, (n_pairs,): another one with all points in front fits about as well
     is_ambiguous: np.ndarray
 
     @property

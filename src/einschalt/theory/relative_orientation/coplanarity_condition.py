@@ -59,8 +59,7 @@ class Mode(NamedTuple):
     # 1 where the observations are corrected, 0 where the condition is linearised at the
     # observations as measured
     keep: float
-    # the x of the base is fixed instead of its length, where the base lies within 45
-    # degrees of x
+    # the x of the base is fixed, not its length, where the base is within 45° of x
     fixes_x: bool
 
 

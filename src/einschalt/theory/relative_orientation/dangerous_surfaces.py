@@ -67,8 +67,7 @@ class SurfaceExamination:
     # (n_models,): sigma(omega) over that of the flat twin; infinite on a dangerous
     # surface, NaN where the model, or its twin, cannot be judged
     inflation: np.ndarray
-    # (n_models,): standard error of omega for a parallax error of 1 [rad per unit of
-    # the model]
+    # (n_models,): of omega, for a parallax error of 1 [rad per unit of the model]
     sigma_omega: np.ndarray
     # both (n_models,): smallest one of the unit-free design matrix: root mean square
     # parallax for a correction of unit length. Compare it only between models of the

@@ -52,8 +52,8 @@ class Step:
     """
 
     element: str  # one of ``ELEMENTS[case]``
-    # point number, from 1, and weight in the combination that is read: ``{5: 0.5, 6:
-    # 0.5}`` is the mean of points 5 and 6
+    # point number, from 1, and its weight in what is read; the mean of points 5 and 6
+    # is ``{5: 0.5, 6: 0.5}``
     observed: Mapping[int, float]
     # number or (...): n, total: 1 clears the parallax, 1.78 drives it to -0.78 times
     # itself. One number, or one for each model.
@@ -225,8 +225,7 @@ class ProcedureRecord:
     # the start (entry 0) and after each pass. At the end of a good orientation they are
     # the elements.
     elements: np.ndarray
-    # (n_passes + 1, ..., n_points): what the model then shows, without errors of
-    # reading
+    # (n_passes + 1, ..., n_points): what the model then shows, if read without error
     residual_parallaxes: np.ndarray
 
 

@@ -289,8 +289,7 @@ class ExtendedFormulas:
     # (..., 5, 6): the element without its factor; each plane's G with that plane's dω
     s: np.ndarray
     t: np.ndarray  # (..., 6): the contradiction: Δω = Σ t p
-    # (..., 5): K of each element: A, B1, B2, C1, C2 of an independent pair; D, E, F, G,
-    # H of a dependent one
+    # (..., 5): K of each: A, B1, B2, C1, C2 of an independent pair, or D to H
     factors: np.ndarray
 
     @property

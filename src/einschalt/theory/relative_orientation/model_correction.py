@@ -77,12 +77,8 @@ def disturb_model(xyz, base, elements, case):
         True coordinates in the system of the *corrected* model, whose centres are
         (0, 0, 0) and (base, 0, 0), the moved one of a dependent pair being further
         by (0, d_by, d_bz); z < 0.
-    base : float or ndarray, shape (n_points,)
-        Base of the model of each point, in the unit of the coordinates.
-    elements : ndarray, shape (5,) or (n_points, 5)
-        Corrections in the order of ``ELEMENTS[case]`` [rad, unit of the coordinates],
-        those of the model of each point.
-    case : {"independent", "dependent_left", "dependent_right"}
+    base, elements, case
+        As in :func:`correct_model`.
 
     Returns
     -------

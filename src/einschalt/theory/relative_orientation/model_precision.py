@@ -40,8 +40,7 @@ class ModelPrecision(NamedTuple):
 
     # (n_points, 3, 3): of the intersection alone [unit of the base² / mm²]
     image_part: np.ndarray
-    # (n_points, 3, 6): derivatives G of the point by base direction and turn of the
-    # right camera
+    # (n_points, 3, 6): derivatives G by base direction and turn of the right camera
     gain: np.ndarray
     orientation_part: np.ndarray  # (n_points, 3, 3): G C G.T
     # (n_points, 3, 4): derivatives (A.T A)^-1 A.T of the point by its own image

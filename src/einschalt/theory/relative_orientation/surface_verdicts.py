@@ -85,8 +85,7 @@ class Figure:
 
     n_points: np.ndarray  # of int
     relative_base: np.ndarray  # base over depth
-    # both of bool: whether a point lies at or above the base; whether all points have
-    # coordinates
+    # both of bool: a point lies at or above the base; all points have coordinates
     is_behind: np.ndarray
     is_located: np.ndarray
     # standard deviation of the points across their line of best fit, over depth

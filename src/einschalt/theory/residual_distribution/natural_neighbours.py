@@ -26,8 +26,7 @@ class Mesh(NamedTuple):
 
     xy: np.ndarray  # (n_known, 2)
     corners: np.ndarray  # of int, (n_triangles, 3): anticlockwise
-    # of int, (n_triangles, 3): triangle beyond the side opposite each corner; -1 on the
-    # hull
+    # of int, (n_triangles, 3): triangle beyond the side opposite each corner, or -1
     beyond: np.ndarray
     centres: np.ndarray  # (n_triangles, 2): centres of the circumscribed circles
 

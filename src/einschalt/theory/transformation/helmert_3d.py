@@ -38,7 +38,7 @@ class SpatialFit(CentredFit):
     n_points: np.ndarray  # all of int, (n_models,)
     redundancy: np.ndarray
     status: np.ndarray
-    weight_sum: np.ndarray  # (n_models,): naN for a model without points
+    weight_sum: np.ndarray  # (n_models,): NaN for a model without points
     centroid_model: np.ndarray  # both (n_models, 3)
     centroid_ground: np.ndarray
     scale: np.ndarray  # (n_models,)

@@ -38,7 +38,7 @@ class PlaneMoments:
     """Centroids and second moments of the points of each model."""
 
     n_points: np.ndarray  # of int, (n_models,)
-    weight_sum: np.ndarray  # (n_models,): naN for a model without points
+    weight_sum: np.ndarray  # (n_models,): NaN for a model without points
     centroid_model: np.ndarray  # both (n_models, 2): weighted centroids
     centroid_ground: np.ndarray
     # (n_models, 2, 2): Σ w d dᵀ of the centred model coordinates d
@@ -126,12 +126,10 @@ class PlaneFit(CentredFit):
     moments: PlaneMoments
     solution: PlaneSolution
     residuals: np.ndarray  # (n_points, 2): transformed less given [m]
-    # (n_points, 2): diagonal of the hat matrix, easting and northing; redundancy number
-    # = 1 − h
+    # (n_points, 2): diagonal of the hat matrix; redundancy number = 1 − h
     leverage: np.ndarray
     sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² [m²]
-    # of int, (n_models,): 2 n less the number of parameters; 0 where the model is not
-    # determined
+    # of int, (n_models,): 2 n less the parameters; 0 where a model is not determined
     redundancy: np.ndarray
     parameter_names: tuple[str, ...]
     parameters: np.ndarray  # (n_models, n_parameters)
