@@ -33,11 +33,7 @@ from einschalt.interfaces.files.output_folder import (
     refuse_block_folder,
     require_free,
 )
-from einschalt.interfaces.files.written_files import (
-    MARKS,
-    names_of_batch,
-    sealed_text,
-)
+from einschalt.interfaces.files.written_files import MARKS, names_of_batch, sealed_text
 from einschalt.pipeline.batch.block_table import (
     DONE,
     FAILED,

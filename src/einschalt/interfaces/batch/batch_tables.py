@@ -2,11 +2,7 @@
 
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.output_folder import (
-    InputFiles,
-    Output,
-    write_folder,
-)
+from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
 from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.result_folder import DECIMALS
 from einschalt.interfaces.files.written_files import (

@@ -41,8 +41,7 @@ def _values(text, *names):
 
 def _number(text, *names):
     return Annotated[
-        float | None,
-        typer.Option(*names, show_default="that of the camera", help=text),
+        float | None, typer.Option(*names, show_default="that of the camera", help=text)
     ]
 
 

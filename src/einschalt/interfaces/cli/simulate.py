@@ -25,8 +25,7 @@ Transformation = Literal["affine", "helmert", "rigid", "helmert_3d"]
 
 def _option(kind, text, *names, panel):
     return Annotated[
-        kind | None,
-        typer.Option(*names, show_default=False, help=f"{panel}: {text}"),
+        kind | None, typer.Option(*names, show_default=False, help=f"{panel}: {text}")
     ]
 
 

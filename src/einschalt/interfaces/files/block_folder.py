@@ -32,11 +32,7 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
-from einschalt.interfaces.files.input_files import (
-    is_there,
-    read_once,
-    require_file,
-)
+from einschalt.interfaces.files.input_files import is_there, read_once, require_file
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight

@@ -18,11 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import (
-    BlockError,
-    EinschaltError,
-    SettingsError,
-)
+from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import Settings, setting_problem
@@ -64,10 +60,7 @@ class ControlPointsSection(_Section):
     file: str = Field(description="a text: the name of a table")
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     standard_error_m: float | None = Field(
-        default=None,
-        gt=0,
-        le=10,
-        description="a number above 0, at most 10 metres",
+        default=None, gt=0, le=10, description="a number above 0, at most 10 metres"
     )
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 

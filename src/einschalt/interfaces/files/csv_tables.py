@@ -372,9 +372,6 @@ def _joined(columns):
         for values in columns
     ]
     lines = pc.binary_join_element_wise(
-        *texts,
-        pa.scalar(",", kind),
-        null_handling="replace",
-        null_replacement="",
+        *texts, pa.scalar(",", kind), null_handling="replace", null_replacement=""
     )
     return "".join(f"{line}\n" for line in lines.to_pylist()).encode("utf-8")

@@ -56,10 +56,7 @@ def require_file(path, source, *, taken=()):
         raise _missing(path, source, set(taken))
     if stat.S_ISDIR(mode):
         raise FileError(
-            "is a folder",
-            expected="a file",
-            remedy="Name the file in it",
-            file=source,
+            "is a folder", expected="a file", remedy="Name the file in it", file=source
         )
     if not stat.S_ISREG(mode):
         # a device or a pipe may never end, or never begin
@@ -254,9 +251,7 @@ def read_text_bytes(path, source):
     # blanks of Unicode as well
     if not data[:HEAD_BYTES].decode("utf-8", errors="replace").strip():
         raise FileError(
-            "the file is empty",
-            remedy="Fill it, or name another file",
-            file=source,
+            "the file is empty", remedy="Fill it, or name another file", file=source
         )
     if not data.isascii():
         _require_utf8(data, source)
