@@ -30,17 +30,7 @@ NAMES = frozenset(("blocks.csv", "blocks.parquet", "blocks.html", PROVENANCE, MA
 
 
 def output_of_batch(tasks=(), *, overwrite=False) -> Output:
-    """Tell what a batch writes into its own folder.
-
-    Parameters
-    ----------
-    tasks : iterable of BlockTask, optional
-    overwrite : bool, optional
-
-    Returns
-    -------
-    Output
-    """
+    """Tell what a batch writes into its own folder."""
     folders = frozenset(task.name.partition("/")[0] for task in tasks)
     inputs = InputFiles(file for task in tasks for file in task.files)
     return Output(Source("batch"), NAMES, inputs, overwrite, folders)
@@ -49,19 +39,7 @@ def output_of_batch(tasks=(), *, overwrite=False) -> Output:
 def write_tables(table, folder, output):
     """Write blocks.csv, blocks.parquet and blocks.html.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
-    folder : Path
-    output : Output
-        Of :func:`output_of_batch`.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written, or somebody else has put files there meanwhile:
-        the tables are in a new one beside it then.
+    Where somebody else has put files there meanwhile, into a new folder beside it.
     """
 
     def write(new):

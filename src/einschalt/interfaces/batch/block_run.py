@@ -30,22 +30,10 @@ ONE_AT_A_TIME = threading.Lock()
 
 
 def run_block(task) -> dict:
-    """Compute a block, and write its result.
+    """Compute a block, write its result, and give its row of the table of blocks.
 
-    Parameters
-    ----------
-    task : BlockTask
-
-    Returns
-    -------
-    dict
-        Its row of the table of blocks, done or failed.
-
-    Raises
-    ------
-    MemoryError
-        It needs more memory than there is. Whoever runs it decides where it is tried
-        again; what is left of this process is not worth much.
+    Only a MemoryError is raised. Whoever runs it decides where it is tried again; what
+    is left of this process is not worth much.
     """
     started = perf_counter()
     progress = _Progress()
@@ -63,19 +51,7 @@ def run_block(task) -> dict:
 
 
 def row_of_result(task, outcome, provenance) -> dict:
-    """Row of a block whose result is whole.
-
-    Parameters
-    ----------
-    task : BlockTask
-    outcome : {"done", "skipped"}
-    provenance : dict
-        Of its result.
-
-    Returns
-    -------
-    dict
-    """
+    """Row of a block whose result is whole: done or skipped."""
     changes = read_changes(task.folder) if outcome == DONE else None
     return row_of_figures(
         task.name, outcome, provenance["figures"], provenance["seconds"], changes

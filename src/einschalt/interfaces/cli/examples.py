@@ -2,16 +2,6 @@
 
 
 def examples(*calls):
-    r"""Write calls as the epilog of a help text, one a line.
-
-    Parameters
-    ----------
-    *calls : str
-
-    Returns
-    -------
-    str
-        With the mark ``\b``, which keeps help texts from being wrapped.
-    """
+    r"""Write calls as the epilog of a help text; ``\b`` keeps it from being wrapped."""
     lines = "\n".join(f"  {call}" for call in calls)
     return f"\b\nExamples:\n{lines}"

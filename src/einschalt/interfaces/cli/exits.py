@@ -16,16 +16,8 @@ INTERRUPTED = 130
 def with_exit_status(command):
     """End a command with a message and a status instead of a traceback.
 
-    Parameters
-    ----------
-    command : callable
-
-    Returns
-    -------
-    callable
-        With the signature of the command. An :class:`EinschaltError`, or an error of
-        the operating system, ends with status 2, an interruption with 130; a fault of
-        the program keeps its traceback.
+    An :class:`EinschaltError`, or an error of the operating system, ends with status 2,
+    an interruption with 130; a fault of the program keeps its traceback.
     """
 
     @functools.wraps(command)
@@ -47,12 +39,7 @@ def with_exit_status(command):
 
 
 def print_out(text=""):
-    """Print to standard output; a reader that has gone away is no fault.
-
-    Parameters
-    ----------
-    text : str, optional
-    """
+    """Print to standard output; a reader that has gone away is no fault."""
     try:
         typer.echo(text)
         sys.stdout.flush()
@@ -64,12 +51,7 @@ def print_out(text=""):
 
 
 def print_error(text):
-    """Print to standard error.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """Print to standard error."""
     try:
         # a name from a file must not steer the terminal
         lines = [printable(line) for line in str(text).split("\n")]

@@ -6,21 +6,9 @@ import typer
 
 
 def given_path(text):
-    """Take a word of the command line as a path.
+    """Take a word of the command line as a path; an empty one is refused.
 
-    Parameters
-    ----------
-    text : str or Path
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    BadParameter
-        It is empty. ``Path("")`` would be the present folder, and results would be
-        strewn into it.
+    ``Path("")`` would be the present folder, and results would be strewn into it.
     """
     if not str(text):
         raise typer.BadParameter("the path is empty; expected a file or folder.")
@@ -28,32 +16,12 @@ def given_path(text):
 
 
 def output_option(text):
-    """Option ``--output`` of a command.
-
-    Parameters
-    ----------
-    text : str
-        Its help.
-
-    Returns
-    -------
-    typer.models.OptionInfo
-    """
+    """Option ``--output`` of a command."""
     return typer.Option(
         "--output", "-o", parser=given_path, metavar="<path>", help=text
     )
 
 
 def overwrite_option(text="Replace what lies there, inputs excepted."):
-    """Option ``--overwrite`` of a command.
-
-    Parameters
-    ----------
-    text : str, optional
-        Its help.
-
-    Returns
-    -------
-    typer.models.OptionInfo
-    """
+    """Option ``--overwrite`` of a command."""
     return typer.Option("--overwrite", help=text)

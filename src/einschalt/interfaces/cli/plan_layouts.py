@@ -17,16 +17,7 @@ HALF_TO_THRICE = (0.5, 3.0)
 
 
 def search(asked: Asked) -> Answer:
-    """Answer with the plans that reach a precision, the best held against its layout.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer with the plans that reach a precision, the best laid out as a check."""
     frame = _frame_of(asked)
     found = find_plans(
         *(asked["target"], _choices_of(asked), frame),
@@ -116,16 +107,7 @@ def _usual_scales(preset):
 
 
 def layout(asked: Asked) -> Answer:
-    """Answer with the expected precision of one block, over its area.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer with the expected precision of one block, over its area."""
     expected = expect_precision(_design_of(asked))
     unshifted = _without_shift(expected)
     text = f"{expected.summary()}\n\n{describe_effort(expected)}"

@@ -41,45 +41,19 @@ from einschalt.pipeline.block.check import check_block
 
 @dataclass(frozen=True, eq=False)
 class BlockFindings:
-    """Everything that is wrong with a block folder.
+    """Everything that is wrong with a block folder."""
 
-    Attributes
-    ----------
-    problems : tuple of EinschaltError
-        What stops the computation.
-    model_problems : tuple of EinschaltError
-        Models that will be rows of ``failures``.
-    notes : tuple of str
-        What was ignored, filled in or reprojected.
-    block : Block or None
-        None where there are problems.
-    """
-
-    problems: tuple[EinschaltError, ...]
-    model_problems: tuple[EinschaltError, ...]
-    notes: tuple[str, ...]
-    block: Block | None
+    problems: tuple[EinschaltError, ...]  # stop the computation
+    model_problems: tuple[EinschaltError, ...]  # will be rows of ``failures``
+    notes: tuple[str, ...]  # what was ignored, filled in or reprojected
+    block: Block | None  # None where there are problems
 
 
 def read_block(path, *, kind=Block):
-    """Read a block.
+    """Read a block as ``kind``, Block or a class derived from it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder, or its block.toml.
-    kind : type, optional
-        The class to be built, Block or one that is derived from it.
-
-    Returns
-    -------
-    Block
-        Its tables keep the line of their file as index.
-
-    Raises
-    ------
-    EinschaltError
-        What is wrong; several faults come together in a BlockError.
+    ``path`` is the folder, or its block.toml. The tables keep the line of their file as
+    index. Several faults come together in a BlockError.
     """
     found = find_problems(path, kind=kind)
     raise_problems(found.problems)
@@ -87,19 +61,7 @@ def read_block(path, *, kind=Block):
 
 
 def find_problems(path, *, kind=Block) -> BlockFindings:
-    """Look for everything that is wrong with a block, without raising.
-
-    Parameters
-    ----------
-    path : str or Path
-        The folder, or its block.toml.
-    kind : type, optional
-        The class of the block.
-
-    Returns
-    -------
-    BlockFindings
-    """
+    """Look for everything that is wrong with a block, without raising."""
     try:
         path = _block_file(path)
         file = read_once(path, path.name)

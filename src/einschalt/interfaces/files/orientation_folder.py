@@ -35,39 +35,13 @@ UNFIT = re.compile(r"[^\w.-]+")
 
 
 def write_forecast(forecast, folder):
-    """Write the verdicts on the models of a planned flight.
-
-    Parameters
-    ----------
-    forecast : SurfaceForecast
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write the verdicts on the models of a planned flight."""
     tables = {"dangerous_surface": forecast.models.reset_index()}
     _write(folder, tables, forecast.summary())
 
 
 def write_parallax_orientation(oriented, y_parallaxes, folder):
-    """Write orientations from y-parallaxes.
-
-    Parameters
-    ----------
-    oriented : ParallaxOrientation
-    y_parallaxes : DataFrame
-        The measurements that it comes from.
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write orientations from y-parallaxes, with the measurements behind them."""
     keys = _keys(oriented.models, oriented.has_coverages)
     tables = {
         "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
@@ -85,21 +59,7 @@ def write_parallax_orientation(oriented, y_parallaxes, folder):
 
 
 def write_image_orientation(oriented, principal_distance, folder):
-    """Write orientations from image coordinates.
-
-    Parameters
-    ----------
-    oriented : ImageOrientation
-    principal_distance : float
-        [mm]
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write orientations from image coordinates; principal distance [mm]."""
     keys = _keys(oriented.models, "coverage" in oriented.residuals)
     elements = oriented.elements
     tables = {

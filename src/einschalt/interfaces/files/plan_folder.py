@@ -6,24 +6,7 @@ from einschalt.interfaces.files.parquet_tables import write_parquet
 
 
 def write_plan(folder, tables, figures, text):
-    """Write the parts of a plan into a folder, each file whole or not at all.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Made where it does not exist.
-    tables : dict of str to DataFrame
-        Each written as .csv and .parquet.
-    figures : dict of str to dict of str to bytes
-        Each by suffix.
-    text : str
-        Written as summary.txt.
-
-    Raises
-    ------
-    FileError
-        A file cannot be written.
-    """
+    """Write tables, figures (bytes by name and suffix) and summary into a folder."""
     folder = make_folder(folder)
     for name, table in tables.items():
         write_csv(table, folder / f"{name}.csv")

@@ -28,26 +28,13 @@ from einschalt.interfaces.provenance import provenance_of_tables
 
 @dataclass(frozen=True)
 class TableResults:
-    """Results of a command that reads single tables, and the folder that is theirs.
-
-    Attributes
-    ----------
-    folder : Path
-    output : Output
-    """
+    """Results of a command that reads single tables, and the folder that is theirs."""
 
     folder: Path
     output: Output
 
     def write(self, write, *arguments):
-        """Write them, as :func:`write_folder` does.
-
-        Parameters
-        ----------
-        write : callable
-            Takes the arguments, and the folder in which it writes.
-        *arguments
-        """
+        """Write them as :func:`write_folder` does; the folder is the last argument."""
         source = self.output.source
         facts = provenance_of_tables(source.command, source.files)
         write_folder(
@@ -62,24 +49,7 @@ class TableResults:
 def results_of_tables(command, files, names, folder, *, overwrite=False):
     """Tell what a command writes that reads tables, and refuse a folder at once.
 
-    Parameters
-    ----------
-    command : str
-    files : iterable of Path or None
-        That it reads; results of the same files may replace each other.
-    names : iterable of str
-        Files that it may write.
-    folder : Path
-    overwrite : bool, optional
-
-    Returns
-    -------
-    TableResults
-
-    Raises
-    ------
-    OutputError
-        Something would be lost in the folder.
+    Results of the same files may replace each other.
     """
     files = tuple(file for file in files if file is not None)
     inputs = digest(str(checksum_or_none(file)) for file in files)
@@ -92,20 +62,7 @@ def results_of_tables(command, files, names, folder, *, overwrite=False):
 def output_of_question(command, asked, names=(), files=(), *, overwrite=False):
     """Tell what a command writes whose results come from its options.
 
-    Parameters
-    ----------
-    command : str
-    asked : dict
-        Options: only the same ones give the same results.
-    names : iterable of str, optional
-        Files that it may write, as far as they are known.
-    files : iterable of Path, optional
-        That it reads.
-    overwrite : bool, optional
-
-    Returns
-    -------
-    Output
+    Only the same ones, in ``asked``, give the same results.
     """
     said = digest(f"{name} = {value}" for name, value in sorted(asked.items()))
     source = Source(command, said)
@@ -113,25 +70,7 @@ def output_of_question(command, asked, names=(), files=(), *, overwrite=False):
 
 
 def write_file(path, write, inputs, *, overwrite=False):
-    """Write a single file; an older one only where it stays the same, or is given up.
-
-    Parameters
-    ----------
-    path : Path
-    write : callable
-        Writes it under the path that it is given.
-    inputs : InputFiles
-        That are never replaced.
-    overwrite : bool, optional
-        Replace what lies there.
-
-    Raises
-    ------
-    OutputError
-        Another file lies there, or an input.
-    FileError
-        It cannot be written.
-    """
+    """Write a single file; an older one stays, unless it is equal or given up."""
     path = Path(path)
     folder = Path(os.path.realpath(path.parent))
     refuse_input(path, inputs, is_overwriting=overwrite)

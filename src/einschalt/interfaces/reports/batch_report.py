@@ -18,19 +18,7 @@ from einschalt.pipeline.batch.block_table import DONE, FAILED, SKIPPED
 
 
 def render_batch(table) -> str:
-    """Render the table of a batch.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
-
-    Returns
-    -------
-    str
-        A page in UTF-8 without any external resource; names in it are escaped, and
-        lead to the reports of the blocks.
-    """
+    """Render the table of a batch: a page without external resources, names escaped."""
     failed = table[table["outcome"] == FAILED]
     moved = table[table["n_moved"].fillna(0) > 0]
     return _TEMPLATES.get_template("batch.html.j2").render(

@@ -25,14 +25,7 @@ class _Sheet:
 def correlogram_figure(result) -> str:
     """Draw the correlation of residuals by distance over what the claim predicts.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no correlation was computed.
+    An ``<svg>`` element; empty where no correlation was computed.
     """
     field = result.claim.residuals
     if field is None or not len(field.correlogram.distance):

@@ -38,20 +38,12 @@ POINTS_PER_IN = 72.0
 
 
 def block_map(result) -> str:
-    """Draw the points by role, and vectors that show their errors.
+    """Draw the points by role, and vectors that show their errors, as SVG.
 
     Vectors at control and check points are densified − given, with confidence ellipses
     of the densified points; at new points they are the difference of the first two
-    coverages. Their exaggeration is stated, and is that of the ellipses.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no point has coordinates.
+    coverages. Their exaggeration is stated, and is that of the ellipses. Empty where no
+    point has coordinates.
     """
     points = _located(result.points)
     if points.empty:
@@ -76,16 +68,8 @@ def block_map(result) -> str:
 def precision_figure(result) -> str:
     """Draw the total error of the new points over the block, and its histogram.
 
-    It is the propagated one where there is one, else that of the paper.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no new point has a standard error.
+    The propagated one where there is one, else that of the paper; empty where no new
+    point has a standard error.
     """
     points = _located(result.points)
     claim = result.assessment.credible.column

@@ -41,17 +41,9 @@ class Cut(NamedTuple):
 
 
 def render(result) -> str:
-    """Render the report of a densification.
+    """Render the report of a densification as a page without external resources.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        A page in UTF-8 without any external resource. All names in it are escaped.
-        The same result gives the same page.
+    All names in it are escaped. The same result gives the same page.
     """
     # imported when a report is rendered: matplotlib takes half a second
     from einschalt.interfaces.reports.figures import (  # noqa: PLC0415

@@ -39,28 +39,10 @@ FARTHEST = 2.5
 
 
 def krames_figure(oriented, y_parallaxes, model_id, coverage=None) -> str:
-    """Draw the construction of a model's fundamental points.
+    """Draw the construction of a model's fundamental points as an ``<svg>`` element.
 
-    Parameters
-    ----------
-    oriented : ParallaxOrientation
-    y_parallaxes : DataFrame
-        The parallaxes that were oriented.
-    model_id : str
-    coverage : str, optional
-        Needed where two coverages have a model of that name.
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element.
-
-    Raises
-    ------
-    GeometryError
-        The model does not have three points in each of the planes x = 0 and x = base.
-    TableError
-        There is no such model, or there is one in each of several coverages.
+    ``coverage`` is needed where two coverages have a model of that name. GeometryError
+    where the model does not have three points in each of the planes x = 0 and x = base.
     """
     construction = _Construction.of(oriented, y_parallaxes, model_id, coverage)
     with mpl.rc_context(STYLE):

@@ -41,27 +41,13 @@ BAR_IN = 0.95
 
 @dataclass(frozen=True, eq=False)
 class MapSheet:
-    """A figure with a map, and room below it.
-
-    Attributes
-    ----------
-    figure : Figure
-    axes : Axes
-        The map, in kilometres.
-    below : tuple of float
-        Left, bottom, width and height of the room below the map, as parts of the
-        figure.
-    width_m : float
-        Width of the map on the ground [m].
-    size_in : ndarray, shape (2,)
-        Width and height of the map on the sheet [inch].
-    """
+    """A figure with a map, and room below it."""
 
     figure: Figure
-    axes: Axes
-    below: tuple[float, float, float, float]
-    width_m: float
-    size_in: np.ndarray
+    axes: Axes  # the map, in kilometres
+    below: tuple[float, float, float, float]  # the room, in parts of the figure
+    width_m: float  # of the map on the ground [m]
+    size_in: np.ndarray  # (2,), of the map on the sheet [inch]
 
     @property
     def m_per_in(self):
@@ -70,19 +56,7 @@ class MapSheet:
 
 
 def map_sheet(points, *, foot_in=0.05) -> MapSheet:
-    """Make a sheet for a map of points: equal scale in both axes, north up.
-
-    Parameters
-    ----------
-    points : DataFrame
-        easting, northing [m], at least one row.
-    foot_in : float, optional
-        Height that stays free at the foot of the sheet [inch].
-
-    Returns
-    -------
-    MapSheet
-    """
+    """Make a sheet for a map of points [m]: equal scale in both axes, north up."""
     low, high = _extent_km(points[["easting", "northing"]].to_numpy(dtype=float) / 1e3)
     size = (high - low) * (LARGEST_MAP_IN / (high - low)).min()
     bottom_in = foot_in + BELOW_IN + GAP_IN
@@ -133,14 +107,7 @@ def round_down(value):
 
 
 def draw_lengths(sheet, exaggeration):
-    """Draw the scale bars of map and vectors below the map.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    exaggeration : float
-        Length of a vector on the map over its length on the ground.
-    """
+    """Draw the scale bars of map and (exaggerated) vectors below the map."""
     axes = _key_axes(sheet)
     metres_per_in = sheet.m_per_in
     ground_m = round_down(BAR_IN * metres_per_in)
@@ -163,16 +130,7 @@ def draw_lengths(sheet, exaggeration):
 
 
 def draw_key(sheet, markers, lines):
-    """Draw the key of markers and vectors below the map.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    markers : list of (str, str, str)
-        Label, marker, colour.
-    lines : list of (str, str)
-        Label, colour.
-    """
+    """Draw the key of markers (label, marker, colour) and lines (label, colour)."""
     axes = _key_axes(sheet)
     for row, (label, marker, colour) in enumerate(markers):
         face, size = (colour, 3.0) if marker == "o" else ("white", 5.0)
@@ -206,17 +164,8 @@ def _key_axes(sheet):
 def svg_of(sheet, name, title) -> str:
     """Write a sheet as an ``<svg>`` element for a page.
 
-    Parameters
-    ----------
-    sheet : MapSheet
-    name : str
-        What its ids start with, so that two figures of one page do not share any.
-    title : str
-        Said to those who cannot see the figure.
-
-    Returns
-    -------
-    str
+    Its ids start with ``name``, so that two figures of one page do not share any; the
+    title is said to those who cannot see the figure.
     """
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))

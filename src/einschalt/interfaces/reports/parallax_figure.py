@@ -48,18 +48,10 @@ UM_PER_MM = 1e3
 def parallax_figure(points, models) -> str:
     """Draw the residual parallaxes of the models with the largest ones.
 
-    Parameters
-    ----------
-    points : DataFrame
-        model, point_id, x, y (in plan, x along the base, origin in the left projection
-        centre) [mm], residual [mm], standard_error of the residual [mm] or NaN.
-    models : DataFrame
-        model, base, sigma_0 [mm], verdict.
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where there are no residuals.
+    ``points``: model, point_id, x, y (in plan, x along the base, origin in the left
+    projection centre), residual, standard_error of the residual or NaN; ``models``:
+    model, base, sigma_0, verdict; all in mm. An ``<svg>`` element; empty where there
+    are no residuals.
     """
     points = points[np.isfinite(points["residual"])]
     models = models[models["model"].isin(points["model"])]

@@ -17,30 +17,7 @@ SOME_FAILED = 1
 
 
 def run_blocks(folder, output, given, where, which, *, overwrite, is_dry_run, is_quiet):
-    """Compute the blocks below a folder, and print the outcome of each.
-
-    Parameters
-    ----------
-    folder, output : Path
-    given : dict
-        Settings that go before those of each block.toml.
-    where : dict
-        scheduler, workers and memory_gb, as ``densify_many`` takes them.
-    which : {"changed", "unfinished", "failed", "all"}
-    overwrite : bool
-        Replace what else lies in the folders of the results, inputs excepted.
-    is_dry_run : bool
-        Only print what would be computed.
-    is_quiet : bool
-        Print nothing but failed blocks.
-
-    Raises
-    ------
-    EinschaltError
-        The call is wrong, or the folder cannot be written.
-    typer.Exit
-        Blocks failed.
-    """
+    """Compute the blocks below a folder, and print the outcome of each."""
     started = perf_counter()
     blocks = find_blocks(folder, output)
     if is_dry_run:

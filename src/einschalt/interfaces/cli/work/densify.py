@@ -12,25 +12,7 @@ from einschalt.pipeline.progress import Stage, stage_reporter
 def densify_folder(
     block, output, given, *, ellipse_scale=None, overwrite=False, is_quiet=False
 ):
-    """Compute a block, write its results and print their summary.
-
-    Parameters
-    ----------
-    block, output : Path
-    given : dict
-        Settings that go before those of block.toml.
-    ellipse_scale : float, optional
-        How much larger the ellipses are drawn.
-    overwrite : bool, optional
-        Replace what lies in the folder of the results, inputs excepted.
-    is_quiet : bool
-        Print nothing.
-
-    Raises
-    ------
-    EinschaltError
-        The input is wrong, or the results cannot be written.
-    """
+    """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
     read = python_api.read_block(block)

@@ -54,25 +54,7 @@ def orient_pairs(
 ):
     """Orient image pairs, or forecast dangerous surfaces; write and print the result.
 
-    Parameters
-    ----------
-    output : Path
-    measurements, camera, terrain : Path or None
-        Tables, and the file of a camera.
-    case, base, method, estimator, outliers : str or None
-    principal_distance : float or None
-        [mm]
-    overwrite : bool
-        Replace what lies in the folder of the results, inputs excepted.
-    **plan : float or None
-        Of the flight over the terrain; image_format and wing [mm].
-
-    Raises
-    ------
-    EinschaltError
-        The call or the input is wrong, or the results cannot be written.
-    typer.Exit
-        No model could be oriented.
+    ``plan`` is the flight over the terrain, image_format and wing [mm].
     """
     files = (measurements, terrain, camera, _base_table(base))
     results = results_of_tables("orient", files, to.NAMES, output, overwrite=overwrite)

@@ -11,20 +11,7 @@ QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
 
 
 def plan_flight(options, typed):
-    """Answer what a planner asks: print it, and write what was asked for.
-
-    Parameters
-    ----------
-    options : dict
-        Values of all options.
-    typed : list of str
-        Names of the options that were written on the command line.
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or the results cannot be written.
-    """
+    """Answer what a planner asks: print it, and write what was asked for."""
     asked = asked_of(options, typed)
     figure, output = options["figure"], options["output"]
     place = None if output is None and figure is None else _place(options)

@@ -22,40 +22,14 @@ REPETITIONS = "repetitions.csv"
 
 
 def chosen_design(preset, geometry, noise):
-    """Geometry and noise of a preset with some of their values replaced.
-
-    Parameters
-    ----------
-    preset : str
-    geometry, noise : dict
-        Values that are not those of the preset.
-
-    Returns
-    -------
-    tuple
-        preset, BlockGeometry, BlockNoise.
-    """
+    """Preset, geometry and noise, with the values replaced that were given."""
     geometry = replace(PRESETS[preset].geometry, **geometry)
     noise = replace(PRESETS[preset].noise, **noise)
     return preset, geometry, noise
 
 
 def simulate_folder(design, seed, output, *, overwrite):
-    """Simulate a block, and write it as a folder.
-
-    Parameters
-    ----------
-    design : tuple
-        See :func:`chosen_design`.
-    seed : int
-    output : Path
-    overwrite : bool
-
-    Raises
-    ------
-    EinschaltError
-        The design cannot be simulated, or the folder cannot be written.
-    """
+    """Simulate a block, and write it as a folder."""
     require_block_place(output, overwrite=overwrite)
     preset, geometry, noise = design
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
@@ -65,24 +39,7 @@ def simulate_folder(design, seed, output, *, overwrite):
 
 
 def repeat_design(design, count, seed, where, output, *, overwrite):
-    """Simulate and compute so many blocks, and write what is true and claimed.
-
-    Parameters
-    ----------
-    design : tuple
-        See :func:`chosen_design`.
-    count, seed : int
-    where : tuple
-        Scheduler and number of workers.
-    output : Path
-    overwrite : bool
-        Replace what lies there.
-
-    Raises
-    ------
-    EinschaltError
-        The design cannot be simulated, or the table cannot be written.
-    """
+    """Simulate and compute so many blocks, and write what is true and claimed."""
     engine = python_api.chosen_engine(*where)
     asked = {"simulated": design, "count": count, "seed": seed}
     names = (REPETITIONS, PROVENANCE)

@@ -39,22 +39,7 @@ def transform_tables(
 ):
     """Fit one transformation per model, and write and print what it gives.
 
-    Parameters
-    ----------
-    model_points, ground_points : Path
-    apply : Path or None
-        Table of the points to transform; those of the models where it is None.
-    output : Path
-    kind : str
-    overwrite : bool, optional
-        Replace what lies in the folder of the results, inputs excepted.
-
-    Raises
-    ------
-    EinschaltError
-        The input is wrong, or the results cannot be written.
-    typer.Exit
-        No model could be transformed.
+    Without ``apply`` the points of the models are transformed.
     """
     files = (model_points, ground_points, apply)
     results = results_of_tables("transform", files, NAMES, output, overwrite=overwrite)
