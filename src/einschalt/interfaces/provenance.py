@@ -12,7 +12,6 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import pyproj
 
-from einschalt.interfaces.files.input_files import checksum_or_none
 from einschalt.pipeline.block.block import plain_fields
 
 SCHEMA = 1
@@ -43,22 +42,8 @@ def provenance(result) -> dict:
     }
 
 
-def provenance_of_tables(command, files=()) -> dict:
-    """Collect where the results of a command come from that reads single tables.
-
-    Parameters
-    ----------
-    command : str
-    files : iterable of Path, optional
-        That it reads.
-
-    Returns
-    -------
-    dict
-        ``schema``, ``program``, ``version``, ``created``, ``command``, ``inputs`` and
-        ``versions``, as in :func:`provenance`.
-    """
-    inputs = [{"file": path.name, "sha256": checksum_or_none(path)} for path in files]
+def provenance_of_tables(command, inputs) -> dict:
+    """Collect where the results of a command come from that reads single tables."""
     return {**_head(), "command": command, "inputs": inputs, "versions": versions()}
 
 

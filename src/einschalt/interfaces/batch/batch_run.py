@@ -22,12 +22,12 @@ from einschalt.interfaces.batch.block_search import name_blocks
 from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
 from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
-from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.files.atomic import (
     make_folder,
     said_as_file_error,
     write_text,
 )
+from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import (
     Output,
     refuse_block_folder,

@@ -1,10 +1,9 @@
 """The table of all blocks of a batch, as CSV, Parquet and HTML."""
 
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
-from einschalt.interfaces.files.parquet_tables import write_parquet
 from einschalt.interfaces.files.result_folder import DECIMALS
+from einschalt.interfaces.files.tables_by_suffix import write_in_both_formats
 from einschalt.interfaces.files.written_files import (
     BLOCKS,
     MARKS,
@@ -43,12 +42,11 @@ def write_tables(table, folder, output):
     """
 
     def write(new):
-        write_csv(table, new / "blocks.csv", decimals=DECIMALS_OF_BLOCKS)
-        write_parquet(table, new / "blocks.parquet")
+        write_in_both_formats({"blocks": table}, new, decimals=DECIMALS_OF_BLOCKS)
         write_text(new / "blocks.html", render_batch(table))
 
     names = names_of_batch(folder).union(_with_result(table))
-    facts = {**provenance_of_tables("batch"), BLOCKS: sorted(names)}
+    facts = {**provenance_of_tables("batch", []), BLOCKS: sorted(names)}
     write_folder(folder, output, facts, write, beside=True)
 
 

@@ -14,10 +14,10 @@ from einschalt.interfaces.batch.block_state import read_json, result_since
 from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.batch.changes_file import compare_with_previous, read_changes
 from einschalt.interfaces.batch.failure_file import keep_failure
-from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
+from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import require_free
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, evidence_of

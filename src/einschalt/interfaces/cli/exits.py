@@ -3,6 +3,7 @@
 import functools
 import os
 import sys
+from importlib import import_module
 
 import typer
 
@@ -34,6 +35,20 @@ def with_exit_status(command):
         except KeyboardInterrupt:
             print_error("einschalt: interrupted; files that are there are whole")
             raise typer.Exit(INTERRUPTED) from None
+
+    return run
+
+
+def done_in_work(command):
+    """Give a command, of options and help alone, the function of its name in ``work/``.
+
+    That is imported when the command runs, so that help does not wait for it.
+    """
+
+    @functools.wraps(command)
+    def run(**options):
+        name = command.__name__
+        getattr(import_module(f"{__package__}.work.{name}"), name)(**options)
 
     return run
 

@@ -4,11 +4,11 @@ Reading looks at everything before it complains: each file, each table, and how 
 tables that are right fit each other (:func:`find_problems`).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.display_names import as_unicode
@@ -78,7 +78,8 @@ def find_problems(path, *, kind=Block) -> BlockFindings:
             pass  # all that is wrong is collected below, with what was noted
         else:
             return BlockFindings((), tuple(block.model_problems), block.notes, block)
-    found = check_block(_Draft(**fields), frozenset(toml.said))
+    # a Block cannot be had yet, but its fields can be looked at
+    found = check_block(SimpleNamespace(**fields), frozenset(toml.said))
     text = file.data.decode("utf-8-sig")
     problems = [with_row(p, text, toml.source) for p in (*problems, *found.problems)]
     notes = (*fields["notes"], *found.notes)
@@ -110,25 +111,6 @@ def _block_file(path):
         if is_there(path):
             raise
         raise error.with_facts(found="there is no such folder or file") from None
-
-
-@dataclass
-class _Draft:
-    """What :func:`check_block` looks at, where a Block cannot be had yet."""
-
-    low_flight: Flight | None = None
-    control_points: pd.DataFrame | None = None
-    high_flight: Flight | None = None
-    approximate_points: pd.DataFrame | None = None
-    approximate_m_0_m: float | None = None
-    crs: str | None = None
-    name: str = "block"
-    settings: object = None
-    sources: dict = field(default_factory=dict)
-    checksums: dict = field(default_factory=dict)
-    files: tuple[Path, ...] = ()
-    notes: tuple[str, ...] = ()
-    may_be_unmeasured: bool = False
 
 
 class _Reading:

@@ -15,7 +15,6 @@ from functools import cached_property
 from pathlib import Path
 
 from einschalt.foundations.errors import EinschaltError, OutputError, name_some
-from einschalt.interfaces.batch.folder_lock import LOCK, locked
 from einschalt.interfaces.files.atomic import (
     LEFTOVER,
     hidden_name,
@@ -25,7 +24,8 @@ from einschalt.interfaces.files.atomic import (
     write_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.folder_lock import LOCK, locked
+from einschalt.interfaces.files.input_files import checksum, checksum_or_none
 from einschalt.interfaces.files.written_files import (
     COMING,
     FORMER,
@@ -74,6 +74,10 @@ class InputFiles:
             return _identity(path.stat()) in self._identities
         except OSError:
             return False
+
+    def signed(self):
+        """Name and SHA-256 of each, for provenance.json."""
+        return [{"file": p.name, "sha256": checksum_or_none(p)} for p in self.paths]
 
 
 def _identity(status):

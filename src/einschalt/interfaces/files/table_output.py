@@ -3,7 +3,6 @@
 import os
 import shutil
 import stat
-from dataclasses import dataclass
 from pathlib import Path
 
 from einschalt.foundations.errors import OutputError
@@ -26,27 +25,7 @@ from einschalt.interfaces.files.written_files import Source, digest
 from einschalt.interfaces.provenance import provenance_of_tables
 
 
-@dataclass(frozen=True)
-class TableResults:
-    """Results of a command that reads single tables, and the folder that is theirs."""
-
-    folder: Path
-    output: Output
-
-    def write(self, write, *arguments):
-        """Write them as :func:`write_folder` does; the folder is the last argument."""
-        source = self.output.source
-        facts = provenance_of_tables(source.command, source.files)
-        write_folder(
-            self.folder,
-            self.output,
-            facts,
-            lambda new: write(*arguments, new),
-            beside=True,
-        )
-
-
-def results_of_tables(command, files, names, folder, *, overwrite=False):
+def output_of_tables(command, files, names, folder, *, overwrite=False):
     """Tell what a command writes that reads tables, and refuse a folder at once.
 
     Results of the same files may replace each other.
@@ -56,7 +35,7 @@ def results_of_tables(command, files, names, folder, *, overwrite=False):
     source = Source(command, ", ".join(f.name for f in files), files, inputs)
     output = Output(source, frozenset(names), InputFiles(files), overwrite)
     require_free(folder, output)
-    return TableResults(folder, output)
+    return output
 
 
 def output_of_question(command, asked, names=(), files=(), *, overwrite=False):
@@ -69,11 +48,17 @@ def output_of_question(command, asked, names=(), files=(), *, overwrite=False):
     return Output(source, frozenset(names), InputFiles(files), overwrite)
 
 
-def write_file(path, write, inputs, *, overwrite=False):
+def write_tables_of(output, folder, write):
+    """Write all files of a command, or a new folder beside one that is refused."""
+    facts = provenance_of_tables(output.source.command, output.inputs.signed())
+    write_folder(folder, output, facts, write, beside=True)
+
+
+def write_file(path, output, write):
     """Write a single file; an older one stays, unless it is equal or given up."""
     path = Path(path)
     folder = Path(os.path.realpath(path.parent))
-    refuse_input(path, inputs, is_overwriting=overwrite)
+    refuse_input(path, output.inputs, is_overwriting=output.overwrite)
     staging = folder / hidden_name("new")
     with said_as_file_error(path):
         remove_leftovers(folder)
@@ -82,7 +67,8 @@ def write_file(path, write, inputs, *, overwrite=False):
         whole = staging / path.name
         with said_of(path.parent, staging):
             write(whole)
-        if not overwrite and os.path.lexists(path) and not _is_equal(path, whole):
+        is_taken = not output.overwrite and os.path.lexists(path)
+        if is_taken and not _is_equal(path, whole):
             raise OutputError(
                 "there is a file of this name, which would be lost",
                 expected="a new name",

@@ -25,6 +25,13 @@ def write_table(frame, path):
     (write_csv if suffix == ".csv" else write_parquet)(frame, path)
 
 
+def write_in_both_formats(tables, folder, *, decimals=None):
+    """Write each table by its name, as .csv with so many decimals and as .parquet."""
+    for name, table in tables.items():
+        write_csv(table, folder / f"{name}.csv", decimals=decimals)
+        write_parquet(table, folder / f"{name}.parquet")
+
+
 def _known_suffix(path, source, known):
     suffix = Path(path).suffix.lower()
     if suffix not in known:

@@ -7,8 +7,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE
 
 ORDERED = ("#10315f", "#0092a8", "#d58600", "#8a1538", "#9b3fe0")
@@ -40,19 +38,6 @@ def figure_bytes(figure, kinds=tuple(FIGURE_FORMATS)):
             figure.savefig(buffer, format=kind, dpi=PNG_DPI, **FIGURE_FORMATS[kind])
             files[kind] = buffer.getvalue()
     return files
-
-
-def write_figure(draw, file):
-    """Write a figure as its suffix says; it is not drawn where that is unknown."""
-    kind = file.suffix.lower().removeprefix(".")
-    if kind not in FIGURE_FORMATS:
-        raise FileError(
-            f"the suffix {file.suffix!r} is none of a figure",
-            expected=" or ".join(f".{known}" for known in FIGURE_FORMATS),
-            remedy=f"Write {file.stem or 'plan'}.png",
-            file=file.name,
-        )
-    write_bytes(file, figure_bytes(draw(), (kind,))[kind])
 
 
 def panels(n_rows, n_columns, size):

@@ -10,7 +10,7 @@ from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
 
 
-def print_problems(block):
+def check(block):
     """Print everything that is wrong with a block's input."""
     found = find_problems(block)
     if _is_terminal():

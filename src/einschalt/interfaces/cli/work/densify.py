@@ -9,9 +9,7 @@ from einschalt.interfaces.files.result_folder import output_of, write_result
 from einschalt.pipeline.progress import Stage, stage_reporter
 
 
-def densify_folder(
-    block, output, given, *, ellipse_scale=None, overwrite=False, is_quiet=False
-):
+def densify(block, output, given, *, ellipse_scale=None, overwrite=False, quiet=False):
     """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
@@ -19,7 +17,7 @@ def densify_folder(
     settings = read.settings.updated(given)
     with (
         held_folder(output, output_of(read, overwrite=overwrite)),
-        stage_progress(is_quiet=is_quiet) as progress,
+        stage_progress(is_quiet=quiet) as progress,
     ):
         report_progress = stage_reporter(progress)
         result = python_api.densify(read, settings, progress=progress)
@@ -28,6 +26,6 @@ def densify_folder(
         report_progress(Stage.WRITING)
         options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
         write_result(result, output, **options, beside=True)
-    if not is_quiet:
+    if not quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")
