@@ -8,11 +8,9 @@ from einschalt.foundations.display_names import printable
 from einschalt.interfaces.cli.exits import print_error
 
 
-@contextmanager
 def stage_progress(*, is_quiet):
     """Give what shows the title of a stage and the fraction that is done."""
-    with _shown(_line, is_quiet=is_quiet) as show:
-        yield show
+    return _shown(_line, is_quiet=is_quiet)
 
 
 @contextmanager

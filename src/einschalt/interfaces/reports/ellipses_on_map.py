@@ -39,11 +39,15 @@ def evenly_thinned(table):
     if len(table) <= MOST_ELLIPSES:
         return table
     xy = table[["easting", "northing"]].to_numpy(dtype=float)
+    return table.iloc[one_of_each_cell(xy, MOST_ELLIPSES)]
+
+
+def one_of_each_cell(xy, most):
+    """Choose, by row, one place of each cell of a grid of about so many cells."""
     extent = np.ptp(xy, axis=0)
-    cell = np.sqrt(extent.prod() / MOST_ELLIPSES) or extent.max() / MOST_ELLIPSES
+    cell = np.sqrt(extent.prod() / most) or extent.max() / most
     cells = np.floor((xy - xy.min(axis=0)) / (1.05 * cell)).astype(int)
-    _, chosen = np.unique(cells, axis=0, return_index=True)
-    return table.iloc[chosen]
+    return np.unique(cells, axis=0, return_index=True)[1]
 
 
 def ellipse_exaggeration(sheet, table):

@@ -61,8 +61,7 @@ def map_sheet(points, *, foot_in=0.05) -> MapSheet:
     size = (high - low) * (LARGEST_MAP_IN / (high - low)).min()
     bottom_in = foot_in + BELOW_IN + GAP_IN
     height_in = size[1] + TOP_IN + bottom_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    FigureCanvasSVG(figure)
+    figure = svg_figure((WIDTH_IN, height_in))
     sheet = np.array([WIDTH_IN, height_in])
     axes = figure.add_axes((*(np.array([LEFT_IN, bottom_in]) / sheet), *(size / sheet)))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -76,6 +75,13 @@ def map_sheet(points, *, foot_in=0.05) -> MapSheet:
     below = np.array([[LEFT_IN, foot_in], [LARGEST_MAP_IN[0], BELOW_IN]]) / sheet
     width_m = float(high[0] - low[0]) * 1e3
     return MapSheet(figure, axes, tuple(below.ravel()), width_m, size)
+
+
+def svg_figure(size_in, **options):
+    """Figure that is written as SVG."""
+    figure = Figure(figsize=size_in, **options)
+    FigureCanvasSVG(figure)
+    return figure
 
 
 def _extent_km(place_km):
@@ -121,12 +127,16 @@ def draw_lengths(sheet, exaggeration):
         ),
     )
     for bottom, (metres, wide, what) in zip((0.42, 0.12), bars, strict=True):
-        axes.plot([0.0, wide], [bottom, bottom], color=INK, linewidth=1.4)
-        for end in (0.0, wide):
-            tick = [bottom - 0.04, bottom + 0.04]
-            axes.plot([end, end], tick, color=INK, linewidth=0.8)
-        text = f"{length(metres)} ({what})"
-        axes.text(wide + 0.1, bottom, text, va="center", fontsize=FONT)
+        draw_bar(axes, bottom, wide, f"{length(metres)} ({what})")
+
+
+def draw_bar(axes, bottom, wide, text, *, color=INK, linewidth=1.4):
+    """Draw a scale bar on axes in inches, and say what it is."""
+    axes.plot([0.0, wide], [bottom, bottom], color=color, linewidth=linewidth)
+    for end in (0.0, wide):
+        tick = [bottom - 0.04, bottom + 0.04]
+        axes.plot([end, end], tick, color=color, linewidth=0.8)
+    axes.text(wide + 0.1, bottom, text, va="center", fontsize=FONT)
 
 
 def draw_key(sheet, markers, lines):
@@ -161,15 +171,15 @@ def _key_axes(sheet):
     return axes
 
 
-def svg_of(sheet, name, title) -> str:
-    """Write a sheet as an ``<svg>`` element for a page.
+def svg_of(figure, name, title) -> str:
+    """Write a figure as an ``<svg>`` element for a page.
 
     Its ids start with ``name``, so that two figures of one page do not share any; the
     title is said to those who cannot see the figure.
     """
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    sheet.figure.savefig(buffer, format="svg", dpi=RASTER_DPI, metadata=nothing)
+    figure.savefig(buffer, format="svg", dpi=RASTER_DPI, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :].rstrip()
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)
