@@ -10,18 +10,8 @@ from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
 
 
-def print_problems(block):
-    """Print everything that is wrong with a block's input.
-
-    Parameters
-    ----------
-    block : Path
-
-    Raises
-    ------
-    typer.Exit
-        Anything is wrong.
-    """
+def check(block):
+    """Print everything that is wrong with a block's input."""
     found = find_problems(block)
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))
