@@ -8,10 +8,7 @@ import pandas as pd
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
-from einschalt.stages.residual_table import (
-    RESIDUAL_NAMES,
-    residual_table,
-)
+from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY

@@ -104,10 +104,7 @@ def approximate_coordinates(
     """
     transformation = transform_high_flight(model_points, control_points, kind)
     return average_high_flight(
-        transformation,
-        model_points,
-        coverage_mean=coverage_mean,
-        weighting=weighting,
+        transformation, model_points, coverage_mean=coverage_mean, weighting=weighting
     )
 
 

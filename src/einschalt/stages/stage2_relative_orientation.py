@@ -14,10 +14,7 @@ from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
-from einschalt.stages.relative_orientation.image_errors import (
-    ImageErrors,
-    image_errors,
-)
+from einschalt.stages.relative_orientation.image_errors import ImageErrors, image_errors
 from einschalt.stages.relative_orientation.orient_from_images import (
     OUTLIERS,
     orient_from_images,

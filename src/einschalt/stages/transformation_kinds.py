@@ -7,11 +7,7 @@ import numpy as np
 
 from einschalt.foundations import tables
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
-from einschalt.theory.transformation.plane_fit import (
-    OTHER_SCALE,
-    TOO_FEW,
-    UNDETERMINED,
-)
+from einschalt.theory.transformation.plane_fit import OTHER_SCALE, TOO_FEW, UNDETERMINED
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.theory.adjustment.correlated_mean import (
-    JointCovariance,
-    pairs_of_values,
-)
+from einschalt.theory.adjustment.correlated_mean import JointCovariance, pairs_of_values
 
 PLAIN, WEIGHTED, RIGOROUS = "plain", "weighted", "rigorous"
 WEIGHTINGS = (PLAIN, WEIGHTED, RIGOROUS)

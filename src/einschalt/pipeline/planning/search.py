@@ -6,11 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import (
-    GeometryError,
-    SettingsError,
-    raise_problems,
-)
+from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
 from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in

@@ -8,11 +8,7 @@ figures of the documentation, after the test block Neukirchen of Kovarik 1971.
 from dataclasses import dataclass
 
 from einschalt.foundations.arguments import described, is_choice
-from einschalt.foundations.errors import (
-    ProjectionError,
-    SettingsError,
-    raise_problems,
-)
+from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.block.block import TRANSFORMATIONS

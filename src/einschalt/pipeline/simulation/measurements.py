@@ -14,11 +14,7 @@ import pandas as pd
 from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.simulation.geometry import BlockGeometry
-from einschalt.pipeline.simulation.layout import (
-    FlightLayout,
-    Terrain,
-    turn,
-)
+from einschalt.pipeline.simulation.layout import FlightLayout, Terrain, turn
 from einschalt.pipeline.simulation.noise import (
     FlightNoise,
     deform_models,

@@ -106,10 +106,7 @@ def run_repetition(repetition) -> dict:
     """
     asked = repetition.experiment
     block = simulate_block(
-        asked.preset,
-        seed=repetition.seed,
-        geometry=asked.geometry,
-        noise=asked.noise,
+        asked.preset, seed=repetition.seed, geometry=asked.geometry, noise=asked.noise
     )
     result = densify(block, asked.settings)
     new = result.points[result.points["role"] == "new"]

@@ -458,11 +458,7 @@ def assumed_model(result):
         if not is_plane or "standard_error_m" not in block.control_points:
             return None
     return model_of_block(
-        block,
-        result.model_points,
-        result.high,
-        result.low,
-        result.orientation_errors,
+        block, result.model_points, result.high, result.low, result.orientation_errors
     ).with_means(result.means)
 
 

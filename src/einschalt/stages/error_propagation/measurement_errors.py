@@ -11,16 +11,10 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.stages.error_propagation.orientation_errors import (
-    orientation_chains,
-)
+from einschalt.stages.error_propagation.orientation_errors import orientation_chains
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
-from einschalt.theory.adjustment.point_operator import (
-    Axes,
-    PointOperator,
-    unchanged,
-)
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator, unchanged
 from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL

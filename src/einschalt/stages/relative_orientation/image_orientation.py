@@ -8,11 +8,7 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
-from einschalt.foundations.units import (
-    METRES_PER_MM,
-    METRES_PER_UM,
-    RADIANS_PER_GON,
-)
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, RADIANS_PER_GON
 from einschalt.stages.relative_orientation.dangerous_surface import (
     geometry_of_images,
     surface_table,
