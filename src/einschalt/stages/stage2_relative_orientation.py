@@ -167,21 +167,11 @@ def _require_flight(flight):
     )
 
 
-def image_pairs(image_points, models):
+def image_pairs(image_points, models) -> pd.DataFrame:
     """Put the image coordinates of each model's two photographs side by side.
 
-    Parameters
-    ----------
-    image_points : DataFrame
-        image_id, point_id, x, y [mm].
-    models : DataFrame
-        coverage, model_id, left_image, right_image.
-
-    Returns
-    -------
-    DataFrame
-        coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm]: the points
-        that were measured in both photographs.
+    Of ``image_points`` (image_id, point_id, x, y [mm]) those that were measured in
+    both: coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm].
     """
     named = image_points[["image_id", "point_id", "x", "y"]]
     left = models.merge(

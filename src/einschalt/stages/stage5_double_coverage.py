@@ -164,21 +164,11 @@ def average_coverages(
     )
 
 
-def with_positions(values, model_points):
+def with_positions(values, model_points) -> pd.DataFrame:
     """Add to each value the position of its point in the extent of the model.
 
-    Parameters
-    ----------
-    values : DataFrame
-        coverage, model_id, and more; row for row as ``model_points``.
-    model_points : DataFrame
-        x, y.
-
-    Returns
-    -------
-    DataFrame
-        ``values`` with position_u, position_v, −½ to ½ from edge to edge of the box
-        around the model's points.
+    position_u, position_v: −½ to ½ from edge to edge of the box around the points of
+    the model. ``values`` are row for row those of ``model_points``.
     """
     models = encode_pairs(values["coverage"], values["model_id"])
     sort = segments(models.codes, len(models))

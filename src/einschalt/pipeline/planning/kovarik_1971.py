@@ -41,39 +41,23 @@ READ_OFF = "read from a diagram by its author, and called 'almost'"
 
 @dataclass(frozen=True)
 class Statement:
-    """A number of the text.
+    """A number of the text."""
 
-    Attributes
-    ----------
-    where : str
-        Page of the volume, and what the number is.
-    printed : float
-    low, high : float
-        What the print allows.
-    ours : float
-    unit : str
-    why : str
-        Why ours lies outside, where it does.
-    """
-
-    where: str
+    where: str  # page of the volume, and what the number is
     printed: float
-    low: float
+    low: float  # what the print allows
     high: float
     ours: float
     unit: str = "cm"
-    why: str = ""
+    why: str = ""  # why ours lies outside, where it does
 
 
-def compare_with_print():
+def compare_with_print() -> pd.DataFrame:
     """Compare every stated number with ours.
 
-    Returns
-    -------
-    DataFrame
-        where, unit, printed, low, high (what the print allows), ours, difference
-        (ours less printed), outside (by how much ours leaves what the print allows,
-        0 where it does not), why.
+    where, unit, printed, low, high (what the print allows), ours, difference (ours less
+    printed), outside (by how much ours leaves what the print allows, 0 where it does
+    not), why.
 
     Examples
     --------
@@ -218,13 +202,10 @@ def _neukirchen():
     )
 
 
-def compare_conclusions():
+def compare_conclusions() -> pd.DataFrame:
     """Check what the text concludes without a number.
 
-    Returns
-    -------
-    DataFrame
-        conclusion, holds, because (our numbers).
+    conclusion, holds, because (our numbers).
 
     Examples
     --------

@@ -68,56 +68,35 @@ ONE_COVERAGE = """\
 
 @dataclass(frozen=True, kw_only=True)
 class PlanChoices:
-    """What a planner is free to choose; every value is combined with every other.
+    """What a planner is free to choose; every value is combined with every other."""
 
-    Attributes
-    ----------
-    scale_number, spacing, m_g_um : sequence of float
-        Of the low flight; m_g of ONE setting.
-    high_over_low : sequence of float
-        Scale number of the high flight over that of the low flight.
-    n_settings : sequence of int
-        How often a point is set, in both flights.
-    n_coverages : sequence of int
-        Of both flights.
-    control_per_model : sequence of int
-        5 or 9, in each model of the high flight.
-    """
-
+    # scale_number, spacing, m_g_um: of the low flight; m_g of ONE setting
     scale_number: tuple[float, ...]
     spacing: tuple[float, ...]
     m_g_um: tuple[float, ...]
+    # scale number of the high flight over that of the low flight
     high_over_low: tuple[float, ...] = (1.25, 1.5, 1.875, 2.5, 3.0)
-    n_settings: tuple[int, ...] = (1, 2, 4)
-    n_coverages: tuple[int, ...] = (1, 2, 3)
+    n_settings: tuple[int, ...] = (1, 2, 4)  # how often a point is set, in both flights
+    n_coverages: tuple[int, ...] = (1, 2, 3)  # of both flights
+    # 5 or 9, in each model of the high flight
     control_per_model: tuple[int, ...] = (5, 9)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanSearch(Result):
-    """All plans, the cheapest that reach the target first.
+    """All plans, the cheapest that reach the target first."""
 
-    Attributes
-    ----------
-    target : float
-        [m]
-    where : {"centre", "edge", "everywhere"}
-    by : {"expected", "paper"}
-    model : PlannedModel
-    plans : DataFrame
-        scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
-        control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
-        Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
-        reached_expected, reached_paper (at the place of the target), reached (the one
-        that is asked for) [m, TOTAL], images, models, settings,
-        control_points (for each km²), cost (for each km²), is_feasible, is_efficient
-        (no other plan is cheaper and better), limited_by.
-    """
-
-    target: float
-    where: str
-    by: str
+    target: float  # [m]
+    where: str  # "centre", "edge", "everywhere"
+    by: str  # "expected", "paper"
     model: PlannedModel
+    # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
+    # control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
+    # Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
+    # reached_expected, reached_paper (at the place of the target), reached (the one
+    # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
+    # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
+    # better), limited_by
     plans: "pd.DataFrame"
 
     @property
@@ -148,29 +127,15 @@ ALLOWED_IN_FRAME = {
 
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
-    """What is at hand: camera, transformation, control, and what things cost.
+    """What is at hand: camera, transformation, control, and what things cost."""
 
-    Attributes
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-    image_format : float or tuple of float
-        [m]
-    principal_distance : float
-        [m]
-    forward_overlap, side_overlap : float
-    control_standard_error : float
-        TOTAL [m].
-    high_over_low_m_g : float
-        Measuring error of the high flight over that of the low flight.
-    costs : PlanCosts
-    """
-
-    kind: str = "affine"
-    image_format: float | tuple[float, float] = 0.23
-    principal_distance: float = 0.152
+    kind: str = "affine"  # "affine", "helmert", "rigid"
+    image_format: float | tuple[float, float] = 0.23  # [m]
+    principal_distance: float = 0.152  # [m]
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    control_standard_error: float = 0.03
+    control_standard_error: float = 0.03  # TOTAL [m]
+    # measuring error of the high flight over that of the low flight
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
 
@@ -182,30 +147,15 @@ class PlanFrame:
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
     """Find the plans that reach a precision, the cheapest first.
 
-    Parameters
-    ----------
-    target : float
-        TOTAL error that the delivered coordinates may have [m].
-    choices : PlanChoices
-    frame : PlanFrame, optional
-        Aerial film with affine models where it is left out.
-    where : {"everywhere", "edge", "centre"}
-        Place in the models at which the target holds. It matters with one coverage
-        only: the mean of several is alike everywhere.
-    by : {"expected", "paper"}
-        Errors as they are to be expected, with what points share; or after the formula
-        of 1971, which is too good.
+    ``target`` is the TOTAL error that the delivered coordinates may have [m], ``where``
+    ("everywhere", "edge", "centre") the place in the models at which it holds: that
+    matters with one coverage only, the mean of several is alike everywhere. ``by``
+    "expected" takes errors with what points share; "paper" the formula of 1971, which
+    is too good. Aerial film with affine models where ``frame`` is left out.
 
-    Returns
-    -------
-    PlanSearch
-        Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
-        says what limits it.
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or no combination has enough points in its models.
+    Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
+    says what limits it. EinschaltError where a value is not sensible, or no combination
+    has enough points in its models.
 
     Examples
     --------
@@ -445,17 +395,10 @@ def _summary(search):
     )
 
 
-def describe_plan(plan):
+def describe_plan(plan) -> str:
     """Say a plan in a sentence.
 
-    Parameters
-    ----------
-    plan : Series
-        Row of ``PlanSearch.plans``.
-
-    Returns
-    -------
-    str
+    ``plan`` is a row of ``PlanSearch.plans``.
     """
     coverages = count(int(plan["n_coverages"]), "coverage")
     settings = count(int(plan["n_settings"]), "setting")

@@ -20,18 +20,10 @@ TOO_GOOD = (
 )
 
 
-def describe_table(table, best):
+def describe_table(table, best) -> str:
     """Write a table of precision as aligned text.
 
-    Parameters
-    ----------
-    table : PrecisionTable
-    best : dict of str to ndarray
-        Columns of the scales that are best for the edge.
-
-    Returns
-    -------
-    str
+    ``best`` has the columns of the scales that are best for the edge.
     """
     parts = [
         _head(table),
@@ -47,17 +39,8 @@ def describe_table(table, best):
     return "\n\n".join(part for part in parts if part)
 
 
-def problems(warnings):
-    """List what the planner should know first.
-
-    Parameters
-    ----------
-    warnings : sequence of str
-
-    Returns
-    -------
-    str
-    """
+def problems(warnings) -> str:
+    """List what the planner should know first."""
     said = [wrapped(text, first="  ", indent="    ") for text in warnings]
     return "\n".join(["Problems and suggestions", *(said or ["  none"])])
 

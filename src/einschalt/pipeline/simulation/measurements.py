@@ -34,71 +34,40 @@ GROSS_ERROR_COLUMNS = ["flight", "coverage", "model_id", "image_id", "point_id"]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The true points of a block.
+    """The true points of a block."""
 
-    Attributes
-    ----------
-    point_id : ndarray of object, shape (n_points,)
-    position : ndarray, shape (n_points, 2)
-        Easting, northing from the centre of the area [m].
-    terrain : Terrain
-    """
-
-    point_id: np.ndarray
+    point_id: np.ndarray  # (n_points,)
+    # (n_points, 2): easting, northing from the centre of the area [m]
     position: np.ndarray
     terrain: Terrain
 
 
 @dataclass(frozen=True, eq=False)
 class FlightToMeasure:
-    """All that a measurement of one flight needs.
-
-    Attributes
-    ----------
-    geometry : BlockGeometry
-    ground : Ground
-    layout : FlightLayout
-    noise : FlightNoise
-    streams : dict of str to numpy.random.Generator
-        setting (of machine or camera), measurement, gross, height, orientation,
-        deformation.
-    """
+    """All that a measurement of one flight needs."""
 
     geometry: BlockGeometry
     ground: Ground
     layout: FlightLayout
     noise: FlightNoise
-    streams: dict
+    # setting (of machine), measurement, gross, height, orientation, deformation
+    streams: dict[str, np.random.Generator]
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlight:
-    """Tables of a flight, and which of its measurements have gross errors.
+    """Tables of a flight, and which of its measurements have gross errors."""
 
-    Attributes
-    ----------
-    tables : dict
-        Fields of a :class:`~einschalt.pipeline.block.block.Flight`.
-    gross_errors : DataFrame
-        coverage, model_id, image_id, point_id; the one of model and image that was not
-        measured is empty.
-    """
-
-    tables: dict
+    tables: dict  # fields of a :class:`~einschalt.pipeline.block.block.Flight`
+    # coverage, model_id, image_id, point_id; the one of model and image that was not
+    # measured is empty
     gross_errors: pd.DataFrame
 
 
 def measure_in_machine(flight) -> MeasuredFlight:
     """Measure oriented models in a machine, each set up anew.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Model points x, y, and z with spatial models.
+    Model points x, y, and z with spatial models.
     """
     layout, setting = flight.layout, flight.streams["setting"]
     true = _in_model(flight)
@@ -123,15 +92,10 @@ def measure_parallaxes(flight) -> MeasuredFlight:
     Each model has its own errors of orientation, with which the machine coordinates are
     bent as an operator would read them. Origin is the left projection centre.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Model points x, y, z; the y-parallaxes of six standard points, named 1 to 6;
-        and the bases.
+    Each model has its own errors of orientation, with which the machine coordinates are
+    bent as an operator would read them. Origin is the left projection centre. Model
+    points x, y, z; the y-parallaxes of six standard points, named 1 to 6; and the
+    bases.
     """
     layout, of_row = flight.layout, flight.layout.model
     base = layout.base / layout.scale_number
@@ -159,15 +123,7 @@ def measure_parallaxes(flight) -> MeasuredFlight:
 def measure_images(flight) -> MeasuredFlight:
     """Take tilted photographs of the terrain and measure all points in them.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Image points, which images make a model, and the principal distance. A point
-        is measured in every image in which it lies inside the usable rim.
+    A point is measured in every image in which it lies inside the usable rim.
 
     Notes
     -----

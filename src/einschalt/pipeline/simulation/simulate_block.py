@@ -65,14 +65,7 @@ LEAST_STANDARD_ERROR = 1e-4
 
 @dataclass(frozen=True)
 class Preset:
-    """A block that has a name.
-
-    Attributes
-    ----------
-    title : str
-    geometry : BlockGeometry
-    noise : BlockNoise
-    """
+    """A block that has a name."""
 
     title: str
     geometry: BlockGeometry

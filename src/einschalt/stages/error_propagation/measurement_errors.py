@@ -24,40 +24,20 @@ ORIENTATION = "orientation"
 
 @dataclass(frozen=True, eq=False)
 class MeasurementErrors:
-    """Errors that the flights of a block bring.
+    """Errors that the flights of a block bring."""
 
-    Attributes
-    ----------
-    chains : dict of str to dict of str to PointOperator
-        Of each flight: its measuring errors on the ground [m] from each source.
-    axes : Axes
-        Of the operators.
-    n_orientation : int
-        Sources in ``orientation``, of variance 1.
-    is_complete : bool
-        Whether the errors of all orientations are known.
-    """
-
-    chains: dict
-    axes: Axes
-    n_orientation: int
-    is_complete: bool
+    # of each flight: its measuring errors on the ground [m] from each source
+    chains: dict[str, dict[str, PointOperator]]
+    axes: Axes  # of the operators
+    n_orientation: int  # sources in ``orientation``, of variance 1
+    is_complete: bool  # whether the errors of all orientations are known
 
 
 def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     """Find what stands behind the errors of measuring of each flight.
 
-    Parameters
-    ----------
-    block : Block
-    fits : dict of str to ModelTransformation
-        Of each flight.
-    oriented : dict of str to OrientationErrors, ImageErrors or None
-        Of each flight; without errors where left out.
-
-    Returns
-    -------
-    MeasurementErrors
+    ``fits`` and ``oriented`` are by flight; an orientation that is left out has no
+    errors.
     """
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
@@ -84,24 +64,13 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     )
 
 
-def image_chain(errors, fit, scale_number):
+def image_chain(errors, fit, scale_number) -> PointOperator:
     """Operators from the errors of image points to those of model points.
 
-    Parameters
-    ----------
-    errors : ImageErrors
-    fit : ModelTransformation
-        Of the model points.
-    scale_number : float
-        At which the errors of the sources are those on the ground.
-
-    Returns
-    -------
-    PointOperator
-        Measuring errors on the ground [m] from image points, in two steps: from these
-        and the changes of base and turn of each orientation, and both from the image
-        points. Image points have two coordinates: with three axes the third of each
-        source moves nothing.
+    To measuring errors on the ground [m], in two steps: from image points to these and
+    the changes of base and turn of each orientation, and from both to the model points.
+    With three axes the third of each source, an image point, moves nothing. Errors of
+    the sources are those on the ground at ``scale_number``.
     """
     influence = errors.influence
     linear = fit.fit.linear[fit.observed.models.codes]

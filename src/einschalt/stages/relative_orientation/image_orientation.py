@@ -72,22 +72,14 @@ class ImageInfluence:
     A point moves with its own four image coordinates e_i, and with the orientation of
     its model, by ``by_image[i] @ e_i + gain[i] @ sum over j of by_point[j] @ e_j``, the
     sum over all points of the model.
-
-    Attributes
-    ----------
-    model : ndarray of int, shape (n_points,)
-        Place of each point's model among all pairs.
-    by_image : ndarray, shape (n_points, 3, 4)
-        By x', y', x", y" of the point, the orientation held [unit of the base / mm].
-    gain : ndarray, shape (n_points, 3, 6)
-        By base direction and turn of the right camera.
-    by_point : ndarray, shape (n_points, 6, 4)
-        Of base direction and turn by the image coordinates [1/mm].
     """
 
-    model: np.ndarray
+    model: np.ndarray  # (n_points,): place of each point's model among all pairs
+    # (n_points, 3, 4): by x', y', x", y" of the point, the orientation held [unit of
+    # the base / mm]
     by_image: np.ndarray
-    gain: np.ndarray
+    gain: np.ndarray  # (n_points, 3, 6): by base direction and turn of the right camera
+    # (n_points, 6, 4): of base direction and turn by the image coordinates [1/mm]
     by_point: np.ndarray
 
 

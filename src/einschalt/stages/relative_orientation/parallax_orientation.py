@@ -250,44 +250,20 @@ def _beside_the_base(orientation, is_usable):
 
 @dataclass(frozen=True, eq=False)
 class CorrectedModelPoints:
-    """Corrected points, and the models that stay out.
+    """Corrected points, and the models that stay out."""
 
-    Attributes
-    ----------
-    points : DataFrame
-        The rows and columns of the given points with corrected x, y, z, without the
-        models in ``failures``.
-    failures : DataFrame
-        coverage, model_id, stage, reason, remedy.
-    orientation_error : ndarray, shape (n_models,)
-        Of each orientation, what an affine transformation leaves of its error in the
-        plan coordinates of these points: total, in their unit. NaN where nothing was
-        redundant, or fewer than three points were corrected.
-    """
-
+    # the rows and columns of the given points with corrected x, y, z, without the
+    # models in ``failures``
     points: pd.DataFrame
-    failures: pd.DataFrame
+    failures: pd.DataFrame  # coverage, model_id, stage, reason, remedy
+    # (n_models,): of each orientation, what an affine transformation leaves of its
+    # error in the plan coordinates of these points: total, in their unit. NaN where
+    # nothing was redundant, or fewer than three points were corrected
     orientation_error: np.ndarray
 
 
-def correct_model_points(orientation, model_points):
-    """Correct model points, and say without a warning which models stay out.
-
-    Parameters
-    ----------
-    orientation : ParallaxOrientation
-    model_points : DataFrame
-        As in :meth:`ParallaxOrientation.corrected`.
-
-    Returns
-    -------
-    CorrectedModelPoints
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
-    """
+def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
+    """Correct model points, and say without a warning which models stay out."""
     checked = tables.check_table(model_points, MODEL_POINTS)
     raise_problems(checked.problems)
     frame = checked.frame
@@ -351,14 +327,9 @@ def _find_models(orientation, names, has_coverages, faults):
 
 @dataclass(frozen=True, eq=False)
 class ModelFaults:
-    """Why models stay out; of several reasons the first one counts.
+    """Why models stay out; of several reasons the first one counts."""
 
-    Attributes
-    ----------
-    reasons, remedies : ndarray of object, shape (n_models,)
-        Empty text where nothing is wrong.
-    """
-
+    # reasons, remedies: (n_models,): empty text where nothing is wrong
     reasons: np.ndarray
     remedies: np.ndarray
 
@@ -375,10 +346,7 @@ class ModelFaults:
     def say(self, is_bad, reason, remedy):
         """Say what is wrong with some models.
 
-        Parameters
-        ----------
-        is_bad : ndarray of bool, shape (n_models,)
-        reason, remedy : str or ndarray of object, shape (n_models,)
+        ``is_bad`` (n_models,): reason and remedy are one text, or one for each model.
         """
         is_new = is_bad & self.is_sound
         for texts, text in ((self.reasons, reason), (self.remedies, remedy)):
@@ -387,27 +355,16 @@ class ModelFaults:
     def say_of_rows(self, codes, reason, remedy):
         """Say what is wrong with the models of some rows.
 
-        Parameters
-        ----------
-        codes : ndarray of int
-            Model of each bad row.
-        reason, remedy : str
+        ``codes`` are the models of the bad rows.
         """
         is_bad = np.zeros(len(self.reasons), dtype=bool)
         is_bad[codes] = True
         self.say(is_bad, reason, remedy)
 
-    def table(self, names):
+    def table(self, names) -> pd.DataFrame:
         """Return the failures as a table.
 
-        Parameters
-        ----------
-        names : ndarray of tuple, shape (n_models,)
-            coverage, model_id.
-
-        Returns
-        -------
-        DataFrame
+        ``names`` are pairs of coverage and model_id.
         """
         failed = np.flatnonzero(~self.is_sound)
         return failures_table(
@@ -415,37 +372,15 @@ class ModelFaults:
         )
 
 
-def models_frame(names):
-    """Pairs of coverage and model_id as a table.
-
-    Parameters
-    ----------
-    names : ndarray of tuple, shape (n_models,)
-
-    Returns
-    -------
-    DataFrame
-        coverage, model_id.
-    """
+def models_frame(names) -> pd.DataFrame:
+    """Pairs of coverage and model_id as a table."""
     return pd.DataFrame(list(names), columns=["coverage", "model_id"], dtype=object)
 
 
 def places_of_models(wanted, known):
     """Find models of one table in another, by all columns of the first.
 
-    Parameters
-    ----------
-    wanted : DataFrame
-        [coverage,] model_id.
-    known : DataFrame
-        With the same columns, and others.
-
-    Returns
-    -------
-    place : ndarray of int, shape (n_wanted,)
-        Row in ``known``, -1 where there is none.
-    is_ambiguous : ndarray of bool, shape (n_wanted,)
-        Whether there are several.
+    Gives the row in ``known``, −1 where there is none, and whether there are several.
     """
     keys = list(wanted.columns)
     have, want = pd.MultiIndex.from_frame(known[keys]), pd.MultiIndex.from_frame(wanted)

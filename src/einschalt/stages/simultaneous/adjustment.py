@@ -53,29 +53,20 @@ WHOLE_BLOCK = "No model of the block could be determined"
 
 @dataclass(frozen=True)
 class AdjustmentOptions:
-    """How a block is adjusted.
+    """How a block is adjusted."""
 
-    Attributes
-    ----------
-    common : tuple of CommonTerms
-        Deformations that the models of a flight share.
-    outliers : {"keep", "snoop", "huber", "tukey"}
-        What happens to gross errors.
-    significance : float
-        Probability with which a model without gross errors has a suspect, and with
-        which a flight without deformation seems to have one.
-    deformation : {"ignored", "tested", "modelled"}
-        What happens to further deformations that the models of a flight share:
-        modelled means those that the test finds.
-    variance_components : {"given", "estimated"}
-        Whether control and flights have the errors that were given, or those that
-        their residuals show. Heights of spatial models always have the latter.
-    """
-
+    # deformations that the models of a flight share
     common: tuple[CommonTerms, ...] = ()
+    # what happens to gross errors: keep, snoop, huber or tukey
     outliers: str = "keep"
+    # probability with which a model without gross errors has a suspect, and with which
+    # a flight without deformation seems to have one
     significance: float = GROSS_ERROR_SIGNIFICANCE
+    # what happens to further ones: ignored, tested or, where the test finds them,
+    # modelled
     deformation: str = "ignored"
+    # whether control and flights have the errors that were given, or the estimated ones
+    # that their residuals show; heights of spatial models always have the latter
     variance_components: str = "given"
 
     def __post_init__(self):
@@ -183,17 +174,8 @@ class BlockAdjustment(ModelResult):
         easting, northing = displacement_by_design(self.solution).T
         return self.points[["point_id"]].assign(easting=easting, northing=northing)
 
-    def m_0_of(self, flight):
-        """m_0 of all models of a flight together (total) [m]; NaN without redundancy.
-
-        Parameters
-        ----------
-        flight : str
-
-        Returns
-        -------
-        float
-        """
+    def m_0_of(self, flight) -> float:
+        """m_0 of all models of a flight (total) [m]; NaN without redundancy."""
         models = self.models[
             (self.models["flight"] == flight) & self.models["is_usable"]
         ]
@@ -234,23 +216,11 @@ class BlockAdjustment(ModelResult):
         return "\n".join(lines)
 
 
-def simultaneous_adjustment(tables, options=None):
+def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
     """Adjust all models of all flights with the control at once.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    options : AdjustmentOptions, optional
-
-    Returns
-    -------
-    BlockAdjustment
-        What cannot be determined is a row of ``failures``; the rest is adjusted.
-
-    Raises
-    ------
-    GeometryError
-        Nothing of the block can be determined, or spatial models do not converge.
+    What cannot be determined is a row of ``failures``; the rest is adjusted.
+    GeometryError where nothing can be determined, or spatial models do not converge.
     """
     try:
         return _adjust_tables(tables, options or AdjustmentOptions())

@@ -26,59 +26,36 @@ CENTRE = "is_centre"
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlight:
-    """What one flight brings into the adjustment.
-
-    Attributes
-    ----------
-    name : str
-    model_points : DataFrame
-        coverage, model_id, point_id, x, y [, z, is_centre]; where that is true, the
-        row is a projection centre.
-    standard_error : ndarray, shape (n_rows,), or (n_rows, 3) of spatial models
-        Of one measured coordinate on the ground, row for row [m].
-    kind : {"affine", "helmert", "helmert_3d"}
-        One helmert_3d flight needs the others to be so too.
-    orientation : ndarray, shape (n_rows, 2, n_elements), optional
-        Measured coordinates by independent errors of variance 1 that all points of a
-        model share, in their unit; of plane models.
-    """
+    """What one flight brings into the adjustment."""
 
     name: str
+    # coverage, model_id, point_id, x, y [, z, is_centre]; where that is true, the row
+    # is a projection centre
     model_points: pd.DataFrame
+    # (n_rows,), or (n_rows, 3) of spatial models; of one measured coordinate on the
+    # ground, row for row [m]
     standard_error: np.ndarray
+    # affine, helmert or helmert_3d, which needs the other flights to be so too
     kind: str
+    # (n_rows, 2, n_elements): measured coordinates by independent errors of variance 1
+    # that all points of a model share, in their unit; of plane models
     orientation: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class BlockTables:
-    """Observations of a block, with the names behind the codes.
-
-    Attributes
-    ----------
-    observations : BlockObservations or SpatialObservations
-    flights : tuple of str
-    models : DataFrame
-        flight, coverage, model_id of each model.
-    kind : ndarray of object, shape (n_models,)
-        affine, helmert or helmert_3d.
-    point_id : ndarray of object, shape (n_points,)
-    is_centre : ndarray of bool, shape (n_points,)
-        Projection centres of spatial models; their point_id is flight and image_id with
-        a blank between them.
-    coverage : ndarray of int, shape (n_models,)
-        Number of the coverage, flights apart.
-    control_row : ndarray of int, shape (n_points,)
-        Row of the given coordinates, −1 where there are none.
-    """
+    """Observations of a block, with the names behind the codes."""
 
     observations: BlockObservations | SpatialObservations
     flights: tuple[str, ...]
-    models: pd.DataFrame
-    kind: np.ndarray
-    point_id: np.ndarray
+    models: pd.DataFrame  # flight, coverage, model_id of each model
+    kind: np.ndarray  # (n_models,): affine, helmert or helmert_3d
+    point_id: np.ndarray  # (n_points,)
+    # (n_points,): projection centres of spatial models; their point_id is flight and
+    # image_id with a blank between them
     is_centre: np.ndarray
-    coverage: np.ndarray
+    coverage: np.ndarray  # (n_models,): number of the coverage, flights apart
+    # (n_points,): row of the given coordinates, −1 where there are none
     control_row: np.ndarray
 
     @property
@@ -90,23 +67,11 @@ class BlockTables:
 def code_block(flights, control_points) -> BlockTables:
     """Bring the tables of a block together.
 
-    Parameters
-    ----------
-    flights : sequence of MeasuredFlight
-    control_points : DataFrame
-        point_id, easting, northing [, height] [, standard_error_m (total)] [, role]
-        and, where they are known, standard_error_easting, standard_error_northing,
-        standard_error_height, covariance_en, covariance_eh, covariance_nh. Check points
-        take no part. Without any standard error control is held.
-
-    Returns
-    -------
-    BlockTables
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
+    ``control_points``: point_id, easting, northing [, height] [, standard_error_m
+    (total)] [, role] and, where they are known, standard_error_easting,
+    standard_error_northing, standard_error_height, covariance_en, covariance_eh,
+    covariance_nh. Check points take no part. Without any standard error control is
+    held.
     """
     parts = [_checked(flight) for flight in flights]
     numbers = [encode_pairs(part["coverage"], part["model_id"]) for part in parts]

@@ -24,36 +24,18 @@ MOST_ROUNDS = 6
 
 @dataclass(frozen=True, eq=False)
 class CleanedPart:
-    """What can be determined of a block, after its gross errors were dealt with.
+    """What can be determined of a block, after its gross errors were dealt with."""
 
-    Attributes
-    ----------
-    part : Part
-        Its observations have the errors of their groups.
-    cleaned : CleanedBlock
-    components : DataFrame
-        As in :class:`einschalt.stages.simultaneous.variance_components.Weighed`.
-    """
-
-    part: Part
+    part: Part  # its observations have the errors of their groups
     cleaned: CleanedBlock
+    # as in :class:`einschalt.stages.simultaneous.variance_components.Weighed`
     components: pd.DataFrame
 
 
 def clean_part(tables, part, solution, options) -> CleanedPart:
     """Deal with gross errors, and give groups the errors that they show.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-        Of the part.
-    options : AdjustmentOptions
-
-    Returns
-    -------
-    CleanedPart
+    ``solution`` is that of the part.
     """
     weighed = _weighed(tables, part, solution, options)
     observations, block = weighed.part.observations, weighed.block

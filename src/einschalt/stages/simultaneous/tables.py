@@ -31,20 +31,8 @@ COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
-def point_table(tables, part, solution):
-    """Coordinates of all adjusted points with their covariances.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-        What of it was adjusted.
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    DataFrame
-    """
+def point_table(tables, part, solution) -> pd.DataFrame:
+    """Coordinates of all adjusted points with their covariances."""
     covariance = solution.point_cofactors
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     observations = solution.observations
@@ -72,17 +60,7 @@ def point_table(tables, part, solution):
 
 
 def plan_errors(observations):
-    """Standard errors of one measured coordinate in plan.
-
-    Parameters
-    ----------
-    observations : BlockObservations or SpatialObservations
-
-    Returns
-    -------
-    ndarray, shape (n_rows,)
-        [m]
-    """
+    """Standard errors of one measured coordinate in plan."""
     error = observations.standard_error
     return error if error.ndim == 1 else error[:, 0]
 
@@ -110,22 +88,11 @@ def _spread(solution, n_models):
     return np.where(n_models > 1, spread, np.nan)
 
 
-def residual_table(tables, part, cleaned, control, significance):
+def residual_table(tables, part, cleaned, control, significance) -> pd.DataFrame:
     """Residuals of all observations, tested, and what stays undetected.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    cleaned : CleanedBlock
-    control : ControlVerdict
-        Without control that contradicts, a suspect must still be one.
-    significance : float
-        Probability with which a model without gross errors has a suspect.
-
-    Returns
-    -------
-    DataFrame
+    ``significance`` is the probability with which a model without gross errors has a
+    suspect. Without ``control`` that contradicts, a suspect must still be one.
     """
     solution, observations = cleaned.solution, part.observations
     tests = judge_observations(solution, observations)
@@ -156,21 +123,10 @@ def residual_table(tables, part, cleaned, control, significance):
     return with_heights_of_residuals(residuals, solution, observations)
 
 
-def control_table(tables, part, solution, tests, *, is_set_aside):
+def control_table(tables, part, solution, tests, *, is_set_aside) -> pd.DataFrame:
     """Control against the block: who disagrees, by how much and where to.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-    tests : ControlVerdict
-    is_set_aside : bool
-        Whether the solution is that without the suspects.
-
-    Returns
-    -------
-    DataFrame
+    ``is_set_aside`` where the solution is that without the suspects.
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control)
@@ -202,20 +158,11 @@ def control_table(tables, part, solution, tests, *, is_set_aside):
     return control
 
 
-def model_table(tables, part, solution, reasons):
+def model_table(tables, part, solution, reasons) -> pd.DataFrame:
     """All models, those that could not be determined too, with their parameters.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-    reasons : ndarray of object, shape (n_all_models,)
-        Why a model could not be determined; empty where it was.
-
-    Returns
-    -------
-    DataFrame
+    ``reasons`` (n_all_models,) say why a model could not be determined; empty where it
+    was.
     """
     everything, kept = tables.observations, part.models
     n_all = everything.n_models
@@ -278,15 +225,8 @@ def _parameters(solution):
 def parameter_cofactors(solution):
     """Cofactors of the parameters of each model, in the order of their names.
 
-    Parameters
-    ----------
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    cofactors : ndarray, shape (n_models, n_parameters, n_parameters)
-    names : tuple of str
-        Those of affine where models are of both kinds.
+    Cofactors (n_models, n_parameters, n_parameters) and names; those of affine where
+    models are of both kinds.
     """
     own = solution.parameter_cofactors
     if solution.residuals.shape[1] > len("xy"):
@@ -306,18 +246,8 @@ def parameter_cofactors(solution):
     return own[:, order][:, :, order], names
 
 
-def common_table(tables, solution):
-    """Deformations that the models of a flight share.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    DataFrame
-    """
+def common_table(tables, solution) -> pd.DataFrame:
+    """Deformations that the models of a flight share."""
     if tables.is_spatial:
         return pd.DataFrame(columns=COMMON_COLUMNS)
     deformation = solution.deformation
@@ -333,20 +263,10 @@ def common_table(tables, solution):
     )
 
 
-def deformation_table(tables, solution, tests, options):
+def deformation_table(tables, solution, tests, options) -> pd.DataFrame:
     """Deformations that the models of each flight share, and what is left of them.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    solution : BlockSolution
-        After what was modelled.
-    tests : sequence of DeformationTest
-    options : AdjustmentOptions
-
-    Returns
-    -------
-    DataFrame
+    ``solution`` is that after what was modelled.
     """
     rows = []
     for test in tests:
