@@ -27,16 +27,10 @@ from einschalt.theory.double_coverage import (
 
 SCREENINGS = ("propagated", "practice_1968", "off")
 DIFFERENCES = ["difference_easting", "difference_northing"]
-COLUMNS = (
-    "point_id",
-    "coverage",
-    "easting",
-    "northing",
-    *DIFFERENCES,
-    "standard_error_difference",
-    "p_value",
-    "is_suspect",
-)
+COLUMNS = [
+    *("point_id", "coverage", "easting", "northing", *DIFFERENCES),
+    *("standard_error_difference", "p_value", "is_suspect"),
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +225,7 @@ def screen_coverages(differences, covariance, practice, significance):
         is_suspect=np.asarray(is_suspect, dtype=bool),
     )
     level = significance if practice == "propagated" else np.nan
-    return CoverageScreening(table[list(COLUMNS)], practice, is_propagated, level)
+    return CoverageScreening(table[COLUMNS], practice, is_propagated, level)
 
 
 def _of_points(p_values, point_id):

@@ -39,16 +39,8 @@ KEYS = ["model_id", "point_id"]
 CENTRE_COLUMNS = ["coverage", "model_id", "image_id", "x", "y", "z"]
 FLIGHT_PARTS = ("image_points", "y_parallaxes", "points_to_fit")
 ORIENTATION_COLUMNS = [
-    "coverage",
-    "model_id",
-    "case",
-    "n_points",
-    "redundancy",
-    "sigma_0",
-    "is_converged",
-    "is_ambiguous",
-    *SURFACE_COLUMNS,
-    *MEASURING_ERRORS,
+    *("coverage", "model_id", "case", "n_points", "redundancy", "sigma_0"),
+    *("is_converged", "is_ambiguous", *SURFACE_COLUMNS, *MEASURING_ERRORS),
 ]
 
 
@@ -174,14 +166,12 @@ def image_pairs(image_points, models) -> pd.DataFrame:
     both: coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm].
     """
     named = image_points[["image_id", "point_id", "x", "y"]]
-    left = models.merge(
-        named.rename(columns={"image_id": "left_image", "x": "x_left", "y": "y_left"}),
-        on="left_image",
+    left, right = (
+        named.rename(columns={"image_id": image, "x": f"x_{side}", "y": f"y_{side}"})
+        for side, image in (("left", "left_image"), ("right", "right_image"))
     )
-    right = named.rename(
-        columns={"image_id": "right_image", "x": "x_right", "y": "y_right"}
-    )
-    both = left.merge(right, on=["right_image", "point_id"])
+    both = models.merge(left, on="left_image")
+    both = both.merge(right, on=["right_image", "point_id"])
     return both.drop(columns=["left_image", "right_image"])
 
 

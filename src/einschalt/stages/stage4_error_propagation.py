@@ -14,11 +14,6 @@ from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.value_weights import RIGOROUS
 
 
-def can_propagate(block) -> bool:
-    """Whether every source of error of a block has a known size."""
-    return not obstacle_to_propagation(block)
-
-
 def obstacle_to_propagation(block) -> str:
     """Say what stands against the propagation of a block's errors.
 
@@ -28,20 +23,12 @@ def obstacle_to_propagation(block) -> str:
     Given approximate coordinates come with correlations that nobody knows, unless they
     are those of control points. Empty where nothing is known before the computation.
     """
-    flights = block.flights.values()
     if block.high_flight is None and not approximations_are_control(block):
         return "given approximate coordinates share errors of unknown size"
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
-    if (
-        len(
-            {
-                len(TRANSFORMATION_KINDS[flight.transformation].target)
-                for flight in flights
-            }
-        )
-        > 1
-    ):
+    flights = block.flights.values()
+    if len({TRANSFORMATION_KINDS[f.transformation].target for f in flights}) > 1:
         return "one flight is transformed in space, and the other one in plan"
     return ""
 
@@ -93,7 +80,7 @@ def model_of_known_errors(block, flights, high, low):
     each flight, the high one first; ``low`` was fitted onto the approximate
     coordinates.
     """
-    if not can_propagate(block):
+    if obstacle_to_propagation(block):
         return None
     points = {name: oriented.model_points for name, oriented in flights.items()}
     errors = {name: oriented.errors for name, oriented in flights.items()}
@@ -107,7 +94,7 @@ def model_of_known_high_errors(block, oriented, transformation):
 
     Of its values, in the place of those of the low flight; None otherwise.
     """
-    if not can_propagate(block):
+    if obstacle_to_propagation(block):
         return None
     points = oriented.model_points
     model = model_of_high_flight(block, points, transformation, oriented.errors)

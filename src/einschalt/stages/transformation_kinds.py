@@ -45,13 +45,8 @@ TRANSFORMATION_KINDS = {
 
 def model_schema(kind):
     """Schema of the model points that a kind needs."""
-    columns = tuple(
-        replace(column, is_required="z" in kind.source)
-        if column.name == "z"
-        else column
-        for column in tables.MODEL_POINTS.columns
-    )
-    return tables.Schema("model_points", (*columns, WEIGHT), tables.MODEL_POINTS.key)
+    schema = tables.MODEL_POINTS.requiring(*kind.source)
+    return replace(schema, columns=(*schema.columns, WEIGHT))
 
 
 def ground_schema(kind):

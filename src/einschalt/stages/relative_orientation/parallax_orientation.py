@@ -1,7 +1,7 @@
 """What the orientation of models by y-parallaxes gives, and what it corrects."""
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -48,13 +48,6 @@ SHIFTS = ("d_by", "d_bz")
 # mean of x in bases: the overlap of two photographs lies around 0.5
 MIDDLE_OF_MODEL = (0.1, 0.9)
 COUNT_Z_UP = "Count z upwards from the left projection centre: points have z < 0"
-MODEL_POINTS = replace(
-    tables.MODEL_POINTS,
-    columns=tuple(
-        replace(column, is_required=column.is_required or column.name == "z")
-        for column in tables.MODEL_POINTS.columns
-    ),
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -264,7 +257,7 @@ class CorrectedModelPoints:
 
 def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
     """Correct model points, and say without a warning which models stay out."""
-    checked = tables.check_table(model_points, MODEL_POINTS)
+    checked = tables.check_table(model_points, tables.MODEL_POINTS.requiring("z"))
     raise_problems(checked.problems)
     frame = checked.frame
     asked = encode_pairs(frame["coverage"], frame["model_id"])

@@ -8,7 +8,6 @@ from einschalt.theory.adjustment.reliability import (
     minimal_detectable_bias,
     redundancy_numbers,
 )
-from einschalt.theory.transformation.helmert_3d import PARAMETER_NAMES
 
 CENTRE_COLUMNS = [
     *("flight", "image_id", "easting", "northing", "height"),
@@ -55,11 +54,6 @@ def remaining_bias(bias, r):
     # where nothing checks an observation, all of its error stays
     finite = np.where(np.isfinite(bias), bias, 0.0)
     return np.where(np.isfinite(bias), external_reliability(finite, r), np.inf)
-
-
-def spatial_parameters(solution):
-    """Parameters of the models by name."""
-    return dict(zip(PARAMETER_NAMES, solution.parameters.T, strict=True))
 
 
 def centre_table(points, is_centre) -> pd.DataFrame:

@@ -90,7 +90,9 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    given = _given_control(control_points, points, is_spatial=is_spatial)
+    control, covariance, control_row = _given_control(
+        control_points, points, is_spatial=is_spatial
+    )
     order = segments(model, int(first[-1])).order
     xyz = _coordinates(parts, is_spatial=is_spatial)
     measured = {
@@ -98,8 +100,8 @@ def code_block(flights, control_points) -> BlockTables:
         "point": points.codes[order],
         "standard_error": np.concatenate([f.standard_error for f in flights])[order],
         "flight": flight,
-        "control": given.coordinates,
-        "control_covariance": given.covariance,
+        "control": control,
+        "control_covariance": covariance,
     }
     if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
@@ -111,7 +113,7 @@ def code_block(flights, control_points) -> BlockTables:
         _as_given(points.names, is_centre),
         is_centre,
         encode_pairs(models["flight"], models["coverage"]).codes,
-        given.row,
+        control_row,
     )
 
 
@@ -182,22 +184,15 @@ def _checked(flight):
     return checked.frame.assign(**{CENTRE: flight.model_points[CENTRE].to_numpy()})
 
 
-@dataclass(frozen=True, eq=False)
-class _Given:
-    coordinates: np.ndarray
-    covariance: np.ndarray
-    row: np.ndarray
-
-
 def _given_control(control_points, points, *, is_spatial):
-    """Control of each coded point."""
+    """Coordinates, covariance and row of the control of each coded point."""
     axes = (Axes.SPACE if is_spatial else Axes.PLANE).names
     n_points, d = len(points), len(axes)
     coordinates = np.full((n_points, d), np.nan)
     covariance = np.zeros((n_points, d, d))
     row = np.full(n_points, -1)
     if control_points is None or len(control_points) == 0:
-        return _Given(coordinates, covariance, row)
+        return coordinates, covariance, row
     schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
     if is_spatial:
         schema = schema.requiring("height")
@@ -212,7 +207,7 @@ def _given_control(control_points, points, *, is_spatial):
     _refuse_impossible(own, frame)
     covariance[place[used]] = own[used]
     row[place[used]] = used
-    return _Given(coordinates, covariance, row)
+    return coordinates, covariance, row
 
 
 def _refuse_impossible(covariance, frame):

@@ -6,7 +6,6 @@ from scipy import sparse
 
 from einschalt.stages.simultaneous.height_columns import (
     remaining_bias,
-    spatial_parameters,
     with_heights_of_points,
     with_heights_of_residuals,
 )
@@ -59,12 +58,6 @@ def point_table(tables, part, solution) -> pd.DataFrame:
     return with_heights_of_points(points, solution) if tables.is_spatial else points
 
 
-def plan_errors(observations):
-    """Standard errors of one measured coordinate in plan."""
-    error = observations.standard_error
-    return error if error.ndim == 1 else error[:, 0]
-
-
 def _n_coverages(tables, part, solution):
     observations = solution.observations
     coverage = tables.coverage[part.models][observations.model]
@@ -98,7 +91,8 @@ def residual_table(tables, part, cleaned, control, significance) -> pd.DataFrame
     tests = judge_observations(solution, observations)
     leverage = solution.leverage[:, :2].mean(axis=1)
     r = redundancy_numbers(leverage)
-    bias = minimal_detectable_bias(plan_errors(observations), r)
+    error = observations.standard_error  # of spatial models by axis
+    bias = minimal_detectable_bias(error if error.ndim == 1 else error[:, 0], r)
     start = np.searchsorted(observations.model, np.arange(observations.n_models + 1))
     is_refused = is_rejected_by_holm(tests.p_value, start, significance)
     if control.is_suspect.any():
@@ -184,8 +178,7 @@ def model_table(tables, part, solution, reasons) -> pd.DataFrame:
         is_usable=is_usable,
         reason=reasons,
     )
-    found = spatial_parameters if tables.is_spatial else _parameters
-    for name, values in found(solution).items():
+    for name, values in _parameters(solution, is_spatial=tables.is_spatial).items():
         models[name] = _spread_out(values, kept, n_all)
     return models
 
@@ -207,7 +200,9 @@ def _spread_out(values, kept, n_all):
     return result
 
 
-def _parameters(solution):
+def _parameters(solution, *, is_spatial):
+    if is_spatial:
+        return dict(zip(PARAMETER_NAMES, solution.parameters.T, strict=True))
     affinities, is_affine = solution.affinities, solution.observations.is_affine
     parameters = {}
     if is_affine.any():
