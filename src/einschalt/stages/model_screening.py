@@ -157,12 +157,9 @@ def _only_name(tested):
 
 
 def _rebuilt(transformation, fit, observed, residuals):
+    kind, has_coverages = transformation.kind, transformation.has_coverages
     return transformation_of(
-        fit,
-        observed,
-        transformation.kind,
-        residuals,
-        has_coverages=transformation.has_coverages,
+        fit, observed, kind, residuals, has_coverages=has_coverages
     )
 
 

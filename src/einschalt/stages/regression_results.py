@@ -128,9 +128,8 @@ def _require_usable(transformation, row):
     if model["is_usable"]:
         return
     failures = transformation.failures
-    is_it = (failures["model_id"] == model["model_id"]) & (
-        failures["coverage"] == model["coverage"]
-    )
+    names = ["coverage", "model_id"]
+    is_it = (failures[names] == model[names]).all(axis=1)
     raise GeometryError(
         f"it has no transformation: {model['reason']}",
         remedy=failures.loc[is_it, "remedy"].iloc[0],

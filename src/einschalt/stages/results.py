@@ -96,6 +96,23 @@ class ModelResult(Result):
         return self.cofactor(model_id, coverage) * self.estimates.unit_error[row] ** 2
 
 
+class OrientationResult(ModelResult):
+    """Orientations; ``models`` has n_points and redundancy as well."""
+
+    @property
+    def n_points(self):
+        """Number of points, Series by model_id."""
+        return self._by_model("n_points")
+
+    @property
+    def redundancy(self):
+        """Points beyond five, Series by model_id."""
+        return self._by_model("redundancy")
+
+    def _by_model(self, column):
+        return self.models.set_index("model_id")[column]
+
+
 def failures_table(rows) -> pd.DataFrame:
     """Failed models as a table.
 

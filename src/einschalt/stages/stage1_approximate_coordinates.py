@@ -113,14 +113,13 @@ def transform_high_flight(model_points, control_points, kind) -> ModelTransforma
 
     Arguments and errors as of :func:`approximate_coordinates`.
     """
-    control = control_points
     expected = "a DataFrame with point_id, easting, northing"
-    require_kind("control_points", control, pd.DataFrame, expected=expected)
-    if "role" in control.columns:
-        checked = check_table(control, CONTROL_POINTS.only("point_id", "role"))
+    require_kind("control_points", control_points, pd.DataFrame, expected=expected)
+    if "role" in control_points.columns:
+        checked = check_table(control_points, CONTROL_POINTS.only("point_id", "role"))
         raise_problems(checked.problems)
-        control = control[(checked.frame["role"] != "check").to_numpy()]
-    return transform_models(model_points, control, kind)
+        control_points = control_points[(checked.frame["role"] != "check").to_numpy()]
+    return transform_models(model_points, control_points, kind)
 
 
 def average_high_flight(
@@ -150,9 +149,8 @@ def average_high_flight(
         weighting=weighting,
         covariances=covariances,
     )
-    points = means.points.drop(
-        columns=["standard_error_paper", "standard_error_internal"]
-    )
+    errors = ["standard_error_paper", "standard_error_internal"]
+    points = means.points.drop(columns=errors)
     return ApproximateCoordinates(points, transformation, means)
 
 

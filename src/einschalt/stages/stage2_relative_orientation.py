@@ -283,17 +283,10 @@ def _scaled(lengths, factor):
 
 def _orientations(oriented, is_converged, measuring_error):
     models = oriented.models
-    facts = pd.DataFrame(
-        {
-            "coverage": models["coverage"].to_numpy(),
-            "model_id": models["model_id"].to_numpy(),
-            "case": oriented.case,
-            "n_points": oriented.n_points.to_numpy(),
-            "redundancy": oriented.redundancy.to_numpy(),
-            "sigma_0": oriented.sigma_0.to_numpy(),
-            "is_converged": is_converged.to_numpy(),
-            "is_ambiguous": models.get("is_ambiguous", is_converged & False).to_numpy(),
-        }
+    names = ["coverage", "model_id", "case", "n_points", "redundancy", "sigma_0"]
+    facts = models[names].assign(
+        is_converged=is_converged.to_numpy(),
+        is_ambiguous=models.get("is_ambiguous", is_converged & False).to_numpy(),
     )
     surfaces = oriented.dangerous_surface.reset_index(drop=True)
     facts[SURFACE_COLUMNS] = surfaces[SURFACE_COLUMNS]

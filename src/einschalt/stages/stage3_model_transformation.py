@@ -83,10 +83,8 @@ class ModelTransformation(ModelResult):
         """TOTAL standard error of unit weight of all models together [m]."""
         # a mirrored model has residuals as large as itself
         row = self.models["is_usable"].to_numpy()
-        s_0 = pooled_standard_error(
-            self.fit.sum_of_squares[row], self.fit.redundancy[row]
-        )
-        return float(total_from_coordinate(s_0))
+        squares, redundancy = self.fit.sum_of_squares[row], self.fit.redundancy[row]
+        return float(total_from_coordinate(pooled_standard_error(squares, redundancy)))
 
     @property
     def m_0_plan(self):
@@ -236,15 +234,11 @@ class ModelTransformation(ModelResult):
                 remedy="Its row in failures says why",
                 model=model_id,
             )
-        size = len(shift)
-        shifts = [
-            f"+{axis}off={float(value)!r}"
-            for axis, value in zip("xyz"[:size], shift, strict=True)
-        ]
+        named = zip("xyz", shift, strict=False)
+        shifts = [f"+{axis}off={float(value)!r}" for axis, value in named]
         factors = [
-            f"+s{i + 1}{j + 1}={float(matrix[i, j])!r}"
-            for i in range(size)
-            for j in range(size)
+            f"+s{i + 1}{j + 1}={float(value)!r}"
+            for (i, j), value in np.ndenumerate(matrix)
         ]
         return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
 
@@ -366,16 +360,11 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     [2.0, 0.0, 5.0, 5.0]
     """
     require_choice("kind", kind, TRANSFORMATION_KINDS)
-    checked = _checked(
-        model_points, model_schema(TRANSFORMATION_KINDS[kind]), "model_points"
-    )
-    ground = _checked(
-        ground_points, ground_schema(TRANSFORMATION_KINDS[kind]), "ground_points"
-    )
-    observed = Observations.of(checked, ground, TRANSFORMATION_KINDS[kind], weights)
-    fit = TRANSFORMATION_KINDS[kind].fit(
-        observed.source, observed.target, observed.weights, observed.start
-    )
+    needed = TRANSFORMATION_KINDS[kind]
+    checked = _checked(model_points, model_schema(needed), "model_points")
+    ground = _checked(ground_points, ground_schema(needed), "ground_points")
+    observed = Observations.of(checked, ground, needed, weights)
+    fit = needed.fit(observed.source, observed.target, observed.weights, observed.start)
     table = residual_table(fit, observed)
     has_coverages = "coverage" in model_points.columns
     return transformation_of(fit, observed, kind, table, has_coverages=has_coverages)

@@ -7,7 +7,7 @@ from numbers import Real
 import numpy as np
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.value_ranges import Range
@@ -138,6 +138,12 @@ def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
     )
 
 
+def flown_model(flown):
+    """Give the planned model of a design or a frame, its edge by the rule of 1971."""
+    sides, overlaps = flown.image_format, (flown.forward_overlap, flown.side_overlap)
+    return planned_model(flown.kind, "kovarik", sides, *overlaps)
+
+
 def require_points(model, scale_number, spacing):
     """Refuse combinations whose models hold too few points to plan anything.
 
@@ -148,27 +154,21 @@ def require_points(model, scale_number, spacing):
     along, across = (smallest * side for side in model.extent)
     n_points = float(model.n_points(smallest, widest))
     least = LEAST_POINTS[model.kind]
-    problems = []
     if widest > min(along, across):
-        problems.append(
-            GeometryError(
-                f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
-                f"{along:.4g} x {across:.4g} m",
-                expected="several points in every model",
-                remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
-                "or a larger scale number",
-            )
+        raise GeometryError(
+            f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
+            f"{along:.4g} x {across:.4g} m",
+            expected="several points in every model",
+            remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
+            "or a larger scale number",
         )
-    elif n_points < least:
-        problems.append(
-            GeometryError(
-                f"{number(n_points)} points lie in a model at {scale(smallest)} with "
-                f"a spacing of {widest:g} m",
-                expected=f"at least {least} for {model.kind}",
-                remedy="Give a smaller spacing, or a larger scale number",
-            )
+    if n_points < least:
+        raise GeometryError(
+            f"{number(n_points)} points lie in a model at {scale(smallest)} with "
+            f"a spacing of {widest:g} m",
+            expected=f"at least {least} for {model.kind}",
+            remedy="Give a smaller spacing, or a larger scale number",
         )
-    raise_problems(problems)
 
 
 def require_reasonable_size(*axes):

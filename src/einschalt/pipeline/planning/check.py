@@ -37,10 +37,8 @@ class CheckedPlan(Result):
 
     def summary(self):
         """Return which plan holds, and its expected precision."""
-        verdict = (
-            f"Checked by propagation on a layout: {_in_cm(self.reached)} with "
-            f"{describe_plan(self.plan)}."
-        )
+        found = f"{_in_cm(self.reached)} with {describe_plan(self.plan)}"
+        verdict = f"Checked by propagation on a layout: {found}."
         if not self.is_kept:
             verdict += f" That is more than {_in_cm(self.target)}."
         dropped = [
@@ -85,11 +83,8 @@ def _candidates(search, most):
         return search.plans.sort_values("reached", kind="stable").head(most)
     plans = search.feasible
     steps = search.target * (1.0 - 0.05 * np.arange(most))
-    places = [
-        int(np.argmax(within))
-        for within in (plans["reached"].to_numpy() <= step for step in steps)
-        if within.any()
-    ]
+    are_within = [plans["reached"].to_numpy() <= step for step in steps]
+    places = [int(np.argmax(within)) for within in are_within if within.any()]
     return plans.iloc[list(dict.fromkeys(places))]
 
 

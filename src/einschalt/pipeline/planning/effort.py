@@ -60,16 +60,13 @@ def effort_gains(expected) -> pd.DataFrame:
         efforts["nine control points in each high-flight model"] = {
             "control_per_model": 9
         }
-    ratios = [
-        float(expected_parts(replace(flights, **change), design.model).mean / now)
-        for change in efforts.values()
-    ]
+    changed = [replace(flights, **change) for change in efforts.values()]
+    ratio = np.array(
+        [expected_parts(f, design.model).mean / now for f in changed], float
+    )
+    of_mean = expected.figures.mean * ratio
     table = pd.DataFrame(
-        {
-            "effort": list(efforts),
-            "expected_mean": expected.figures.mean * np.array(ratios),
-            "gain": 1.0 - np.array(ratios),
-        }
+        {"effort": list(efforts), "expected_mean": of_mean, "gain": 1.0 - ratio}
     )
     return table.sort_values("gain", ascending=False, ignore_index=True)
 

@@ -6,7 +6,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.planning.arguments import (
     checked_number,
-    planned_model,
+    flown_model,
     require_points,
 )
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -57,11 +57,8 @@ class FlightDesign:
         """Check the values that the simulation does not know by these names."""
         for name in ("scale_number", "spacing", "m_g_um", "principal_distance"):
             checked_number(name, getattr(self, name))
-        for name, value in (
-            ("scale_number", self.high_scale_number),
-            ("m_g_um", self.high_m_g_um),
-        ):
-            if value is not None:
+        for name in ("scale_number", "m_g_um"):
+            if (value := getattr(self, f"high_{name}")) is not None:
                 _checked_of_high_flight(name, value)
         if self.scale_of_high_flight <= self.scale_number:
             raise SettingsError(
@@ -77,13 +74,7 @@ class FlightDesign:
     @property
     def model(self):
         """The planned model of the low flight, its edge by the rule of 1971."""
-        return planned_model(
-            self.kind,
-            "kovarik",
-            self.image_format,
-            self.forward_overlap,
-            self.side_overlap,
-        )
+        return flown_model(self)
 
     @property
     def scale_of_high_flight(self):
@@ -96,14 +87,10 @@ class FlightDesign:
     def extent(self):
         """Width and height of the area, where None has been replaced [m]."""
         footprint = self.scale_of_high_flight * max(self.model.image_format)
-        usual = min(
-            max(HIGH_FOOTPRINTS * footprint, LEAST_ROWS * self.spacing),
-            MOST_ROWS * self.spacing,
-        )
-        return tuple(
-            usual if given is None else float(given)
-            for given in (self.width, self.height)
-        )
+        least, most = LEAST_ROWS * self.spacing, MOST_ROWS * self.spacing
+        usual = min(max(HIGH_FOOTPRINTS * footprint, least), most)
+        given = (self.width, self.height)
+        return tuple(usual if side is None else float(side) for side in given)
 
     @property
     def layout_spacing(self):
@@ -161,13 +148,8 @@ class FlightDesign:
 
         ``m_0`` is the TOTAL error of the approximate coordinates [m].
         """
-        return planned_precision(
-            self.scale_number,
-            self.spacing,
-            m_0,
-            self.m_g_um * METRES_PER_UM,
-            self.model,
-        )
+        m_g = self.m_g_um * METRES_PER_UM
+        return planned_precision(self.scale_number, self.spacing, m_0, m_g, self.model)
 
 
 def _checked_of_high_flight(name, value):

@@ -14,7 +14,7 @@ from einschalt.pipeline.planning.arguments import (
     checked_axis,
     checked_choice,
     checked_number,
-    planned_model,
+    flown_model,
     require_reasonable_size,
 )
 from einschalt.pipeline.planning.costs import PlanCosts
@@ -38,8 +38,15 @@ from einschalt.theory.planning.leverage import LEAST_POINTS
 if TYPE_CHECKING:
     import pandas as pd
 
-PLACES = ("centre", "edge", "everywhere")
-FORMULAS = ("expected", "paper")
+PLACES = {
+    "centre": "at the centre of models",
+    "edge": "at the edge of models",
+    "everywhere": "everywhere",
+}
+FORMULAS = {
+    "expected": "as is to be expected",
+    "paper": "by the formula of 1971, which is too good",
+}
 M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
@@ -171,13 +178,7 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     checked_choice("by", by, FORMULAS)
     frame = PlanFrame() if frame is None else frame
     # edges are looked at as the geometry has them; the paper's M takes its own rule
-    model = planned_model(
-        frame.kind,
-        "kovarik",
-        frame.image_format,
-        frame.forward_overlap,
-        frame.side_overlap,
-    )
+    model = flown_model(frame)
     columns = _precisions(_combine(choices), frame, model)
     columns = _without_control_alone(columns | _work(columns, frame, model))
     for formula in FORMULAS:
@@ -195,7 +196,7 @@ ALLOWED_CHOICES = {
     "high_over_low": Range(1.01, 20, "times the low flight's scale number"),
     "n_settings": Range(1, 100, is_whole=True),
     "n_coverages": Range(1, 4, is_whole=True),
-    "control_per_model": Range(5, 9, is_whole=True),
+    "control_per_model": (5, 9),
 }
 
 
@@ -207,8 +208,6 @@ def _combine(choices):
     for name, allowed in ALLOWED_CHOICES.items():
         values = list(getattr(choices, name))
         wrong = [value for value in values if value not in allowed]
-        if name == "control_per_model":
-            wrong = [value for value in values if value not in (5, 9)]
         if wrong or not values:
             raise SettingsError(
                 f"{name} = {wrong[0]!r}" if wrong else f"{name} is empty",
@@ -228,23 +227,22 @@ def _precisions(given, frame, model):
     in_high_model = given["high_over_low"] ** 2 * n_points
     is_possible = _with_enough_points(n_points, in_high_model, given, model)
     columns = {name: values[is_possible] for name, values in given.items()}
-    columns["high_scale_number"] = (
-        columns.pop("high_over_low") * columns["scale_number"]
-    )
+    high_over_low = columns.pop("high_over_low")
+    columns["high_scale_number"] = high_over_low * columns["scale_number"]
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
     planned = planned_precision(
         columns["scale_number"], columns["spacing"], parts.approximate, m_g, model
     )
+    n_coverages = columns["n_coverages"]
+    mean = mean_of_coverages(planned.M_centre, planned.M_edge, n_coverages)
     columns |= {
         "flying_height": distance * columns["scale_number"],
         "n_points": n_points[is_possible],
         "m_0": parts.approximate,
         "M_centre": planned.M_centre,
         "M_edge": planned.M_edge,
-        "M_mean": mean_of_coverages(
-            planned.M_centre, planned.M_edge, columns["n_coverages"]
-        ),
+        "M_mean": mean,
         "expected_centre": parts.centre,
         "expected_edge": parts.edge,
         "expected_mean": parts.mean,
@@ -290,12 +288,8 @@ def _expected(columns, m_g, frame, model) -> ExpectedParts:
         )
         found[pattern] = expected_parts(flights, model)
     is_nine = columns["control_per_model"] == 9
-    return ExpectedParts(
-        **{
-            name: np.where(is_nine, getattr(found[9], name), getattr(found[5], name))
-            for name in ExpectedParts.__dataclass_fields__
-        }
-    )
+    five, nine = vars(found[5]), vars(found[9])
+    return ExpectedParts(**{n: np.where(is_nine, nine[n], five[n]) for n in five})
 
 
 def _limits(parts):
@@ -313,10 +307,8 @@ def _work(columns, frame, model):
     points = M2_PER_KM2 / columns["spacing"] ** 2
     values = 2.0 * models_per_point(model) * coverages
     settings = points * values * columns["n_settings"]
-    per_model = np.where(
-        columns["control_per_model"] == 9, *(CONTROL_PER_NEAT_MODEL[k] for k in (9, 5))
-    )
-    control = per_model * high
+    five, nine = CONTROL_PER_NEAT_MODEL.values()
+    control = np.where(columns["control_per_model"] == 9, nine, five) * high
     costs = frame.costs
     return {
         "images": low + high,
@@ -344,10 +336,8 @@ def _without_control_alone(columns):
 
 def _reached(columns, where, by):
     """Error at the place of the target, of what is delivered."""
-    centre, edge, mean = (
-        columns[f"{'M' if by == 'paper' else 'expected'}_{place}"]
-        for place in ("centre", "edge", "mean")
-    )
+    error = "M" if by == "paper" else "expected"
+    centre, edge, mean = (columns[f"{error}_{p}"] for p in ("centre", "edge", "mean"))
     single = {"centre": centre, "edge": edge, "everywhere": np.maximum(centre, edge)}
     reached = np.where(columns["n_coverages"] == 1, single[where], mean)
     # models that do not determine their edge promise nothing
@@ -366,12 +356,10 @@ def _is_efficient(cost, error):
 
 def _summary(search):
     feasible, best = search.feasible, search.nearest
-    aim = f"{length(search.target)} ({_where_text(search)}, {_by_text(search)})"
+    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
     if len(feasible):
-        verdict = (
-            f"{len(feasible)} of {count(len(search.plans), 'plan')} reach {aim}; the "
-            f"cheapest: {describe_plan(best)}"
-        )
+        of_all = f"{len(feasible)} of {count(len(search.plans), 'plan')}"
+        verdict = f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
         shown = feasible
     else:
         limit = best["limited_by"]
@@ -409,20 +397,8 @@ def describe_plan(plan) -> str:
     )
 
 
-def _where_text(search):
-    if search.where == "everywhere":
-        return "everywhere"
-    return f"at the {search.where} of models"
-
-
-def _by_text(search):
-    if search.by == "paper":
-        return "by the formula of 1971, which is too good"
-    return "as is to be expected"
-
-
 def _table(plans, by):
-    other = FORMULAS[1 - FORMULAS.index(by)]
+    other = "paper" if by == "expected" else "expected"
     rows = [
         [
             scale(plan.scale_number),

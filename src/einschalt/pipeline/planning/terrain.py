@@ -28,12 +28,9 @@ def forecast_by_scale(heights, scale_numbers, model, principal_distance):
     over_correction_k, over_correction_n, inflation, safe_flying_height and more.
     """
     parts = {}
-    for scale_number in scale_numbers:
-        plan = _plan_of(
-            *(model.image_format, model.forward_overlap, principal_distance),
-            float(scale_number) * principal_distance,
-        )
-        parts[float(scale_number)] = forecast_dangerous_surfaces(heights, plan).models
+    for scale_number in map(float, scale_numbers):
+        plan = _plan_of(model, principal_distance, scale_number * principal_distance)
+        parts[scale_number] = forecast_dangerous_surfaces(heights, plan).models
     return pd.concat(parts, names=["scale_number"]).reset_index()
 
 
@@ -45,21 +42,18 @@ def forecast_by_camera(heights, flying_height, cameras=CAMERAS) -> pd.DataFrame:
     """
     parts = {}
     for name, camera in cameras.items():
-        plan = _plan_of(
-            *(camera.image_format, camera.forward_overlap, camera.principal_distance),
-            flying_height,
-        )
+        plan = _plan_of(camera, camera.principal_distance, flying_height)
         models = forecast_dangerous_surfaces(heights, plan).models
         models.insert(0, "scale_number", flying_height / camera.principal_distance)
         parts[name] = models
     return pd.concat(parts, names=["camera"]).reset_index()
 
 
-def _plan_of(image_format, forward_overlap, principal_distance, flying_height):
-    along, across = image_format
+def _plan_of(camera, principal_distance, flying_height):
+    along, across = camera.image_format
     # the forecast knows square images: of an oblong one the side across is given,
     # which holds the wings, with the overlap that leaves the base as long as it is
-    overlap = 1.0 - (1.0 - forward_overlap) * along / across
+    overlap = 1.0 - (1.0 - camera.forward_overlap) * along / across
     return FlightPlan(
         principal_distance=principal_distance,
         flying_height=flying_height,

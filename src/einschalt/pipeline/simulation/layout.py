@@ -120,9 +120,9 @@ class Raster:
         first_across, n_across = _window(self.across, in_flight[:, 1], half_size[1])
         step_along = np.arange(n_along.max(initial=0))
         step_across = np.arange(n_across.max(initial=0))
-        is_held = (step_along < n_along[:, None])[:, :, None] & (
-            step_across < n_across[:, None]
-        )[:, None, :]
+        is_along = step_along < n_along[:, None]
+        is_across = step_across < n_across[:, None]
+        is_held = is_along[:, :, None] & is_across[:, None, :]
         point, along, across = np.nonzero(is_held)
         strip = len(self.across) - 1 - (first_across[point] + across)
         centre = strip * len(self.along) + first_along[point] + along
@@ -189,7 +189,9 @@ class FlightLayout:
     @property
     def model_id(self):
         """Name of each model within its coverage, as "3/12"."""
-        return self._from_rasters([raster.names() for raster in self.rasters])
+        names = [raster.names() for raster in self.rasters]
+        start = np.cumsum([0, *(len(part) for part in names)])
+        return np.concatenate(names)[start[self.coverage] + self.place]
 
     @property
     def direction(self):
@@ -200,10 +202,6 @@ class FlightLayout:
     def base(self):
         """Base of each model on the ground [m]."""
         return np.array([raster.base for raster in self.rasters])[self.coverage]
-
-    def _from_rasters(self, values):
-        start = np.cumsum([0, *(len(part) for part in values)])
-        return np.concatenate(values)[start[self.coverage] + self.place]
 
 
 def lay_flight(geometry, flight, position) -> FlightLayout:
@@ -230,36 +228,30 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
                 expected=f"models of at least {least} points",
                 remedy="Lower point_spacing or least_points_per_model",
             )
-    places = [place for place, _, _ in parts]
-    first_model = np.cumsum([0, *(len(place) for place in places)])
+    places, models, points = zip(*parts, strict=True)
+    n_models = [len(place) for place in places]
+    centres = [r.centres()[place] for r, place in zip(rasters, places, strict=True)]
+    first_model = np.cumsum([0, *n_models[:-1]])
+    numbers = [model + first for model, first in zip(models, first_model, strict=True)]
     return FlightLayout(
         scale,
         tuple(rasters),
-        coverage=np.repeat(np.arange(len(places)), [len(place) for place in places]),
+        coverage=np.repeat(np.arange(len(places)), n_models),
         place=np.concatenate(places),
-        centre=np.concatenate(
-            [r.centres()[place] for r, place in zip(rasters, places, strict=True)]
-        ),
-        model=np.concatenate(
-            [
-                part[1] + first
-                for part, first in zip(parts, first_model[:-1], strict=True)
-            ]
-        ),
-        point=np.concatenate([part[2] for part in parts]),
+        centre=np.concatenate(centres),
+        model=np.concatenate(numbers),
+        point=np.concatenate(points),
     )
 
 
 def _lay_raster(geometry, scale_number, coverage, is_across):
     extent = geometry.half_extent[::-1] if is_across else geometry.half_extent
     shift = coverage * geometry.shift
-    axes = [
-        _lay_axis(extent[axis], scale_number * size / 2.0, scale_number * step, shift)
-        for axis, (size, step) in enumerate(
-            zip(geometry.usable_model, geometry.neat_model, strict=True)
-        )
-    ]
-    (along, base), (across, _) = axes
+    sizes, steps = geometry.usable_model, geometry.neat_model
+    (along, base), (across, _) = (
+        _lay_axis(reach, scale_number * size / 2.0, scale_number * step, shift)
+        for reach, size, step in zip(extent, sizes, steps, strict=True)
+    )
     return Raster(along, across, base, np.pi / 2.0 if is_across else 0.0)
 
 

@@ -99,18 +99,13 @@ def measure_parallaxes(flight) -> MeasuredFlight:
     """
     layout, of_row = flight.layout, flight.layout.model
     base = layout.base / layout.scale_number
-    elements = flight.noise.orientation_error * flight.streams[
-        "orientation"
-    ].standard_normal((layout.n_models, 5))
+    drawn = flight.streams["orientation"].standard_normal((layout.n_models, 5))
+    elements = flight.noise.orientation_error * drawn
     true = _in_model(flight)
     plane = _measure(flight, true)
     measured = np.column_stack([plane.values, _measured_height(flight, true)])
-    machine, _ = disturb_model(
-        measured + _centre_from_left_image(flight.geometry, base)[of_row],
-        base[of_row],
-        elements[of_row],
-        CASE,
-    )
+    from_left = measured + _centre_from_left_image(flight.geometry, base)[of_row]
+    machine, _ = disturb_model(from_left, base[of_row], elements[of_row], CASE)
     names = _names_of_rows(flight)
     tables = {
         "model_points": _in_mm(names, machine),
@@ -138,11 +133,9 @@ def measure_images(flight) -> MeasuredFlight:
     models["left_image"] = strip + strip_and_place[1]
     models["right_image"] = strip + (strip_and_place[1].astype(int) + 1).astype(str)
     wanted = set(models["left_image"]) | set(models["right_image"])
-    parts = [
-        _photograph(flight, coverage) for coverage in range(len(flight.layout.rasters))
-    ]
-    names = pd.concat([part[0] for part in parts], ignore_index=True)
-    xy = np.concatenate([part[1] for part in parts])
+    coverages = range(len(flight.layout.rasters))
+    names, xy = zip(*(_photograph(flight, k) for k in coverages), strict=True)
+    names, xy = pd.concat(names, ignore_index=True), np.concatenate(xy)
     is_wanted = names["image_id"].isin(wanted).to_numpy()
     names, xy = names[is_wanted].reset_index(drop=True), xy[is_wanted]
     plane = _measure(flight, xy)
@@ -212,13 +205,12 @@ def _standard_points(flight, base):
     """Six standard points of each model in its system, shape (6 * n_models, 3)."""
     geometry, layout = flight.geometry, flight.layout
     model = np.repeat(np.arange(layout.n_models), len(STANDARD_POINTS))
-    half_width = geometry.usable_model[1] / 2.0
     from_left = np.tile(STANDARD_POINTS, (layout.n_models, 1)) * base[model, None]
+    half_width = geometry.usable_model[1] / 2.0
     from_left[:, 1] = np.clip(from_left[:, 1], -half_width, half_width)
     from_centre = from_left - _centre_from_left_image(geometry, base)[model, :2]
-    position = layout.centre[model] + layout.scale_number * turn(
-        from_centre, layout.direction[model]
-    )
+    away = turn(from_centre, layout.direction[model])
+    position = layout.centre[model] + layout.scale_number * away
     above = flight.ground.terrain.height(position) - geometry.mean_height
     depth = geometry.principal_distance - above / layout.scale_number
     return np.column_stack([from_left, -depth])
@@ -233,29 +225,20 @@ def _photograph(flight, coverage):
     reach = TILT_MARGIN * layout.scale_number * half_format
     image, point = raster.holding(ground.position, reach)
     centres = raster.centres()
-    tilt = geometry.camera_tilt * flight.streams["setting"].standard_normal(
-        (len(centres), 3)
-    )
-    turned = rotation_from_angles(tilt[:, 0], tilt[:, 1], raster.direction + tilt[:, 2])
+    drawn = flight.streams["setting"].standard_normal((len(centres), 3))
+    omega, phi, kappa = geometry.camera_tilt * drawn.T
+    turned = rotation_from_angles(omega, phi, raster.direction + kappa)
     position = ground.position[point]
-    ray = np.column_stack(
-        [
-            position - centres[image],
-            ground.terrain.height(position)
-            - geometry.flying_height(layout.scale_number),
-        ]
+    depth = geometry.flying_height(layout.scale_number) - ground.terrain.height(
+        position
     )
+    ray = np.column_stack([position - centres[image], -depth])
     in_image = np.einsum("nij,nj->ni", turned[image], ray)
     xy = -geometry.principal_distance * in_image[:, :2] / in_image[:, 2:]
     is_inside = (np.abs(xy) <= half_format).all(axis=1)
-    image_id = f"{coverage + 1}/" + raster.names()
-    names = pd.DataFrame(
-        {
-            "image_id": image_id[image[is_inside]],
-            "point_id": ground.point_id[point[is_inside]],
-        }
-    )
-    return names, xy[is_inside]
+    image_id = (f"{coverage + 1}/" + raster.names())[image]
+    names = pd.DataFrame({"image_id": image_id, "point_id": ground.point_id[point]})
+    return names[is_inside], xy[is_inside]
 
 
 def _names_of_models(layout):

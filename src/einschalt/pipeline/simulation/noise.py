@@ -9,7 +9,7 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 
 UM = "micrometres in the image"
-
+SHARE = Range(0, 0.5, "of the measurements", likely_slip="Did you give per cent?")
 RANGES = {
     "control_standard_error": Range(
         0, 10, "metres", likely_slip="Did you give millimetres?"
@@ -19,12 +19,8 @@ RANGES = {
     "film_affinity": Range(-0.01, 0.01),
     "high_deformation_um": Range(0, 1000, UM),
     "low_deformation_um": Range(0, 1000, UM),
-    "high_gross_error_share": Range(
-        0, 0.5, "of the measurements", likely_slip="Did you give per cent?"
-    ),
-    "low_gross_error_share": Range(
-        0, 0.5, "of the measurements", likely_slip="Did you give per cent?"
-    ),
+    "high_gross_error_share": SHARE,
+    "low_gross_error_share": SHARE,
     "high_gross_error_um": Range(0, 100_000, UM),
     "low_gross_error_um": Range(0, 100_000, UM),
     "network_strain": Range(0, 10, "metres"),
@@ -145,9 +141,8 @@ def measure_in_image_plane(xy, noise, rng, gross_rng) -> Disturbed:
     measured = xy * film + noise.m_g / np.sqrt(2.0) * rng.standard_normal(xy.shape)
     is_gross = gross_rng.random(len(xy)) < noise.gross_error_share
     direction = gross_rng.uniform(0.0, 2.0 * np.pi, len(xy))
-    blunder = noise.gross_error * np.column_stack(
-        [np.cos(direction), np.sin(direction)]
-    )
+    towards = np.column_stack([np.cos(direction), np.sin(direction)])
+    blunder = noise.gross_error * towards
     return Disturbed(measured + np.where(is_gross[:, None], blunder, 0.0), is_gross)
 
 

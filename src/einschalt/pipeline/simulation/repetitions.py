@@ -20,15 +20,10 @@ from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 CONFIDENCE = 0.95
-COLUMNS = (
-    "seed",
-    "n_points",
-    "error_total",
-    "standard_error_total",
-    "standard_error_paper",
-    "standard_error_internal",
-    "share_in_ellipses",
-)
+COLUMNS = [
+    *("seed", "n_points", "error_total", "standard_error_total"),
+    *("standard_error_paper", "standard_error_internal", "share_in_ellipses"),
+]
 
 
 @dataclass(frozen=True)
@@ -63,7 +58,7 @@ def repeat_simulation(experiment, n_repetitions, engine, *, first_seed=0):
     seeds = range(first_seed, first_seed + n_repetitions)
     tasks = [_Repetition(experiment, seed) for seed in seeds]
     rows = run_in_order(engine, run_repetition, tasks)
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def run_repetition(repetition) -> dict:

@@ -174,7 +174,7 @@ def model_of_both_flights(block, points, high, low, oriented=None) -> ErrorModel
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
     return ErrorModel(
-        **_of_low_flight(low, points[LOW], own, sources),
+        **_of_last_flight(low, points[LOW], own, sources),
         ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
         standard_errors=_with_orientations(given_errors(block, points, own.axes), own),
@@ -182,14 +182,14 @@ def model_of_both_flights(block, points, high, low, oriented=None) -> ErrorModel
     )
 
 
-def _of_low_flight(low, points, own, sources):
-    """Fields of the model that concern the low flight."""
+def _of_last_flight(fit, points, own, sources, name=LOW):
+    """Fields of the model that concern the low flight, or what stands in its place."""
     n_values = len(points)
     return {
         "final": selection(np.arange(n_values), n_values, own.axes),
-        "low": flight_operator(low, points, sources, own.axes),
+        "low": flight_operator(fit, points, sources, own.axes),
         "places": sources.places,
-        "own": own.chains[LOW],
+        "own": own.chains[name],
     }
 
 
@@ -204,14 +204,11 @@ def model_of_high_flight(block, points, transformation, oriented=None) -> ErrorM
     sizes = given_errors(block, {HIGH: points}, own.axes)
     is_oriented = block.high_flight.is_oriented_numerically
     return ErrorModel(
-        final=selection(np.arange(len(points)), len(points), own.axes),
-        low=flight_operator(transformation, points, sources, own.axes),
+        **_of_last_flight(transformation, points, own, sources, HIGH),
         ground={CONTROL: unchanged(own.axes)},
         high=None,
-        places=sources.places,
         standard_errors=_with_orientations(sizes, own),
         is_assumed=is_oriented and oriented is None,
-        own=own.chains[HIGH],
     )
 
 
@@ -243,13 +240,8 @@ def given_errors(block, points, axes=Axes.PLANE):
     Per coordinate [m]: ``control`` (in space heights have errors of their own),
     ``high_flight``, ``low_flight``.
     """
-    return {
-        CONTROL: control_errors(block.control_points, axes),
-        **{
-            name: _measuring_errors(block.flights[name], points[name])
-            for name in points
-        },
-    }
+    measured = {n: _measuring_errors(block.flights[n], p) for n, p in points.items()}
+    return {CONTROL: control_errors(block.control_points, axes), **measured}
 
 
 def control_errors(control_points, axes):
@@ -309,9 +301,7 @@ def assumed_model(result) -> ErrorModel | None:
     block = result.block
     if result.high is not None:
         kinds = result.high.transformation.kind, result.low.kind
-        is_plane = all(
-            len(TRANSFORMATION_KINDS[kind].target) == len(PLAN) for kind in kinds
-        )
+        is_plane = all(TRANSFORMATION_KINDS[kind].target == PLAN for kind in kinds)
         if not is_plane or "standard_error_m" not in block.control_points:
             return None
     return model_of_block(
@@ -354,7 +344,7 @@ def model_of_given_approximations(block, low_points, low, oriented=None) -> Erro
     if not (is_control or block.low_flight.has_images):
         measured = _with_heights(measured, low, own.axes)
     return ErrorModel(
-        **_of_low_flight(low, low_points, own, sources),
+        **_of_last_flight(low, low_points, own, sources),
         ground={source: selection(rows, n_sources, own.axes)},
         high=None,
         standard_errors=_with_orientations({source: size, LOW: measured}, own),

@@ -53,15 +53,12 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     for name, errors in images.items():
         scale_number = block.flights[name].scale_number
         chains[name] = {name: image_chain(errors, fits[name], scale_number)}
-    return MeasurementErrors(
-        chains,
-        axes,
-        next(iter(turned.values())).n_sources if turned else 0,
-        is_complete=not any(
-            flight.is_oriented_numerically and name not in {*turned, *images}
-            for name, flight in block.flights.items()
-        ),
+    n_orientation = next(iter(turned.values())).n_sources if turned else 0
+    is_complete = not any(
+        flight.is_oriented_numerically and name not in {*turned, *images}
+        for name, flight in block.flights.items()
     )
+    return MeasurementErrors(chains, axes, n_orientation, is_complete)
 
 
 def image_chain(errors, fit, scale_number) -> PointOperator:
@@ -84,15 +81,11 @@ def image_chain(errors, fit, scale_number) -> PointOperator:
     of_point = axes.rows(np.arange(n_points))
     n_changes = N_CHANGES * errors.n_models
     by_image = linear @ influence.by_image[:, :n_coordinates] * image_mm
+    by_changes = linear @ influence.gain[:, :n_coordinates]
     points = sparse.hstack(
         [
             scattered(by_image, of_point, of_image, (n_rows, n_columns)),
-            scattered(
-                linear @ influence.gain[:, :n_coordinates],
-                of_point,
-                of_changes,
-                (n_rows, n_changes),
-            ),
+            scattered(by_changes, of_point, of_changes, (n_rows, n_changes)),
         ],
         format="csr",
     )

@@ -86,11 +86,9 @@ def flight_operator(transformation, model_points, ground, axes) -> FlightOperato
     sorted_place = np.empty(n_rows, dtype=np.int64)
     sorted_place[sort.order] = np.arange(n_rows)
     layout = PairLayout(sort.start, sorted_place[observed.row_numbers])
-    derive, cofactors = (
-        (conformal_sensitivity, conformal_cofactors)
-        if axes is Axes.COMPLEX
-        else (sensitivity, cofactors_of_rest)
-    )
+    derive, cofactors = sensitivity, cofactors_of_rest
+    if axes is Axes.COMPLEX:
+        derive, cofactors = conformal_sensitivity, conformal_cofactors
     design = derive(fit, layout.model_of_row, coordinates[sort.order])
     weight_sum = segment_sum(observed.weights, observed.start)
     hat = hat_operator(design, cofactors(fit), weight_sum, observed.weights, layout)
@@ -176,12 +174,8 @@ def covariances_of_pairs(chains, standard_errors, places):
     n_points = min(places.size, next(iter(chains.values())).n_points)
     n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(chains, n_points))
     n_parts = max(1, min(n_parts, len(places)))
-    return np.concatenate(
-        [
-            _between(chains, standard_errors, part)
-            for part in np.array_split(places, n_parts)
-        ]
-    )
+    parts = np.array_split(places, n_parts)
+    return np.concatenate([_between(chains, standard_errors, part) for part in parts])
 
 
 def _between(chains, standard_errors, places):

@@ -119,11 +119,9 @@ def surface_table(examination, model_ids) -> pd.DataFrame:
 
 def count_verdicts(surfaces) -> str:
     """Say how many models are critical, weak or safe."""
-    amounts = [
-        (int((surfaces["verdict"] == verdict).sum()), verdict)
-        for verdict in ("critical", "weak", "safe")
-    ]
-    said = [f"{amount} {verdict}" for amount, verdict in amounts if amount]
+    amounts = surfaces["verdict"].value_counts()
+    found = [verdict for verdict in ("critical", "weak", "safe") if verdict in amounts]
+    said = [f"{amounts[verdict]} {verdict}" for verdict in found]
     return f"{typesetting.count(len(surfaces), 'model')}: {', '.join(said)}"
 
 
@@ -273,13 +271,8 @@ def forecast_dangerous_surfaces(heights, plan) -> SurfaceForecast:
     terrain = checked.frame[HEIGHTS].to_numpy(dtype=float)
     middle = terrain[:, :2].mean(axis=1)
     altitude = plan.altitudes(middle)
-    xyz, base = standard_points(
-        terrain,
-        altitude,
-        plan.principal_distance,
-        plan.wing_in_image,
-        plan.base_in_image,
-    )
+    camera = (plan.principal_distance, plan.wing_in_image, plan.base_in_image)
+    xyz, base = standard_points(terrain, altitude, *camera)
     start = len(POINTS) * np.arange(len(xyz) + 1)
     examination = examine_surfaces(xyz.reshape(-1, 3), base, start)
     models = surface_table(examination, checked.frame["model_id"])

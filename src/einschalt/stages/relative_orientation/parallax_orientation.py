@@ -17,7 +17,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_problems,
     surface_table,
 )
-from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.results import Estimates, OrientationResult, failures_table
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.deformation_error import (
@@ -51,7 +51,7 @@ COUNT_Z_UP = "Count z upwards from the left projection centre: points have z < 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParallaxOrientation(ModelResult):
+class ParallaxOrientation(OrientationResult):
     """Relative orientations of all models, from their y-parallaxes.
 
     Attributes
@@ -120,17 +120,7 @@ class ParallaxOrientation(ModelResult):
         For ``gruber`` it is that of least squares too, since the procedure's own
         residuals leave the whole contradiction in point 6.
         """
-        return self.models.set_index("model_id")["sigma_0"]
-
-    @property
-    def n_points(self):
-        """Number of parallaxes, Series by model_id."""
-        return self.models.set_index("model_id")["n_points"]
-
-    @property
-    def redundancy(self):
-        """Parallaxes beyond five, Series by model_id."""
-        return self.models.set_index("model_id")["redundancy"]
+        return self._by_model("sigma_0")
 
     @property
     def estimates(self):
@@ -217,10 +207,8 @@ class ParallaxOrientation(ModelResult):
             f"{typesetting.number(neglected[place])}. Correct it, and measure again."
             for place in np.flatnonzero(is_large)
         ]
-        lines = [
-            typesetting.wrapped(text, first="  ", indent="    ")
-            for text in said[:MOST_PRINTED]
-        ]
+        shown = said[:MOST_PRINTED]
+        lines = [typesetting.wrapped(t, first="  ", indent="    ") for t in shown]
         rest = len(said) - MOST_PRINTED
         return [*lines, f"  and {rest} more"] if rest > 0 else lines
 
@@ -269,12 +257,9 @@ def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
     rows = np.flatnonzero(faults.is_sound[asked.codes])
     model = place[asked.codes[rows]]
     corrected = np.zeros_like(xyz)
-    corrected[rows] = correct_model(
-        xyz[rows],
-        orientation.models["base"].to_numpy()[model],
-        orientation.adjustment.elements[model],
-        orientation.case,
-    )
+    base = orientation.models["base"].to_numpy()[model]
+    elements = orientation.adjustment.elements[model]
+    corrected[rows] = correct_model(xyz[rows], base, elements, orientation.case)
     error = _orientation_error(orientation, xyz[rows], model)
     # rays that part meet above the centres, or nowhere
     is_apart = ~(corrected[:, 2] < 0.0)
@@ -289,16 +274,14 @@ def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
 def _orientation_error(orientation, xyz, model):
     sort = segments(model, len(orientation.models))
     xyz, model = xyz[sort.order], model[sort.order]
-    derivatives = correction_derivatives(
-        xyz,
-        orientation.models["base"].to_numpy(dtype=float)[model],
-        orientation.adjustment.elements[model],
-        orientation.case,
-    )
+    adjustment = orientation.adjustment
+    base = orientation.models["base"].to_numpy(dtype=float)[model]
+    elements = adjustment.elements[model]
+    derivatives = correction_derivatives(xyz, base, elements, orientation.case)[:, :2]
     variance = deformation_variance(
-        derivatives[:, :2], orientation.adjustment.cofactor, xyz[:, :2], sort.start
+        derivatives, adjustment.cofactor, xyz[:, :2], sort.start
     )
-    return np.sqrt(variance) * orientation.adjustment.sigma_0
+    return np.sqrt(variance) * adjustment.sigma_0
 
 
 def _find_models(orientation, names, has_coverages, faults):

@@ -44,6 +44,10 @@ NOT_SIX = "{points}, but {method} takes six"
 NOT_IN_PLANES = "not three of its points lie in each of the planes x = 0 and x = base"
 NOT_ON_SIDES = "not three of its points lie on the side of each projection centre"
 DIVERGES = "its points make Gruber's procedure diverge: a pass multiplies errors by {}"
+SIX_POINT_METHODS = {
+    "krames": ("Krames' construction", are_in_base_normal_planes, NOT_IN_PLANES),
+    "gruber": ("Gruber's procedure", are_on_two_sides, NOT_ON_SIDES),
+}
 CONTRADICTION_COLUMNS = [
     *("w", "d_omega_0", "d_omega_b", "delta_omega"),
     *("Y_0", "Z_0", "Y_b", "Z_b", "M_0", "M_b", "N_0", "N_b"),
@@ -72,40 +76,22 @@ class SixPointModels:
         rows = np.take_along_axis(rows, order, axis=1)
         return cls(models, rows, xyz[rows], base[models])
 
-    @property
-    def are_in_planes(self):
-        """Whether three points lie in each of Krames' planes, (n_six,)."""
-        return are_in_base_normal_planes(self.xyz, self.base)
-
     def only(self, is_kept):
         """Keep some of these models; ``is_kept`` has the shape (n_six,)."""
-        return type(self)(
-            *(each[is_kept] for each in (self.models, self.rows, self.xyz, self.base))
-        )
+        return type(self)(*(each[is_kept] for each in vars(self).values()))
 
 
-def say_krames_faults(xyz, base, model_start, faults):
-    """Say which models Krames' formulas do not fit."""
-    _say_not_six(np.diff(model_start), "Krames' construction", faults)
-    six = SixPointModels.of(xyz, base, model_start)
-    is_off = _of_all(~six.are_in_planes, six.models, len(base))
-    faults.say(is_off, NOT_IN_PLANES, TAKE_LEAST_SQUARES)
-
-
-def say_gruber_faults(xyz, base, model_start, faults):
-    """Say which models Gruber's procedure does not fit."""
-    _say_not_six(np.diff(model_start), "Gruber's procedure", faults)
-    six = SixPointModels.of(xyz, base, model_start)
-    is_off = _of_all(~are_on_two_sides(six.xyz, six.base), six.models, len(base))
-    faults.say(is_off, NOT_ON_SIDES, TAKE_LEAST_SQUARES)
-
-
-def _say_not_six(n_points, method, faults):
+def say_six_point_faults(method, xyz, base, model_start, faults):
+    """Say which models do not have the six points of a method."""
+    title, fit_in, reason = SIX_POINT_METHODS[method]
+    n_points = np.diff(model_start)
     for count in np.unique(n_points[n_points != N_SIX]):
-        points = typesetting.count(count, "point")
-        reason = NOT_SIX.format(points=points, method=method)
+        not_six = NOT_SIX.format(points=typesetting.count(count, "point"), method=title)
         remedy = TAKE_LEAST_SQUARES if count >= N_ELEMENTS else "Measure more points"
-        faults.say(n_points == count, reason, remedy)
+        faults.say(n_points == count, not_six, remedy)
+    six = SixPointModels.of(xyz, base, model_start)
+    is_off = _of_all(~fit_in(six.xyz, six.base), six.models, len(base))
+    faults.say(is_off, reason, TAKE_LEAST_SQUARES)
 
 
 def _of_all(is_it, models, n_models):
@@ -200,7 +186,7 @@ def contradiction_table(xyz, y_parallax, base, model_start, index) -> pd.DataFra
     three points in each of the two planes.
     """
     six = SixPointModels.of(xyz, base, model_start)
-    six = six.only(six.are_in_planes)
+    six = six.only(are_in_base_normal_planes(six.xyz, six.base))
     parallax = y_parallax[six.rows]
     planes = plane_determinants(six.xyz)
     own = fundamental_points(planes, parallax)

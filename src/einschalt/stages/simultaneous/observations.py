@@ -90,9 +90,7 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    control, covariance, control_row = _given_control(
-        control_points, points, is_spatial=is_spatial
-    )
+    control, control_row = _given_control(control_points, points, is_spatial=is_spatial)
     order = segments(model, int(first[-1])).order
     xyz = _coordinates(parts, is_spatial=is_spatial)
     measured = {
@@ -100,8 +98,7 @@ def code_block(flights, control_points) -> BlockTables:
         "point": points.codes[order],
         "standard_error": np.concatenate([f.standard_error for f in flights])[order],
         "flight": flight,
-        "control": control,
-        "control_covariance": covariance,
+        **control,
     }
     if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
@@ -118,7 +115,7 @@ def code_block(flights, control_points) -> BlockTables:
 
 
 def _coordinates(parts, *, is_spatial):
-    """Model coordinates of all flights, shape (n_rows, 2) or (n_rows, 3)."""
+    """Of the models of all flights, shape (n_rows, 2) or (n_rows, 3)."""
     names = list("xyz" if is_spatial else "xy")
     return np.concatenate([part[names].to_numpy(float) for part in parts])
 
@@ -185,14 +182,15 @@ def _checked(flight):
 
 
 def _given_control(control_points, points, *, is_spatial):
-    """Coordinates, covariance and row of the control of each coded point."""
+    """Fields of the observations that are of control, and its row for each point."""
     axes = (Axes.SPACE if is_spatial else Axes.PLANE).names
     n_points, d = len(points), len(axes)
     coordinates = np.full((n_points, d), np.nan)
     covariance = np.zeros((n_points, d, d))
+    given = {"control": coordinates, "control_covariance": covariance}
     row = np.full(n_points, -1)
     if control_points is None or len(control_points) == 0:
-        return coordinates, covariance, row
+        return given, row
     schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
     if is_spatial:
         schema = schema.requiring("height")
@@ -207,7 +205,7 @@ def _given_control(control_points, points, *, is_spatial):
     _refuse_impossible(own, frame)
     covariance[place[used]] = own[used]
     row[place[used]] = used
-    return coordinates, covariance, row
+    return given, row
 
 
 def _refuse_impossible(covariance, frame):

@@ -19,10 +19,6 @@ SETTLED = 0.01
 # beyond it there are gross errors, and one group would take all of them
 MOST_FACTOR = 1e3
 CONTROL = "control"
-COLUMNS = [
-    *("group", "standard_error_m", "factor", "factor_standard_error"),
-    *("redundancy", "is_estimated"),
-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,8 +120,6 @@ def _table(observations, groups, applied, found):
             "factor": factor,
             "factor_standard_error": error_of_factor,
             "redundancy": found.redundancy,
-            "is_estimated": False,
-        },
-        columns=COLUMNS,
+        }
     )
     return table[[size.size > 0 for size in sizes]]
