@@ -126,7 +126,7 @@ def estimate_components(examined, low):
     Parameters
     ----------
     examined : TwoStepExamination
-        In two steps, of a block of which :func:`can_propagate` is true. Its gross
+        In two steps, of a block that nothing keeps from propagation. Its gross
         measurements and suspects are left out; errors of orientations are held at
         the sizes that their parallaxes show.
     low : ModelTransformation
