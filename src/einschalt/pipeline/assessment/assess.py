@@ -27,9 +27,7 @@ from einschalt.pipeline.assessment.facts.known_points import (
     KnownPointFacts,
     known_point_facts,
 )
-from einschalt.pipeline.assessment.facts.model_deformation import (
-    DeformationFacts,
-)
+from einschalt.pipeline.assessment.facts.model_deformation import DeformationFacts
 from einschalt.pipeline.assessment.facts.moves import (
     DistributionFacts,
     IterationFacts,
@@ -161,9 +159,7 @@ def _of_its_way(examined):
 def _(examined: TwoStepExamination):
     return {
         "findings": with_causes(
-            findings_of(examined, TWO_STEP),
-            examined.exchanged_names,
-            is_coupled=False,
+            findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
         "iterations": iteration_facts(examined),

@@ -20,9 +20,7 @@ from einschalt.pipeline.assessment.credibility import (
     figure_of_two_steps,
 )
 from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
-from einschalt.pipeline.assessment.evidence.exchanged_names import (
-    find_exchanged_names,
-)
+from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -47,10 +45,7 @@ from einschalt.pipeline.assessment.tolerance import (
 )
 from einschalt.pipeline.densification.iteration import assumed_after_iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
-from einschalt.pipeline.densification.two_steps import (
-    TwoStepSolution,
-    WithoutTwoSteps,
-)
+from einschalt.pipeline.densification.two_steps import TwoStepSolution, WithoutTwoSteps
 from einschalt.stages.error_propagation.error_model import model_of_block
 from einschalt.stages.stage4_error_propagation import propagate_model
 

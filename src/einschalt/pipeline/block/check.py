@@ -12,10 +12,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
-from einschalt.foundations.errors import (
-    ConsistencyError,
-    EinschaltError,
-)
+from einschalt.foundations.errors import ConsistencyError, EinschaltError
 from einschalt.foundations.key_columns import is_among, row_codes
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT

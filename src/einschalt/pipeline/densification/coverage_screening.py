@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from einschalt.stages.coverage_screening import (
-    coverage_differences,
-    screen_coverages,
-)
+from einschalt.stages.coverage_screening import coverage_differences, screen_coverages
 from einschalt.stages.error_propagation.operators import propagate
 
 

@@ -23,9 +23,7 @@ from einschalt.pipeline.densification.low_flight_fit import (
     transform_low_flight,
 )
 from einschalt.pipeline.densification.residual_distribution import distributed
-from einschalt.pipeline.densification.residual_test_weights import (
-    residual_test_weights,
-)
+from einschalt.pipeline.densification.residual_test_weights import residual_test_weights
 from einschalt.pipeline.densification.result_tables import (
     HIGH,
     LOW,

@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 from einschalt.pipeline.assessment.findings.row_keys import first_names
 from einschalt.theory.adjustment.global_tests import (
     mean_differs_from_zero,

@@ -1,11 +1,7 @@
 """Models that failed or are weak, and points that hang on them."""
 
 from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
-from einschalt.pipeline.assessment.findings.row_keys import (
-    MODEL,
-    first_names,
-    row_keys,
-)
+from einschalt.pipeline.assessment.findings.row_keys import MODEL, first_names, row_keys
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 LARGE_M_0 = 3.0

@@ -4,16 +4,8 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.image_precision import image_component
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
-from einschalt.pipeline.assessment.findings.row_keys import (
-    MODEL,
-    first_names,
-    row_keys,
-)
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.row_keys import MODEL, first_names, row_keys
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni

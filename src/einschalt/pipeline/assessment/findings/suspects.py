@@ -5,11 +5,7 @@ import pandas as pd
 
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
+from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 from einschalt.pipeline.assessment.findings.row_keys import (
     OBSERVATION,
     first_names,

@@ -2,13 +2,7 @@
 
 import math
 
-from einschalt.foundations.typesetting import (
-    count,
-    length,
-    lengths,
-    number,
-    scale,
-)
+from einschalt.foundations.typesetting import count, length, lengths, number, scale
 from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.wording import flight_name, with_error
 

@@ -10,10 +10,7 @@ ADJUSTED = "that of the simultaneous adjustment (standard_error_total)"
 BUDGET = (
     "Kovarik's budget (standard_error_paper), a lower bound: nothing larger is known"
 )
-TITLES = {
-    "standard_error_total": PROPAGATED,
-    "standard_error_paper": BUDGET,
-}
+TITLES = {"standard_error_total": PROPAGATED, "standard_error_paper": BUDGET}
 ADJUSTMENTS = (
     Reason.ADJUSTED,
     Reason.ADJUSTED_UNKNOWN,
