@@ -48,18 +48,7 @@ class Stage(StrEnum):
 
 
 def stage_reporter(progress):
-    """Give what reports a stage to a caller who may not be interested.
-
-    Parameters
-    ----------
-    progress : callable or None
-        Called with the title of the stage and the fraction that is done.
-
-    Returns
-    -------
-    callable
-        Takes a :class:`Stage`.
-    """
+    """Give what reports a stage to a caller who may not be interested."""
 
     def report_progress(stage):
         if progress is not None:

@@ -213,16 +213,7 @@ class Settings(BaseModel):
         return {"coverage_mean": self.coverage_mean, "weighting": self.weighting}
 
     def updated(self, given):
-        """Give the settings with some fields replaced, checked as on construction.
-
-        Parameters
-        ----------
-        given : Mapping
-
-        Returns
-        -------
-        Settings
-        """
+        """Give the settings with some fields replaced, checked as on construction."""
         return type(self)(**{**self.model_dump(), **given})
 
 
@@ -273,21 +264,8 @@ def with_present_words(fields):
 def checked(build, fields, *, section, names, file=None):
     """Build a pydantic model and say what is wrong in the words of the project.
 
-    Parameters
-    ----------
-    build : callable
-        The constructor that validates.
-    fields : dict
-    section : str
-        Section of block.toml, said in messages.
-    names : type
-        The model, for the nearest known name of an unknown key.
-    file : str, optional
-
-    Raises
-    ------
-    SettingsError, BlockError
-        One or several keys are unknown, missing, or have a value that is not allowed.
+    ``section`` of block.toml and ``file`` are said in messages; ``names`` is the model,
+    for the nearest known name of an unknown key. Several faults come in a BlockError.
     """
     try:
         return build(**fields)
@@ -304,20 +282,8 @@ def checked(build, fields, *, section, names, file=None):
 def setting_problem(fault, section, names, *, file=None):
     """Say in the words of the project what pydantic found.
 
-    Parameters
-    ----------
-    fault : dict
-        One of ``ValidationError.errors()``.
-    section : str
-        Section of block.toml, said in the message.
-    names : type
-        The model: its fields are the known keys. What was expected is the field's
-        Expected, the words of a choice, or the field's description.
-    file : str, optional
-
-    Returns
-    -------
-    SettingsError
+    ``names`` is the model. What was expected is the field's Expected, the words of a
+    choice, or the field's description.
     """
     key = ".".join(shortened(str(part)) for part in fault["loc"]) or section
     where = f"[{section}] {key}"

@@ -67,39 +67,13 @@ from einschalt.pipeline.assessment.tolerance import tolerance_of
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment:
-    """Everything that is to be known of a result besides its tables.
-
-    Attributes
-    ----------
-    block : BlockFacts
-    findings : tuple of Finding
-        The gravest first.
-    credible : CredibleFigure
-        The figure to believe, and why.
-    precision : TwoStepPrecision or SimultaneousPrecision
-        All figures of the new points.
-    claim : Claim
-        Tests of the stated precision against the measurements.
-    known_points : KnownPointFacts
-    flights : tuple of FlightFacts
-    approximations : ApproximationFacts
-    repeated_settings : tuple of RepeatedSettingFacts
-    patterns : PatternFacts
-    error_sources : ErrorSourceFacts or None
-    neighbours : NeighbourFacts or None
-    iterations : IterationFacts or None
-    distribution : DistributionFacts or None
-    tolerance : ToleranceFacts or None
-    deformation : DeformationFacts or None
-    control_strain : SuspectControlFacts, DisplacedControlFacts or None
-        None where it was not asked for, or nothing shows.
-    """
+    """Everything that is to be known of a result besides its tables."""
 
     block: BlockFacts
-    findings: tuple[Finding, ...]
-    credible: CredibleFigure
-    precision: TwoStepPrecision | SimultaneousPrecision
-    claim: Claim
+    findings: tuple[Finding, ...]  # the gravest first
+    credible: CredibleFigure  # the figure to believe, and why
+    precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
+    claim: Claim  # tests of the stated precision against the measurements
     known_points: KnownPointFacts
     flights: tuple[FlightFacts, ...]
     approximations: ApproximationFacts
@@ -111,6 +85,7 @@ class Assessment:
     distribution: DistributionFacts | None
     tolerance: ToleranceFacts | None
     deformation: DeformationFacts | None
+    # None where it was not asked for, or nothing shows
     control_strain: SuspectControlFacts | DisplacedControlFacts | None
 
     def to_dict(self) -> dict:
@@ -119,16 +94,7 @@ class Assessment:
 
 
 def assess(result) -> Assessment:
-    """Judge a result.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    Assessment
-    """
+    """Judge a result."""
     examined = result.examination
     return Assessment(
         block=block_facts(examined),

@@ -38,23 +38,10 @@ OF_FLIGHT = frozenset({"wrong_measuring_errors", "high_flight_that_misfits"})
 
 
 def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
-    """Put causes first, and say which findings they explain.
+    """Put causes before findings, and mark those that they explain: ``explained_by``.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-        In their order.
-    exchanges : sequence of ExchangedNames
-        That were found; without any the findings stay as they are.
-    is_coupled : bool
-        Whether every model reaches every point, as in one adjustment that keeps gross
-        errors: then consequences are not bound to the points of the model.
-
-    Returns
-    -------
-    tuple of Finding
-        The cause, with the codes of what it ``explains`` among its facts, then all
-        others in their order, with ``explained_by``.
+    Where ``is_coupled``, every model reaches every point, as in one adjustment that
+    keeps gross errors: consequences are then not bound to the points of the model.
     """
     if not exchanges:
         return tuple(findings)

@@ -57,12 +57,7 @@ RELIABILITY_COLUMNS = [
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Examination(PrecisionTables):
-    """What can be asked of a solution, whichever way it was computed.
-
-    Attributes
-    ----------
-    solution : Solution
-    """
+    """What can be asked of a solution, whichever way it was computed."""
 
     solution: TwoStepSolution | SimultaneousSolution
 
@@ -317,14 +312,5 @@ EXAMINATIONS = {
 
 
 def examine(solution):
-    """Examination of a solution, of the kind that fits the way it was computed.
-
-    Parameters
-    ----------
-    solution : TwoStepSolution, SimultaneousSolution or WithoutTwoSteps
-
-    Returns
-    -------
-    TwoStepExamination, SimultaneousExamination or NothingExamined
-    """
+    """Examination of a solution, of the kind that fits the way it was computed."""
     return EXAMINATIONS[type(solution)](solution)

@@ -38,21 +38,8 @@ class DaskEngine:
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come.
 
-        Parameters
-        ----------
-        function : callable
-        tasks : sequence
-
-        Yields
-        ------
-        Answer
-
-        Raises
-        ------
-        SettingsError
-            Dask is not installed, or no scheduler answers at the address.
-        EngineError
-            The scheduler is gone. What was computed stays.
+        A SettingsError where Dask is not installed, or no scheduler answers at the
+        address; an EngineError where it is gone. What was computed stays.
         """
         distributed = _distributed()
         client = self._connected(distributed)

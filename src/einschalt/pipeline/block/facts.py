@@ -42,19 +42,7 @@ ASK_ABOVE = {
 
 
 def check_facts(block, said=frozenset()):
-    """Check everything of a block that is no table.
-
-    Parameters
-    ----------
-    block : object
-        With the attributes of a :class:`~einschalt.pipeline.block.block.Block`.
-    said : set of (str, str), optional
-        Section and key of the facts that are known to be wrong or missing.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Check all of a block that is no table, but for the facts in ``said``."""
     facts = _Facts(block, said)
     facts.system()
     facts.sections()

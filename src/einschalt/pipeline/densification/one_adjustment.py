@@ -28,18 +28,10 @@ from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SimultaneousSolution(Solution):
-    """Points of a block from one adjustment of all its models.
+    """Points of a block from one adjustment of all its models."""
 
-    Attributes
-    ----------
-    adjustment : BlockAdjustment
-        Where points, models and residuals are from.
-    two_step : TwoStepSolution or WithoutTwoSteps
-        The same block in two steps.
-    """
-
-    adjustment: BlockAdjustment
-    two_step: TwoStepSolution | WithoutTwoSteps
+    adjustment: BlockAdjustment  # where points, models and residuals are from
+    two_step: TwoStepSolution | WithoutTwoSteps  # the same block in two steps
 
     single_values = property(attrgetter("two_step.single_values"))
     approximations = property(attrgetter("two_step.approximations"))
@@ -52,23 +44,8 @@ def solve_in_one_adjustment(
 ) -> SimultaneousSolution:
     """Densify a block in one adjustment of all models and the control.
 
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    flights : dict of str to RelativeOrientation
-        Every flight of the block after stage 2.
-    report_progress : callable
-        Called with each :class:`~einschalt.pipeline.progress.Stage`.
-
-    Returns
-    -------
-    SimultaneousSolution
-
-    Raises
-    ------
-    GeometryError
-        Nothing of the block can be determined.
+    ``flights`` after stage 2. A GeometryError where nothing of the block can be
+    determined.
     """
     two_step = _beside(block, settings, flights, report_progress)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)

@@ -183,23 +183,8 @@ def no_moves():
 def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolution:
     """Densify a block in two steps.
 
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    flights : dict of str to RelativeOrientation
-        Every flight of the block after stage 2.
-    report_progress : callable
-        Called with each :class:`~einschalt.pipeline.progress.Stage`.
-
-    Returns
-    -------
-    TwoStepSolution
-
-    Raises
-    ------
-    GeometryError
-        Not one model of a flight could be used.
+    ``flights`` after stage 2. A GeometryError where not one model of a flight could be
+    used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)

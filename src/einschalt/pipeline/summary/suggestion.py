@@ -5,21 +5,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Suggestion:
-    """One problem and what to do about it.
+    """One problem and what to do about it."""
 
-    Attributes
-    ----------
-    problem : str
-        One sentence without its full stop.
-    remedy : str
-        One sentence without its full stop; empty where there is nothing to do.
-    details : tuple of str
-        Parts of the problem, one a line.
-    """
-
-    problem: str
+    problem: str  # one sentence without its full stop
+    # one sentence without its full stop; empty where there is nothing to do
     remedy: str = ""
-    details: tuple[str, ...] = ()
+    details: tuple[str, ...] = ()  # parts of the problem, one a line
 
     def __str__(self):
         """Problem and remedy as sentences, without the details."""

@@ -135,19 +135,12 @@ class Claim:
 
 @dataclass(frozen=True, eq=False)
 class ResidualField:
-    """Residuals of the low flight at their points, and draws of them.
+    """Residuals of the low flight at their points, and draws of them."""
 
-    Attributes
-    ----------
-    positions, vectors : ndarray, shape (n_points, 2)
-        [m]
-    drawn : ndarray, shape (n_points, 2, n_draws)
-        [m]
-    """
-
+    # shape (n_points, 2) [m]
     positions: np.ndarray
     vectors: np.ndarray
-    drawn: np.ndarray
+    drawn: np.ndarray  # shape (n_points, 2, n_draws) [m]
 
     @cached_property
     def correlogram(self) -> Correlogram:
@@ -170,16 +163,7 @@ KNOWN = {"check": "check points", "control": "control points"}
 
 
 def examine_claim(examined) -> Claim:
-    """Test what was measured against what the claimed figures predict.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    Claim
-    """
+    """Test what was measured against what the claimed figures predict."""
     model = examined.error_model
     if model is None or not examined.low.fit.redundancy.any():
         return UNTESTED

@@ -84,16 +84,7 @@ _RANK = {code: rank for rank, code in enumerate(ORDER)}
 def findings_of(examined, judges) -> tuple[Finding, ...]:
     """Let judges look for everything that the user of a result should know.
 
-    Parameters
-    ----------
-    examined : Examination
-    judges : sequence of callable
-        Each gives a finding, several in a tuple, or None.
-
-    Returns
-    -------
-    tuple of Finding
-        In the order of ORDER; empty where nothing was found.
+    Each gives a finding, several in a tuple, or None. In the order of ORDER.
     """
     found = []
     for judge in judges:

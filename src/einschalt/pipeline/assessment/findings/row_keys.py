@@ -6,33 +6,12 @@ OBSERVATION = ("flight", "coverage", "model_id", "point_id")
 
 
 def first_names(ids) -> tuple[str, ...]:
-    """Take the first names of many.
-
-    Parameters
-    ----------
-    ids : sequence
-
-    Returns
-    -------
-    tuple of str
-        As they come, at most MOST_NAMED.
-    """
+    """Take the first names of many, at most MOST_NAMED."""
     return tuple(str(name) for name in list(ids)[:MOST_NAMED])
 
 
 def row_keys(rows, columns=OBSERVATION) -> tuple[tuple[str, ...], ...]:
-    """Take what names the first rows of a table.
-
-    Parameters
-    ----------
-    rows : DataFrame
-    columns : sequence of str
-
-    Returns
-    -------
-    tuple of tuples of str
-        One for each row, at most MOST_NAMED.
-    """
+    """Take what names the first rows of a table, at most MOST_NAMED."""
     first = rows[list(columns)].head(MOST_NAMED)
     return tuple(
         tuple(map(str, row)) for row in first.itertuples(index=False, name=None)

@@ -8,17 +8,7 @@ from einschalt.pipeline.summary.wording import flight_name, with_error
 
 
 def section(flights, approximations) -> Section:
-    """Set what each flight measured, and how well its models fit.
-
-    Parameters
-    ----------
-    flights : tuple of FlightFacts
-    approximations : ApproximationFacts
-
-    Returns
-    -------
-    Section
-    """
+    """Set what each flight measured, and how well its models fit."""
     m_0 = lengths([flight.m_0 for flight in flights])
     m_g = lengths([flight.m_g_ground for flight in flights])
     rows = [

@@ -92,17 +92,7 @@ BLIND = "It does not see errors that all models share: look at the model deforma
 
 
 def section(facts, credible) -> Section:
-    """Set the figures of the new points.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-    credible : CredibleFigure
-
-    Returns
-    -------
-    Section
-    """
+    """Set the figures of the new points."""
     header, rows = table(facts)
     said = (*_belief(facts, credible), caution(facts), *remarks(facts))
     return Section(TITLE, header, rows if facts.n_new else (), said)
@@ -110,47 +100,19 @@ def section(facts, credible) -> Section:
 
 @singledispatch
 def table(facts):
-    """Header and rows of the figures.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    header : tuple of str
-    rows : tuple of tuple of str
-    """
+    """Header and rows of the figures."""
     raise TypeError(type(facts).__name__)
 
 
 @singledispatch
 def caution(facts) -> str:
-    """Say what the figures cannot see.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    str
-    """
+    """Say what the figures cannot see."""
     raise TypeError(type(facts).__name__)
 
 
 @singledispatch
 def remarks(facts) -> tuple[str, ...]:
-    """Say what the figures mean.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Say what the figures mean."""
     raise TypeError(type(facts).__name__)
 
 

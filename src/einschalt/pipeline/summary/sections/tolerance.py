@@ -25,18 +25,7 @@ UNTESTED = "Nothing in the measurements could contradict the figure: it is not t
 
 
 def section(facts, credible) -> Section:
-    """Set how many points of each role pass and fail.
-
-    Parameters
-    ----------
-    facts : ToleranceFacts or None
-    credible : CredibleFigure
-
-    Returns
-    -------
-    Section
-        Without rows where no tolerance is set.
-    """
+    """Set how many points of each role pass and fail."""
     if facts is None:
         return NO_SECTION
     largest = lengths([outcome.largest for outcome in facts.roles])

@@ -30,29 +30,10 @@ WORDS = {code: words for module in MODULES for code, words in module.WORDS.items
 
 
 def suggestion_of(finding) -> Suggestion:
-    """Put a finding into words.
-
-    Parameters
-    ----------
-    finding : Finding
-
-    Returns
-    -------
-    Suggestion
-    """
+    """Put a finding into words."""
     return WORDS[finding.code](finding)
 
 
 def suggestions_of(findings) -> tuple[Suggestion, ...]:
-    """Put findings into words, all but those that another one explains.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-
-    Returns
-    -------
-    tuple of Suggestion
-        In their order.
-    """
+    """Put findings into words, all but those that another one explains."""
     return tuple(suggestion_of(f) for f in findings if not f.explained_by)
