@@ -1,7 +1,12 @@
 """Models that failed or are weak, and points that hang on them."""
 
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
-from einschalt.pipeline.assessment.findings.row_keys import MODEL, first_names, row_keys
+from einschalt.pipeline.assessment.findings.kinds import (
+    MODEL,
+    finding,
+    first_names,
+    models_of,
+    row_keys,
+)
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 LARGE_M_0 = 3.0
@@ -19,18 +24,15 @@ def failed_models(examined):
     n_failed = len(failures[keys].drop_duplicates())
     groups = failures.groupby(["flight", "reason", "remedy"], sort=False, dropna=False)
     biggest = sorted(groups, key=lambda group: -len(group[1]))
-    return Finding(
+    return finding(
         "failed_models",
-        Subject.MODEL,
-        names=first_names(failures["model_id"].drop_duplicates()),
+        names=failures["model_id"].drop_duplicates(),
         statistic="number of failed models",
-        observed=float(n_failed),
+        observed=n_failed,
         expected=0.0,
         facts={
             "n_failed": n_failed,
-            "n_models": sum(
-                flight.n_models for flight in examined.block.flights.values()
-            ),
+            "n_models": sum(f.n_models for f in examined.block.flights.values()),
             "n_reasons": len(biggest),
             "reasons": tuple(_reason(*group) for group in biggest[:MOST_REASONS]),
         },
@@ -55,10 +57,9 @@ def points_without_coordinates(examined):
     lost = measured[is_lost].drop_duplicates()
     if lost.empty:
         return None
-    return Finding(
+    return finding(
         "points_without_coordinates",
-        Subject.POINT,
-        names=first_names(lost),
+        names=lost,
         remedy="look_at_their_models",
         facts={"n_points": len(lost)},
     )
@@ -77,20 +78,14 @@ def models_with_large_m_0(examined):
     if worst.empty:
         return None
     largest = float(worst["m_0"].iloc[0])
-    return Finding(
+    return finding(
         "models_with_large_m_0",
-        Subject.MODEL,
-        names=first_names(worst["model_id"]),
+        names=worst["model_id"],
         statistic="m_0 of a model",
         observed=largest,
-        expected=float(usual[worst.index[0]]),
+        expected=usual[worst.index[0]],
         remedy="look_at_residuals",
-        facts={
-            "n_models": len(worst),
-            "models": row_keys(worst, MODEL),
-            "times_usual": LARGE_M_0,
-            "largest_m_0": largest,
-        },
+        facts={**models_of(worst), "times_usual": LARGE_M_0, "largest_m_0": largest},
     )
 
 
@@ -106,17 +101,14 @@ def mirrored_models(examined):
         return None
     facts = {"n_mirrored": len(mirrored), "n_affine": len(models)}
     if len(mirrored) == len(models):
-        return Finding(
+        return finding(
             "all_models_mirrored",
-            Subject.BLOCK,
-            Gravity.NOTE,
             remedy="exchange_axes_unless_left_handed",
             facts=facts,
         )
-    return Finding(
+    return finding(
         "mirrored_models",
-        Subject.MODEL,
-        names=first_names(mirrored["model_id"]),
+        names=mirrored["model_id"],
         remedy="look_for_exchanged_names",
         facts={**facts, "models": row_keys(mirrored, MODEL)},
     )
@@ -130,15 +122,12 @@ def points_in_one_coverage(examined):
     single = points[points["n_coverages"] == 1]
     if single.empty:
         return None
-    return Finding(
+    n_alone = int((single["n_models"] == 1).sum())
+    return finding(
         "points_in_one_coverage",
-        Subject.POINT,
-        names=first_names(single["point_id"]),
+        names=single["point_id"],
         remedy="nothing_confirms_them",
-        facts={
-            "n_points": len(single),
-            "n_in_one_model": int((single["n_models"] == 1).sum()),
-        },
+        facts={"n_points": len(single), "n_in_one_model": n_alone},
     )
 
 
@@ -150,10 +139,9 @@ def points_in_one_model(examined):
     alone = points[(points["n_coverages"] == 1) & (points["n_models"] == 1)]
     if alone.empty:
         return None
-    return Finding(
+    return finding(
         "points_in_one_model",
-        Subject.POINT,
-        names=first_names(alone["point_id"]),
+        names=alone["point_id"],
         remedy="nothing_confirms_them",
         facts={"n_points": len(alone)},
     )
@@ -165,12 +153,11 @@ def models_without_redundancy(examined):
     exact = models[models["is_usable"].astype(bool) & (models["redundancy"] == 0)]
     if exact.empty:
         return None
-    return Finding(
+    return finding(
         "models_without_redundancy",
-        Subject.MODEL,
-        names=first_names(exact["model_id"]),
+        names=exact["model_id"],
         remedy="gross_errors_cannot_be_seen",
-        facts={"n_models": len(exact), "models": row_keys(exact, MODEL)},
+        facts=models_of(exact),
     )
 
 
