@@ -6,12 +6,8 @@ from enum import StrEnum
 class Stage(StrEnum):
     """A stage of the computation of a block; as a str it is the title that is shown.
 
-    Attributes
-    ----------
-    fraction : float
-        Part of the computation that is done when the stage begins.
-    key : str
-        Name of the stage in tables of failures.
+    ``fraction`` of the computation is done when it begins; ``key`` is its name in
+    tables of failures.
 
     Examples
     --------

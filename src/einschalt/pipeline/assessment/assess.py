@@ -107,7 +107,9 @@ def assess(result) -> Assessment:
         patterns=pattern_facts(examined),
         error_sources=error_source_facts(examined),
         neighbours=neighbour_facts(examined),
+        iterations=iteration_facts(examined),
         distribution=distribution_facts(examined),
+        deformation=examined.deformation,
         tolerance=tolerance_facts(
             result.points, tolerance_of(examined.settings), examined.checked
         ),
@@ -128,8 +130,6 @@ def _(examined: TwoStepExamination):
             findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
-        "iterations": iteration_facts(examined),
-        "deformation": None,
         "control_strain": displaced_control_facts(examined),
     }
 
@@ -143,7 +143,5 @@ def _(examined: SimultaneousExamination):
             is_coupled=examined.settings.outliers == "keep",
         ),
         "precision": simultaneous_precision(examined),
-        "iterations": None,
-        "deformation": examined.deformation,
         "control_strain": suspect_control_facts(examined),
     }

@@ -11,30 +11,26 @@ from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 MOST_EXCHANGES = 100
 # what a gross error in a model makes of the points that it holds
-OF_POINTS = frozenset(
-    {
-        "suspect_observations",
-        "gross_measurements",
-        "coverages_that_differ",
-        "points_that_differ",
-        "control_that_contradicts",
-        "control_against_block",
-        "control_set_aside",
-    }
-)
+OF_POINTS = {
+    "suspect_observations",
+    "gross_measurements",
+    "coverages_that_differ",
+    "points_that_differ",
+    "control_that_contradicts",
+    "control_against_block",
+    "control_set_aside",
+}
 # and of a block as a whole
-OF_BLOCK = frozenset(
-    {
-        "adjustment_that_misfits",
-        "claim_that_does_not_stand",
-        "check_points_beyond_claim",
-        "control_points_beyond_claim",
-        "contradicted_propagation",
-        "contradicted_budget",
-    }
-)
+OF_BLOCK = {
+    "adjustment_that_misfits",
+    "claim_that_does_not_stand",
+    "check_points_beyond_claim",
+    "control_points_beyond_claim",
+    "contradicted_propagation",
+    "contradicted_budget",
+}
 # and of the flight that the model belongs to
-OF_FLIGHT = frozenset({"wrong_measuring_errors", "high_flight_that_misfits"})
+OF_FLIGHT = {"wrong_measuring_errors", "high_flight_that_misfits"}
 
 
 def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:

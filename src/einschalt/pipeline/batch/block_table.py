@@ -24,13 +24,8 @@ FIGURES = {
 }
 COUNTS = ("n_points", "n_suspects", "n_failed_models", "n_moved")
 COLUMNS = (
-    *TEXT_COLUMNS,
-    *FIGURES,
-    "seconds",
-    "n_suspects",
-    "n_failed_models",
-    "n_moved",
-    "largest_move",
+    *(*TEXT_COLUMNS, *FIGURES, "seconds"),
+    *("n_suspects", "n_failed_models", "n_moved", "largest_move"),
 )
 POSITION = ("point_id", "easting", "northing", "height")
 SAME = 1e-3  # coordinates that differ by less are the same [m]

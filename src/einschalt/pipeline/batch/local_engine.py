@@ -83,19 +83,8 @@ class LocalEngine:
     They are started anew, not forked, so that it works on every system, with threads,
     and without a guard in the calling script. A process that ends without an answer is
     replaced, and so is one whose task found no memory. The task is tried again at the
-    end, alone, when all memory is there for it; then it is given up.
-
-    Parameters
-    ----------
-    n_workers : int, optional
-        How many processes; as many as there are cores where left out.
-    memory_gb : float, optional
-        What each of them may use [GB].
-
-    Raises
-    ------
-    SettingsError
-        No such number of processes, or the system cannot limit memory.
+    end, alone, when all memory is there for it; then it is given up. There are as many
+    as cores unless ``n_workers`` says otherwise; each may use ``memory_gb`` [GB].
     """
 
     def __init__(self, n_workers=None, *, memory_gb=None):

@@ -236,9 +236,8 @@ class _Steps:
     def __init__(self, block, axes, low_points):
         self.block, self.axes, self.low_points = block, axes, low_points
         control = block.control_points
-        self.n_low, self.n_control = len(low_points), 0
-        if control is not None:
-            self.n_control = len(control)
+        self.n_low = len(low_points)
+        self.n_control = 0 if control is None else len(control)
         self.own, self.control = (
             selection(np.arange(n), n, axes) for n in (self.n_low, self.n_control)
         )

@@ -8,7 +8,7 @@ from einschalt.pipeline.densification.figures import adjusted_figures
 from einschalt.pipeline.densification.gross_errors import no_gross_measurements
 from einschalt.pipeline.densification.result_tables import (
     failures_of,
-    of_oriented_flights,
+    of_orientations,
     with_roles,
 )
 from einschalt.pipeline.densification.simultaneous import (
@@ -53,26 +53,20 @@ def solve_in_one_adjustment(
     points = point_columns(block, flights, adjusted, two_step)
     points = with_roles(points, block.control_points)
     points = distribute_adjusted(block, settings, points)
-    failures = failures_of(
-        [
-            *((name, oriented.failures) for name, oriented in flights.items()),
-            ("", adjusted.failures),
-        ]
-    )
+    parts = [(name, oriented.failures) for name, oriented in flights.items()]
+    failures = failures_of([*parts, ("", adjusted.failures)])
     return SimultaneousSolution(
         block=block,
         settings=settings,
         points=points,
         models=adjusted.models,
         residuals=adjusted.residuals,
-        orientations=of_oriented_flights(flights, "orientations"),
-        orientation_residuals=of_oriented_flights(flights, "residuals"),
-        orientation_errors={name: o.errors for name, o in flights.items()},
         failures=failures,
         gross_measurements=no_gross_measurements(),  # all are in the residuals
         figures=adjusted_figures(adjusted, points, failures),
         adjustment=adjusted,
         two_step=two_step,
+        **of_orientations(flights),
     )
 
 

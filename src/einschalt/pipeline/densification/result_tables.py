@@ -59,6 +59,15 @@ def of_oriented_flights(flights, table):
     return _flight_first(pd.concat(parts, ignore_index=True))
 
 
+def of_orientations(flights):
+    """What every solution keeps of stage 2, by the names of its fields."""
+    return {
+        "orientations": of_oriented_flights(flights, "orientations"),
+        "orientation_residuals": of_oriented_flights(flights, "residuals"),
+        "orientation_errors": {name: o.errors for name, o in flights.items()},
+    }
+
+
 def of_transformed_flights(high, low, table_of):
     """A table of stage 3 of both flights, which ``table_of`` takes of each."""
     parts = [table_of(low).assign(flight=LOW)]

@@ -41,13 +41,9 @@ HEIGHT_OVER_PLAN = 1.65
 # projection centres over points of a model, to begin with
 CENTRE_OVER_POINT = 3.0
 STANDARD_ERRORS = [
-    "standard_error_easting",
-    "standard_error_northing",
-    "covariance_en",
-    "standard_error_total",
-    "standard_error_height",
-    "covariance_eh",
-    "covariance_nh",
+    *("standard_error_easting", "standard_error_northing", "covariance_en"),
+    *("standard_error_total", "standard_error_height"),
+    *("covariance_eh", "covariance_nh"),
 ]
 DIFFERENCES = ["difference_easting", "difference_northing", "difference_height"]
 ADJUSTED_KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
@@ -115,15 +111,11 @@ def adjust_block(
     require_choice("flights", flights, tuple(WHICH))
     searched, given = _deformation(deformation)
     significance = _probability(significance)
-    measured = {
-        name: flight for name, flight in block.flights.items() if name in WHICH[flights]
-    }
+    measured = {n: flight for n, flight in block.flights.items() if n in WHICH[flights]}
     if not measured:
         raise SettingsError(
             f"flights = {flights!r}, but the block has no {flights} flight",
-            expected=" or ".join(
-                name.removesuffix("_flight") for name in block.flights
-            ),
+            expected=" or ".join(n.removesuffix("_flight") for n in block.flights),
         )
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
     options = AdjustmentOptions(
@@ -262,10 +254,7 @@ def _suspects(adjusted):
 
 
 def _of_two_steps(point_id, two_step):
-    names = [
-        *("easting", "northing"),
-        *("standard_error_paper", "standard_error_internal"),
-    ]
+    names = ["easting", "northing", "standard_error_paper", "standard_error_internal"]
     if not two_step.is_possible:
         return pd.DataFrame(np.nan, index=point_id, columns=names)
     return two_step.points.set_index("point_id")[names].reindex(point_id)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
+from operator import attrgetter
 
 import pandas as pd
 
@@ -29,7 +30,7 @@ from einschalt.pipeline.densification.result_tables import (
     LOW,
     failures_of,
     models_with_parameters,
-    of_oriented_flights,
+    of_orientations,
     of_transformed_flights,
     with_roles,
     with_standard_errors,
@@ -139,17 +140,10 @@ class TwoStepSolution(Solution):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WithoutTwoSteps:
-    """A block whose control is too little for the two steps: its tables have no rows.
-
-    Attributes
-    ----------
-    block : Block
-    reason : str
-        Why the two steps are not possible.
-    """
+    """A block with too little control for two steps: its tables have no rows."""
 
     block: object
-    reason: str
+    reason: str  # why the two steps are not possible
 
     is_possible = False
 
@@ -234,10 +228,8 @@ def _tables(flights, high, last, points):
     failures = _failures(flights, high, low)
     return {
         "models": of_transformed_flights(high, low, models_with_parameters),
-        "residuals": of_transformed_flights(high, low, lambda fit: fit.residuals),
-        "orientations": of_oriented_flights(flights, "orientations"),
-        "orientation_residuals": of_oriented_flights(flights, "residuals"),
-        "orientation_errors": {name: o.errors for name, o in flights.items()},
+        "residuals": of_transformed_flights(high, low, attrgetter("residuals")),
+        **of_orientations(flights),
         "failures": failures,
         "figures": two_step_figures(high, low, last.means, points, failures),
     }

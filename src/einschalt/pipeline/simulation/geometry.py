@@ -15,7 +15,7 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
-from einschalt.pipeline.block.block import TRANSFORMATIONS
+from einschalt.pipeline.block.facts import TRANSFORMATIONS
 
 MEASUREMENTS = ("machine", "parallaxes", "images")
 CONTROL_PATTERNS = (5, 9)

@@ -6,6 +6,12 @@ import numpy as np
 
 from einschalt.theory.measuring_error import m_g_of_mean
 
+AS_FOUND = {
+    **dict.fromkeys(("n_points", "n_settings"), int),
+    **dict.fromkeys(("m_g_um", "m_g_settings_um", "standard_error_um"), float),
+    **dict.fromkeys(("is_larger", "is_smaller"), bool),
+}
+
 
 @dataclass(frozen=True)
 class RepeatedSettingFacts:
@@ -41,13 +47,7 @@ def _of_flight(flight):
     mean = np.sqrt(max(flight.m_g_um**2 - averaged, 0.0))
     return RepeatedSettingFacts(
         flight=flight.flight,
-        n_points=int(flight.n_points),
-        n_settings=int(flight.n_settings),
-        m_g_um=float(flight.m_g_um),
-        m_g_settings_um=float(flight.m_g_settings_um),
-        standard_error_um=float(flight.standard_error_um),
-        is_larger=bool(flight.is_larger),
-        is_smaller=bool(flight.is_smaller),
+        **{name: kind(getattr(flight, name)) for name, kind in AS_FOUND.items()},
         settings_each=float(k),
         mean_if_rest_is_model_um=float(mean),
         mean_as_taken_um=float(m_g_of_mean(flight.m_g_um, k)),
