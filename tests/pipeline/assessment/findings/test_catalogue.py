@@ -30,7 +30,7 @@ def texts_in(call):
 def codes_in(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    makers = {"finding", "_found"}
+    makers = {"finding", "_found", "weak_models", "weak_points"}
     found = [call for call in calls if getattr(call.func, "id", "") in makers]
     return set().union(*map(texts_in, found))
 

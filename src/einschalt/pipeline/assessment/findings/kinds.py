@@ -69,6 +69,22 @@ def finding(code, *, names=(), **known) -> Finding:
     return Finding(code, **fields | known | plain)
 
 
+def weak_models(code, rows, *, remedy) -> Finding | None:
+    """A finding on models that are rows of a table, if there are any."""
+    if rows.empty:
+        return None
+    names, facts = rows["model_id"], models_of(rows)
+    return finding(code, names=names, remedy=remedy, facts=facts)
+
+
+def weak_points(code, ids, *, remedy, **facts) -> Finding | None:
+    """A finding on points by their names, if there are any."""
+    if ids.empty:
+        return None
+    facts = {"n_points": len(ids), **facts}
+    return finding(code, names=ids, remedy=remedy, facts=facts)
+
+
 def first_names(ids) -> tuple[str, ...]:
     """Take the first names of many, at most MOST_NAMED."""
     return tuple(str(name) for name in list(ids)[:MOST_NAMED])

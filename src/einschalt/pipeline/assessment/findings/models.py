@@ -6,6 +6,8 @@ from einschalt.pipeline.assessment.findings.kinds import (
     first_names,
     models_of,
     row_keys,
+    weak_models,
+    weak_points,
 )
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
@@ -55,13 +57,8 @@ def points_without_coordinates(examined):
     measured = examined.block.low_flight.model_table()["point_id"]
     is_lost = ~measured.isin(examined.points["point_id"])
     lost = measured[is_lost].drop_duplicates()
-    if lost.empty:
-        return None
-    return finding(
-        "points_without_coordinates",
-        names=lost,
-        remedy="look_at_their_models",
-        facts={"n_points": len(lost)},
+    return weak_points(
+        "points_without_coordinates", lost, remedy="look_at_their_models"
     )
 
 
@@ -120,14 +117,11 @@ def points_in_one_coverage(examined):
         return None
     points = examined.points
     single = points[points["n_coverages"] == 1]
-    if single.empty:
-        return None
-    n_alone = int((single["n_models"] == 1).sum())
-    return finding(
+    return weak_points(
         "points_in_one_coverage",
-        names=single["point_id"],
+        single["point_id"],
         remedy="nothing_confirms_them",
-        facts={"n_points": len(single), "n_in_one_model": n_alone},
+        n_in_one_model=int((single["n_models"] == 1).sum()),
     )
 
 
@@ -137,27 +131,16 @@ def points_in_one_model(examined):
         return None
     points = examined.points
     alone = points[(points["n_coverages"] == 1) & (points["n_models"] == 1)]
-    if alone.empty:
-        return None
-    return finding(
-        "points_in_one_model",
-        names=alone["point_id"],
-        remedy="nothing_confirms_them",
-        facts={"n_points": len(alone)},
-    )
+    names = alone["point_id"]
+    return weak_points("points_in_one_model", names, remedy="nothing_confirms_them")
 
 
 def models_without_redundancy(examined):
     """Models that any residual escapes."""
     models = examined.models
     exact = models[models["is_usable"].astype(bool) & (models["redundancy"] == 0)]
-    if exact.empty:
-        return None
-    return finding(
-        "models_without_redundancy",
-        names=exact["model_id"],
-        remedy="gross_errors_cannot_be_seen",
-        facts=models_of(exact),
+    return weak_models(
+        "models_without_redundancy", exact, remedy="gross_errors_cannot_be_seen"
     )
 
 

@@ -9,6 +9,7 @@ from einschalt.pipeline.assessment.findings.kinds import (
     finding,
     models_of,
     row_keys,
+    weak_models,
 )
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.global_tests import ratio_p_value
@@ -28,14 +29,10 @@ def orientations_without_convergence(examined):
     rows = examined.orientations
     if rows.empty:
         return None
-    open_ones = rows[~rows["is_converged"].astype(bool)]
-    if open_ones.empty:
-        return None
-    return finding(
+    return weak_models(
         "orientations_without_convergence",
-        names=open_ones["model_id"],
+        rows[~rows["is_converged"].astype(bool)],
         remedy="look_for_gross_errors_of_orientation",
-        facts=models_of(open_ones),
     )
 
 
@@ -72,13 +69,8 @@ def ambiguous_orientations(examined):
     if rows.empty or not rows["is_ambiguous"].any():
         return None
     open_ones = rows[(rows["is_ambiguous"] & rows["is_converged"]).astype(bool)]
-    if open_ones.empty:
-        return None
-    return finding(
-        "ambiguous_orientations",
-        names=open_ones["model_id"],
-        remedy="measure_more_points",
-        facts=models_of(open_ones),
+    return weak_models(
+        "ambiguous_orientations", open_ones, remedy="measure_more_points"
     )
 
 
@@ -183,14 +175,7 @@ def models_upside_down(examined):
     models = models[models["is_usable"].astype(bool)]
     angles = models[["omega", "phi"]].astype(float)
     over = models[np.cos(angles["omega"]) * np.cos(angles["phi"]) < 0.0]
-    if over.empty:
-        return None
-    return finding(
-        "models_upside_down",
-        names=over["model_id"],
-        remedy="turn_sign_of_x_or_y",
-        facts=models_of(over),
-    )
+    return weak_models("models_upside_down", over, remedy="turn_sign_of_x_or_y")
 
 
 def image_points_that_contradict(examined):
