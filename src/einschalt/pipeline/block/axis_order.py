@@ -10,20 +10,8 @@ from einschalt.foundations.projections import extent_of
 def axis_problems(frame, crs, source):
     """Points whose easting and northing are exchanged, told by the area of use.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        point_id, easting, northing, as checked.
-    crs : str or None
-        System of the coordinates.
-    source : str
-        File name, said in messages.
-
-    Returns
-    -------
-    problems : list of EinschaltError
-    notes : list of str
-        How many points lie outside either way.
+    Problems, and notes of how many points lie outside either way; ``source`` is the
+    file.
     """
     try:
         extent = extent_of(crs) if crs else None

@@ -48,20 +48,7 @@ class BlockFigures:
 
 
 def two_step_figures(high, low, means, points, failures) -> BlockFigures:
-    """Collect the figures of the two-step way.
-
-    Parameters
-    ----------
-    high : ApproximateCoordinates or None
-    low : ModelTransformation
-    means : CoverageMean
-    points, failures : DataFrame
-        Of the result.
-
-    Returns
-    -------
-    BlockFigures
-    """
+    """Collect the figures of the two-step way."""
     new = points[points["role"] == "new"]
     approximation = np.nan
     if high is not None:
@@ -99,16 +86,7 @@ def _known_points(points):
 def adjusted_figures(adjusted, points, failures) -> BlockFigures:
     """Collect the figures of a simultaneous adjustment.
 
-    Parameters
-    ----------
-    adjusted : BlockAdjustment
-    points, failures : DataFrame
-        Of the result.
-
-    Returns
-    -------
-    BlockFigures
-        NaN for those of the paper and of the coverages, which belong to two steps.
+    NaN for those of the paper and of the coverages, which belong to two steps.
     """
     of_flight = adjusted.models["flight"].value_counts()
     new = points[points["role"] == "new"]

@@ -11,7 +11,7 @@ from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
-from einschalt.pipeline.block.block import TRANSFORMATIONS
+from einschalt.pipeline.block.facts import TRANSFORMATIONS
 
 MEASUREMENTS = ("machine", "parallaxes", "images")
 CONTROL_PATTERNS = (5, 9)
