@@ -7,6 +7,7 @@ import math
 import platform
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import PurePosixPath, PureWindowsPath
 
@@ -107,6 +108,11 @@ def versions() -> dict:
     -------
     dict of str to str
     """
+    return dict(_versions())
+
+
+@cache  # each library's metadata is a file to be read
+def _versions():
     return {
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
