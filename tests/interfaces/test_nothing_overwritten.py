@@ -18,6 +18,8 @@ from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import output_folder
 from einschalt.interfaces.files.result_folder import output_of
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 MODEL = "model_id,point_id,x,y\n" + "".join(
     f"1,{k},{x},{y}\n" for k, (x, y) in enumerate([(0, 0), (9, 0), (0, 9), (9, 9)])
 )
@@ -259,6 +261,7 @@ def test_a_result_that_was_changed_is_the_users(small_block, tmp_path, name):
     assert snapshot(out) == before
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_batch_refuses_what_is_not_its_own(small_block, make_block, tmp_path):
     blocks, out = tmp_path / "blocks", tmp_path / "out"
     for name in ("one", "two"):
@@ -277,6 +280,7 @@ def test_a_batch_refuses_what_is_not_its_own(small_block, make_block, tmp_path):
     assert again["outcome"].tolist() == ["done", "skipped"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_batch_writes_no_input_of_another_block(make_block, tmp_path):
     blocks, out = tmp_path / "blocks", tmp_path / "out"
     make_block(blocks / "one")

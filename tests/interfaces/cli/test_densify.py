@@ -13,6 +13,8 @@ import pytest
 
 from einschalt.pipeline.settings import Settings, words_of
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 ROOT = Path(__file__).parents[3]
 FILES = {
     *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
