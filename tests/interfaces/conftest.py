@@ -1,5 +1,6 @@
 """A small block as a folder, made of text that a test can spoil."""
 
+from dataclasses import fields
 from types import SimpleNamespace
 
 import pytest
@@ -139,11 +140,13 @@ class Memory:
         """The report of what was judged: that of the remembered result."""
         from einschalt.interfaces.reports.html_report import render
 
-        judged = result.assessment
-        # kept beside its report, so that no other one can get its number
-        if id(judged) not in self.reports:
-            self.reports[id(judged)] = judged, render(result)
-        return self.reports[id(judged)][1]
+        names = [field.name for field in fields(result.solution)]
+        tables = [getattr(result.solution, n) for n in names if n != "block"]
+        key = tuple(id(part) for part in (result.assessment, *tables))
+        # kept beside its report, so that nothing else can get these numbers
+        if key not in self.reports:
+            self.reports[key] = result, render(result)
+        return self.reports[key][1]
 
 
 @pytest.fixture(scope="session")

@@ -173,8 +173,9 @@ def test_an_interruption_ends_with_130(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell with pipes")
-def test_a_reader_that_goes_away_is_no_fault(block_folder, tmp_path):
-    call = f'"{sys.executable}" -m einschalt densify "{block_folder}" -o "{tmp_path}"'
+def test_a_reader_that_goes_away_is_no_fault(small_block, tmp_path):
+    folders = f'"{small_block.path}" -o "{tmp_path / "out"}"'
+    call = f'"{sys.executable}" -m einschalt densify {folders}'
     done = subprocess.run(
         ["bash", "-o", "pipefail", "-c", f"{call} | true"],
         capture_output=True,
