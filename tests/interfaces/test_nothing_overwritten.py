@@ -17,6 +17,7 @@ from einschalt.interfaces.batch.folder_lock import LOCK, locked
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import output_folder
 from einschalt.interfaces.files.result_folder import output_of
+from einschalt.interfaces.reports import figure_files
 
 pytestmark = pytest.mark.usefixtures("computed_once")
 
@@ -389,7 +390,9 @@ def test_a_run_that_ends_anywhere_leaves_a_folder_that_is_ours(
     assert {path.name for path in out.iterdir()} == names
 
 
-def test_plan_replaces_only_its_own(tmp_path):
+def test_plan_replaces_only_its_own(tmp_path, monkeypatch):
+    # only what is written counts here
+    monkeypatch.setattr(figure_files, "figure_bytes", lambda *_: {"svg": b"<svg/>"})
     own = ("plan", "--scale-number", "6000", "--spacing", "200", "-o")
     other = ("plan", "--scale-number", "8000", "--spacing", "200", "-o")
     for name in ("plan.csv", "folder"):
