@@ -51,9 +51,11 @@ fuzz: .venv/installed-test
 	$(BIN)/python -m pip install --quiet --editable ".[test,bench]"
 	touch $@ .venv/installed .venv/installed-test
 
-# kernels are compiled once, and not by each process that wants them
+# kernels are compiled once, and not by each process that wants them; so are modules,
+# also where the environment says that Python writes none (PYTHONDONTWRITEBYTECODE)
 .venv/compiled: .venv/installed-test tests/compile_kernels.py \
 		$(wildcard $(foreach floor,foundations theory,src/einschalt/$(floor)/*.py src/einschalt/$(floor)/*/*.py))
+	$(BIN)/python -m compileall -q src benchmarks
 	$(BIN)/python -m tests.compile_kernels
 	touch $@
 

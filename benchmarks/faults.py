@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 import einschalt as es
 from benchmarks.result_trees import tree
@@ -237,23 +237,59 @@ def run(n_kills=N_KILLS, n_blocks=N_BLOCKS, starts=(LocalRun, ClusterRun)):
         What has happened.
     """
     settings = []
-    for start in starts:
-        with TemporaryDirectory() as folder:
-            root = Path(folder)
-            scratch = root / "scratch"
-            scratch.mkdir()
-            setting = Setting(
-                root / "blocks", root / "calm", root / "out", scratch, Random(n_kills)
-            )
-            make_blocks(setting.blocks, n_blocks)
-            begin = time.monotonic()
-            _batch(setting.blocks, setting.calm, "--workers", "2").wait()
-            setting.seconds = time.monotonic() - begin
+    with TemporaryDirectory() as folder:
+        seconds = undisturbed(Path(folder), n_blocks)
+        for start in starts:
+            setting = setting_in(Path(folder), seconds, n_kills)
             disturb(setting, start, n_kills)
             settings.append(setting)
             who = ", ".join(f"{k} {name}s" for name, k in setting.killed.items())
             print(f"{start.__name__}: killed {who}; {setting.n_ends} ends are the same")
     return settings
+
+
+def undisturbed(root, n_blocks):
+    """Make blocks and compute them while nobody is killed.
+
+    Parameters
+    ----------
+    root : Path
+        Gets the folders blocks and calm.
+    n_blocks : int
+
+    Returns
+    -------
+    float
+        How long it took [s].
+    """
+    make_blocks(root / "blocks", n_blocks)
+    begin = time.monotonic()
+    _batch(root / "blocks", root / "calm", "--workers", "2").wait()
+    return time.monotonic() - begin
+
+
+def setting_in(root, seconds, seed):
+    """What is to be disturbed beside an undisturbed run.
+
+    Parameters
+    ----------
+    root : Path
+        Folder with what :func:`undisturbed` has made.
+    seconds : float
+        Longest time before a kill.
+    seed : int
+
+    Returns
+    -------
+    Setting
+        With an output of its own, beside the calm one: results name their inputs by
+        the way that leads there.
+    """
+    scratch = Path(mkdtemp(dir=root))
+    output = root / f"out_{scratch.name}"
+    return Setting(
+        root / "blocks", root / "calm", output, scratch, Random(seed), seconds
+    )
 
 
 if __name__ == "__main__":

@@ -1,5 +1,8 @@
 """A small block as a folder, made of text that a test can spoil."""
 
+from dataclasses import fields
+from types import SimpleNamespace
+
 import pytest
 
 BLOCK_TOML = """\
@@ -109,3 +112,76 @@ def small_block(tmp_path):
     folder = tmp_path / "nine_points"
     folder.mkdir()
     return BlockFolder(folder)
+
+
+class Memory:
+    """What was computed, judged and drawn of the same files with the same settings.
+
+    For tests that look at what becomes of files, and not at the numbers in them.
+    """
+
+    def __init__(self):
+        self.results = {}
+        self.reports = {}
+
+    def densify(self, block, settings=None, **options):
+        """The result of the block, wherever it lies: its path counts as well."""
+        from tests.changed_results import judged_before
+
+        from einschalt.pipeline.densify import densify
+
+        files = sorted(block.checksums.items())
+        key = (block.name, *files, repr(settings), options.get("kind"))
+        if key not in self.results:
+            self.results[key] = densify(block, settings, **options)
+        return judged_before(self.results[key], block=block)
+
+    def render(self, result):
+        """The report of what was judged: that of the remembered result."""
+        from einschalt.interfaces.reports.html_report import render
+
+        names = [field.name for field in fields(result.solution)]
+        tables = [getattr(result.solution, n) for n in names if n != "block"]
+        key = tuple(id(part) for part in (result.assessment, *tables))
+        # kept beside its report, so that nothing else can get these numbers
+        if key not in self.reports:
+            self.reports[key] = result, render(result)
+        return self.reports[key][1]
+
+
+@pytest.fixture(scope="session")
+def memory():
+    """What the tests of this process have computed so far."""
+    return Memory()
+
+
+@pytest.fixture
+def computed_once(monkeypatch, memory):
+    """Compute and draw only what no test has computed before; write all of it."""
+    from einschalt.interfaces import python_api
+    from einschalt.interfaces.batch import block_run
+    from einschalt.interfaces.files import result_folder
+
+    remembered = SimpleNamespace(densify=memory.densify)
+    monkeypatch.setattr(python_api, "computed", remembered)
+    monkeypatch.setattr(block_run, "densify", memory.densify)
+    monkeypatch.setattr(result_folder, "render", memory.render)
+
+
+class InThisProcess:
+    """An engine whose answers come at once, so that nobody waits for processes."""
+
+    def answers(self, function, tasks):
+        """Call the function with each task; yield answers as they come."""
+        from einschalt.pipeline.batch.local_engine import Answer
+
+        for place, task in enumerate(tasks):
+            yield Answer(place, function(task))
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Batches run here; that they run in processes of their own is shown elsewhere."""
+    from einschalt.interfaces import python_api
+
+    monkeypatch.setattr(python_api, "chosen_engine", lambda *_: InThisProcess())

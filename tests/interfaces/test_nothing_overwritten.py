@@ -17,6 +17,9 @@ from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import output_folder
 from einschalt.interfaces.files.folder_lock import LOCK, locked
 from einschalt.interfaces.files.result_folder import output_of
+from einschalt.interfaces.reports import figure_files
+
+pytestmark = pytest.mark.usefixtures("computed_once")
 
 MODEL = "model_id,point_id,x,y\n" + "".join(
     f"1,{k},{x},{y}\n" for k, (x, y) in enumerate([(0, 0), (9, 0), (0, 9), (9, 9)])
@@ -259,6 +262,7 @@ def test_a_result_that_was_changed_is_the_users(small_block, tmp_path, name):
     assert snapshot(out) == before
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_batch_refuses_what_is_not_its_own(small_block, make_block, tmp_path):
     blocks, out = tmp_path / "blocks", tmp_path / "out"
     for name in ("one", "two"):
@@ -277,6 +281,7 @@ def test_a_batch_refuses_what_is_not_its_own(small_block, make_block, tmp_path):
     assert again["outcome"].tolist() == ["done", "skipped"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_batch_writes_no_input_of_another_block(make_block, tmp_path):
     blocks, out = tmp_path / "blocks", tmp_path / "out"
     make_block(blocks / "one")
@@ -385,7 +390,9 @@ def test_a_run_that_ends_anywhere_leaves_a_folder_that_is_ours(
     assert {path.name for path in out.iterdir()} == names
 
 
-def test_plan_replaces_only_its_own(tmp_path):
+def test_plan_replaces_only_its_own(tmp_path, monkeypatch):
+    # only what is written counts here
+    monkeypatch.setattr(figure_files, "figure_bytes", lambda *_: {"svg": b"<svg/>"})
     own = ("plan", "--scale-number", "6000", "--spacing", "200", "-o")
     other = ("plan", "--scale-number", "8000", "--spacing", "200", "-o")
     for name in ("plan.csv", "folder"):

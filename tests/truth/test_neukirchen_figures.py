@@ -8,9 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.densify import densify
-from einschalt.pipeline.settings import Settings
-
 SEEDS = range(20)
 
 
@@ -25,15 +22,12 @@ def rms_cm(values):
     return 100.0 * np.sqrt(np.mean(np.asarray(values) ** 2))
 
 
-def figures_of(block, coverage_mean):
-    result = densify(block, Settings(coverage_mean=coverage_mean))
-    single = result.single_values
-    if coverage_mean == "most_central":
-        single = most_central(single)
+def figures_of(result, truth):
+    single = most_central(result.single_values)
     return {
-        "approximations": rms_cm(total_errors(result.approximations, block.truth)),
-        "single": rms_cm(total_errors(single, block.truth)),
-        "mean": rms_cm(total_errors(result.points, block.truth)),
+        "approximations": rms_cm(total_errors(result.approximations, truth)),
+        "single": rms_cm(total_errors(single, truth)),
+        "mean": rms_cm(total_errors(result.points, truth)),
         "single_paper": 100.0 * result.figures.single_paper,
         "mean_paper": 100.0 * result.figures.mean_paper,
         "mean_internal": 100.0 * result.figures.mean_internal,
@@ -48,8 +42,13 @@ def most_central(values):
 
 
 @pytest.fixture(scope="module")
-def most_central_figures(neukirchen):
-    rows = [figures_of(neukirchen(seed), "most_central") for seed in SEEDS]
+def most_central_figures(neukirchen, densified_neukirchen):
+    rows = [
+        figures_of(
+            densified_neukirchen(seed, "most_central", "plain"), neukirchen(seed).truth
+        )
+        for seed in SEEDS
+    ]
     return pd.DataFrame(rows)
 
 
@@ -76,6 +75,8 @@ def test_paper_and_internal_figures_are_too_small(most_central_figures):
     assert mean["mean_internal"] < mean["mean_paper"] < mean["mean"]
 
 
-def test_all_models_of_both_flights(neukirchen):
-    means = [figures_of(neukirchen(seed), "all")["mean"] for seed in SEEDS]
+def test_all_models_of_both_flights(neukirchen, densified_neukirchen):
+    points = [densified_neukirchen(seed, "all", "plain").points for seed in SEEDS]
+    truths = [neukirchen(seed).truth for seed in SEEDS]
+    means = [rms_cm(total_errors(*pair)) for pair in zip(points, truths, strict=True)]
     assert np.mean(means) == pytest.approx(4.8, abs=0.4)

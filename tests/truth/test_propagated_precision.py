@@ -10,9 +10,6 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from einschalt.pipeline.densify import densify
-from einschalt.pipeline.settings import Settings
-
 SEEDS = range(20)
 MODES = [
     ("most_central", "plain"),
@@ -30,16 +27,14 @@ def errors_of(result, truth):
 
 
 @pytest.fixture(scope="module", params=MODES, ids=" ".join)
-def runs(request, neukirchen):
+def runs(request, neukirchen, densified_neukirchen):
     """Errors and claims of 20 blocks, shape (20, n_points, ...)."""
     coverage_mean, weighting = request.param
-    settings = Settings(coverage_mean=coverage_mean, weighting=weighting)
     errors, covariances, paper = [], [], []
     for seed in SEEDS:
-        block = neukirchen(seed)
-        result = densify(block, settings)
-        errors.append(errors_of(result, block.truth))
-        covariances.append(result.errors.covariance)
+        result = densified_neukirchen(seed, coverage_mean, weighting)
+        errors.append(errors_of(result, neukirchen(seed).truth))
+        covariances.append(result.covariance)
         paper.append(result.points["standard_error_paper"].to_numpy())
     return SimpleNamespace(
         errors=np.concatenate(errors),

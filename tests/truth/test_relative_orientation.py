@@ -97,12 +97,14 @@ def test_every_pair_is_oriented_or_says_that_it_is_not(pairs, oriented):
 def test_as_good_as_an_efficient_estimator(pairs, oriented):
     places = np.flatnonzero(~oriented.is_ambiguous & (oriented.status == ORIENTED))
     assert len(places) > 0.98 * N_PAIRS
+    # both have the same noise, and agree to 3e-6 over any eighth of the pairs
+    places = places[::8]
     theirs = rotation_from_angles(*by_scipy(pairs, places)[:, 2:].T)
     rms = [
         np.sqrt(np.mean(turns(matrix, pairs.matrix[places]) ** 2))
         for matrix in (oriented.rotation[places], theirs)
     ]
-    assert rms[0] == pytest.approx(rms[1], rel=5e-3)
+    assert rms[0] == pytest.approx(rms[1], rel=1e-4)
 
 
 def test_normalised_errors_are_one(pairs, oriented):

@@ -4,6 +4,8 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import pyproj
 
@@ -134,7 +136,11 @@ def extent_of(crs):
         Smallest easting, smallest northing, largest easting, largest northing [m];
         None where the system states no area of use.
     """
-    crs = read_crs(crs)
+    return _extent_of(read_crs(crs))
+
+
+@lru_cache(maxsize=64)  # PROJ takes 60 ms, and each block of a batch asks for it
+def _extent_of(crs):
     area = crs.area_of_use
     if area is None:
         return None

@@ -7,6 +7,7 @@ import math
 import platform
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import PurePosixPath, PureWindowsPath
 
@@ -78,6 +79,11 @@ def _n_suspects(result):
 
 def versions() -> dict:
     """Versions of what computed: Python, the libraries, PROJ and its database."""
+    return dict(_versions())
+
+
+@cache  # the metadata of each library is a file to be read
+def _versions():
     return {
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from tests.changed_results import Stopped, judged_before
+from tests.changed_results import Stopped
 
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
@@ -21,7 +21,7 @@ from einschalt.interfaces.files import atomic
 from einschalt.pipeline.batch.local_engine import Answer, EngineError
 from einschalt.pipeline.densify import densify
 
-N_SOUND = 3
+N_SOUND = 2
 FILES_OF_A_RESULT = {"points.csv", "points.parquet", "report.html", "provenance.json"}
 
 
@@ -41,28 +41,14 @@ class HereEngine:
             yield Answer(place, function(task))
 
 
-@pytest.fixture(scope="module")
-def densify_once():
-    """Densify; what it has computed from the same files and settings it remembers."""
-    found = {}
-
-    def remembered(block, settings=None, **options):
-        key = (*sorted(block.checksums.items()), repr(settings))
-        if key not in found:
-            found[key] = densify(block, settings, **options)
-        return judged_before(found[key], block=block)  # where it lies counts as well
-
-    return remembered
-
-
 @pytest.fixture
-def run(monkeypatch, densify_once):
+def run(monkeypatch, memory):
     """Run a batch in this process; gives the table and the names of what was run.
 
     Reports and maps, which take most of the time, are left to the runs of workers, and
     that the same block gives the same numbers is shown there.
     """
-    monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", densify_once)
+    monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", memory.densify)
     folder_of_results = "einschalt.interfaces.files.result_folder"
     monkeypatch.setattr(f"{folder_of_results}.render", lambda _result: "report")
     monkeypatch.setattr(
@@ -90,6 +76,8 @@ def mixed(tmp_path_factory, make_blocks, breakages):
     root = tmp_path_factory.mktemp("mixed")
     make_blocks(root / "blocks", N_SOUND, breakages)
     table = es.densify_many(root / "blocks", root / "out", workers=2)
+    # later runs in this folder add what they compare with the run before
+    shutil.copytree(root / "out", root / "first_out")
     return root, table.set_index("block")
 
 
@@ -166,9 +154,32 @@ def test_second_run_skips_what_is_unchanged_and_tries_failures_again(
     assert (table.loc[list(breakages), "outcome"] == "failed").all()
 
 
+BROKEN = ["no_number"]
+
+
 @pytest.fixture
 def folder(tmp_path, make_blocks):
-    return make_blocks(tmp_path / "blocks", 2, ["no_number"])
+    return make_blocks(tmp_path / "blocks", 2, BROKEN)
+
+
+@pytest.fixture(scope="module")
+def kept():
+    """What a first run of such a folder has left, once there was one."""
+    return []
+
+
+@pytest.fixture
+def first_run(kept, run, make_blocks, tmp_path_factory):
+    """Put into a folder what the first run of the blocks leaves: files tell no path."""
+
+    def call(out):
+        if not kept:
+            root = tmp_path_factory.mktemp("first")
+            run(make_blocks(root / "blocks", 2, BROKEN), root / "out")
+            kept.append(root / "out")
+        shutil.copytree(kept[0], out)
+
+    return call
 
 
 @pytest.mark.parametrize(
@@ -180,9 +191,9 @@ def folder(tmp_path, make_blocks):
     ],
 )
 def test_exactly_the_block_whose_input_changed_runs(
-    folder, tmp_path, run, file, old, new, why
+    folder, tmp_path, run, first_run, file, old, new, why
 ):
-    run(folder, tmp_path / "out")
+    first_run(tmp_path / "out")
     path = folder / "block_01" / file
     path.write_text(path.read_text("utf-8").replace(old, new, 1), encoding="utf-8")
     plan = plan_batch([folder / "block_00", folder / "block_01"], tmp_path / "out")
@@ -192,9 +203,9 @@ def test_exactly_the_block_whose_input_changed_runs(
     assert list(table["outcome"]) == ["skipped", "done", "failed"]
 
 
-def test_a_touched_file_is_no_changed_file(folder, tmp_path, run):
+def test_a_touched_file_is_no_changed_file(folder, tmp_path, run, first_run):
     """A clock that jumps spoils nothing either: times play no part."""
-    run(folder, tmp_path / "out")
+    first_run(tmp_path / "out")
     for path in (folder / "block_00").iterdir():
         os.utime(path, (4e9, 4e9))
     for path in (tmp_path / "out" / "block_01").iterdir():
@@ -211,9 +222,9 @@ def test_clock_that_jumps_while_a_batch_runs(folder, tmp_path, run, monkeypatch,
     assert left(tmp_path / "jumping") == left(tmp_path / "calm")
 
 
-def test_settings_and_version_count(folder, tmp_path, run, monkeypatch):
+def test_settings_and_version_count(folder, tmp_path, run, first_run, monkeypatch):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     given = {"coverage_mean": "most_central"}
     assert set(run(folder, out, given=given)[1]) == {
         "block_00",
@@ -228,10 +239,12 @@ def test_settings_and_version_count(folder, tmp_path, run, monkeypatch):
     assert plan.reasons["block_00"].startswith("computed by version 0.")
 
 
-def test_results_of_a_former_word_are_not_computed_again(folder, tmp_path, run):
+def test_results_of_a_former_word_are_not_computed_again(
+    folder, tmp_path, run, first_run
+):
     """What was called "pipeline" is "two_step": the result is of the same settings."""
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     for file in [*out.glob("*/provenance.json"), *out.glob("*/failure.json")]:
         text = file.read_text(encoding="utf-8")
         assert '"method": "two_step"' in text
@@ -245,10 +258,10 @@ def test_results_of_a_former_word_are_not_computed_again(folder, tmp_path, run):
 
 @pytest.mark.parametrize("name", ["points.csv", "block.gpkg"])
 def test_a_result_that_is_not_whole_is_computed_again(
-    folder, tmp_path, run, left, name
+    folder, tmp_path, run, first_run, left, name
 ):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     before = {
         name: data
         for name, data in left(out / "block_00").items()
@@ -262,9 +275,9 @@ def test_a_result_that_is_not_whole_is_computed_again(
 
 
 @pytest.mark.parametrize("name", ["points.csv", "assessment.json"])
-def test_a_result_that_somebody_changed_is_his(folder, tmp_path, run, name):
+def test_a_result_that_somebody_changed_is_his(folder, tmp_path, run, first_run, name):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     file = out / "block_00" / name
     file.write_bytes(file.read_bytes()[:100])
     table, names = run(folder, out)
@@ -299,10 +312,10 @@ SPOILT = ("no provenance", "cut provenance", "half-written", "empty file", "open
 
 @pytest.mark.parametrize("how", SPOILT)
 def test_a_result_of_the_batch_that_was_spoilt_is_computed_again(
-    folder, tmp_path, run, left, how
+    folder, tmp_path, run, first_run, left, how
 ):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     before = left(out / "block_00")
     (out / "block_00" / "iterations.csv").write_text("of an older run\n")
     if how in {"empty file", "opened"}:  # nothing but listed files is removed
@@ -318,11 +331,11 @@ def test_a_result_of_the_batch_that_was_spoilt_is_computed_again(
 
 @pytest.mark.parametrize("how", SPOILT[:3])
 def test_a_file_of_somebody_in_a_half_written_result_is_not_lost(
-    folder, tmp_path, run, how
+    folder, tmp_path, run, first_run, how
 ):
     """Nor one in a folder of which the batch knows nothing."""
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     spoil(out / "block_00", how)
     (out / "block_00" / "notes.txt").write_text("the user's own\n")
     spoil(out / "block_01", how)
@@ -341,11 +354,11 @@ def test_a_file_of_somebody_in_a_half_written_result_is_not_lost(
 @pytest.mark.parametrize("name", ["previous_points.parquet", "changes.csv"])
 @pytest.mark.parametrize("data", [b"", b"point_id\n\xff", b"PAR1PAR1"])
 def test_spoilt_comparison_with_the_run_before_is_none(
-    folder, tmp_path, run, name, data
+    folder, tmp_path, run, first_run, name, data
 ):
     """It is no part of the result, and costs nobody his block."""
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     run(folder, out, which="all")
     assert (out / "block_00" / name).exists()
     (out / "block_00" / name).write_bytes(data)
@@ -364,9 +377,9 @@ def test_spoilt_comparison_with_the_run_before_is_none(
     assert (out / "block_00" / "changes.csv").exists() == (moved is not None)
 
 
-def test_failure_that_was_mended_is_done(folder, tmp_path, run, left):
+def test_failure_that_was_mended_is_done(folder, tmp_path, run, first_run, left):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     broken, sound = (folder / n / "low_flight.csv" for n in ("no_number", "block_00"))
     shutil.copy(sound, broken)
     table, names = run(folder, out, which="failed")
@@ -375,9 +388,11 @@ def test_failure_that_was_mended_is_done(folder, tmp_path, run, left):
     assert not (out / "no_number" / "failure.json").exists()
 
 
-def test_a_result_that_was_sound_stays_when_its_block_breaks(folder, tmp_path, run):
+def test_a_result_that_was_sound_stays_when_its_block_breaks(
+    folder, tmp_path, run, first_run
+):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     (folder / "block_00" / "low_flight.csv").unlink()
     table, _ = run(folder, out)
     assert table.loc["block_00", "outcome"] == "failed"
@@ -386,9 +401,9 @@ def test_a_result_that_was_sound_stays_when_its_block_breaks(folder, tmp_path, r
     assert "are of an earlier run" in note
 
 
-def test_only_failed_leaves_the_others(folder, tmp_path, run):
+def test_only_failed_leaves_the_others(folder, tmp_path, run, first_run):
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     (folder / "block_00" / "control_points.csv").write_text("spoilt")
     table, names = run(folder, out, which="failed")
     assert names == ["no_number"]
@@ -396,15 +411,15 @@ def test_only_failed_leaves_the_others(folder, tmp_path, run):
     assert table.loc["block_00", ["outcome", "reason"]].tolist() == ["skipped", said]
 
 
-def test_all_computes_what_is_unchanged(folder, tmp_path, run):
-    run(folder, tmp_path / "out")
+def test_all_computes_what_is_unchanged(folder, tmp_path, run, first_run):
+    first_run(tmp_path / "out")
     assert len(run(folder, tmp_path / "out", which="all")[1]) == 3
 
 
-def test_points_that_moved_are_listed(folder, tmp_path, run):
+def test_points_that_moved_are_listed(folder, tmp_path, run, first_run):
     """A control point corrected by 20 m takes the points near it along."""
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     before = pd.read_parquet(out / "block_01" / "points.parquet")
     path = folder / "block_01" / "control_points.csv"
     text = path.read_text("utf-8")
@@ -436,12 +451,14 @@ def test_points_that_moved_are_listed(folder, tmp_path, run):
         ("unfinished", 2, EngineError("it is gone")),
     ],
 )
-def test_interrupted_run_is_continued(folder, tmp_path, run, left, which, until, error):
+def test_interrupted_run_is_continued(
+    folder, tmp_path, run, first_run, left, which, until, error
+):
     """Whatever was changed before, and wherever it was interrupted."""
     ends = {}
     for how in ("calm", "interrupted"):
         out = tmp_path / how
-        run(folder, out)
+        first_run(out)
         path = folder / "block_01" / "control_points.csv"
         text = path.read_text("utf-8")
         path.write_text(text.replace("13000.00", "12980.00", 1), encoding="utf-8")
@@ -465,7 +482,7 @@ def test_interrupted_run_is_continued(folder, tmp_path, run, left, which, until,
 
 
 def test_interruption_of_a_run_of_all_is_resumed_where_it_was(
-    folder, tmp_path, run, monkeypatch
+    folder, tmp_path, run, first_run, monkeypatch
 ):
     """Also where both computations took the same time, within the same second."""
 
@@ -474,7 +491,7 @@ def test_interruption_of_a_run_of_all_is_resumed_where_it_was(
 
     monkeypatch.setattr("einschalt.interfaces.batch.block_run.densify", always_as_fast)
     out = tmp_path / "out"
-    run(folder, out)
+    first_run(out)
     with pytest.raises(KeyboardInterrupt):
         run(folder, out, HereEngine(until=1), which="all")
     table, names = run(folder, out, which="unfinished")
@@ -553,6 +570,7 @@ def test_fault_of_the_program_is_a_row_with_its_traceback(
     assert "Traceback" in kept
 
 
+@pytest.mark.usefixtures("run")
 def test_expected_end_goes_by_size(folder, tmp_path):
     news = []
     with batch_folder(tmp_path / "out"):
@@ -572,14 +590,10 @@ def test_marks_of_a_run_are_hidden_and_go(folder, tmp_path, run):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_same_bytes_for_any_number_of_workers(tmp_path, make_blocks, left):
-    make_blocks(tmp_path / "blocks", 3, ["no_number"])
-    ends = []
-    for workers in (1, 3):
-        out = tmp_path / f"out_{workers}"
-        es.densify_many(tmp_path / "blocks", out, workers=workers)
-        ends.append(left(out))
-    assert ends[0] == ends[1]
+def test_same_bytes_for_any_number_of_workers(mixed, left):
+    root, _ = mixed  # with two
+    es.densify_many(root / "blocks", root / "alone", workers=1)
+    assert left(root / "alone") == left(root / "first_out")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

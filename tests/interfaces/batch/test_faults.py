@@ -24,19 +24,29 @@ from einschalt.pipeline.batch.local_engine import LocalEngine
 LINUX = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 
 
-@LINUX
-def test_killed_runs_end_with_the_same_bytes(benchmark_module):
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory, benchmark_module):
+    """A sound block and a broken one, and what a calm run of them has left."""
     faults = benchmark_module("faults")
-    (setting,) = faults.run(n_kills=3, n_blocks=2, starts=(faults.LocalRun,))
+    root = tmp_path_factory.mktemp("faults")
+    return faults, root, faults.undisturbed(root, n_blocks=2)
+
+
+@LINUX
+def test_killed_runs_end_with_the_same_bytes(undisturbed):
+    faults, root, seconds = undisturbed
+    setting = faults.setting_in(root, seconds, seed=3)
+    faults.disturb(setting, faults.LocalRun, n_kills=3)
     assert setting.killed.total() == 3
     assert setting.n_ends >= 1
 
 
 @LINUX
-def test_killed_cluster_ends_with_the_same_bytes(benchmark_module):
+def test_killed_cluster_ends_with_the_same_bytes(undisturbed):
     pytest.importorskip("distributed", reason="the extra cluster is not installed")
-    faults = benchmark_module("faults")
-    (setting,) = faults.run(n_kills=1, n_blocks=2, starts=(faults.ClusterRun,))
+    faults, root, seconds = undisturbed
+    setting = faults.setting_in(root, seconds, seed=1)
+    faults.disturb(setting, faults.ClusterRun, n_kills=1)
     assert setting.killed.total() == 1
 
 
@@ -57,16 +67,24 @@ def blocks(tmp_path, make_blocks):
     return make_blocks(tmp_path / "blocks", 2)
 
 
+@pytest.fixture(scope="module")
+def calm(tmp_path_factory, make_blocks, left):
+    """What a process leaves of such blocks that nothing disturbs."""
+    root = tmp_path_factory.mktemp("calm")
+    es.densify_many(make_blocks(root / "blocks", 2), root / "out", workers=1)
+    return root / "out"
+
+
 def only_small_files():
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
-def test_full_disk(blocks, tmp_path, left):
+def test_full_disk(blocks, tmp_path, calm, left):
     """Blocks fail with the reason, nothing is half-written, the next run mends all."""
     out = tmp_path / "out"
-    said = batch(blocks, out, preexec_fn=only_small_files)
+    said = batch(blocks, out, "--workers", "1", preexec_fn=only_small_files)
     assert said.returncode == 1
     assert "block.gpkg: cannot be written" in said.stdout
     assert "See that the disk has space, or choose another folder" in said.stdout
@@ -77,9 +95,9 @@ def test_full_disk(blocks, tmp_path, left):
         assert "may be of this run" in json.loads(path.read_text())["note"]
     assert not list(out.glob("*/provenance.json"))
     assert not [path for path in out.rglob(".*") if path.is_file()]
-    assert batch(blocks, out).returncode == 0
-    es.densify_many(blocks, tmp_path / "calm", workers=1)
-    assert left(out) == left(tmp_path / "calm")
+    again = es.densify_many(blocks, out, workers=1)
+    assert again["outcome"].tolist() == ["done"] * 2
+    assert left(out) == left(calm)
 
 
 def large_table(block, n_rows):
@@ -107,7 +125,9 @@ def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
 
 
 @LINUX
-def test_a_block_for_which_the_system_kills_its_process(blocks, tmp_path, left):
+def test_a_block_for_which_the_system_kills_its_process(
+    blocks, tmp_path, calm, left, benchmark_module
+):
     """As Linux does without memory: SIGKILL to who has most, whenever he has too much.
 
     The block falls; its neighbours are computed, as if it had not been there.
@@ -115,7 +135,8 @@ def test_a_block_for_which_the_system_kills_its_process(blocks, tmp_path, left):
     large_table(blocks / "block_00", 6_000_000)
     is_over = threading.Event()
     killed = []
-    killer = threading.Thread(target=kill_the_large, args=(7e8, killed, is_over))
+    asked = (benchmark_module("faults").children, 7e8, killed, is_over)
+    killer = threading.Thread(target=kill_the_large, args=asked)
     killer.start()
     try:
         table = es.densify_many(blocks, tmp_path / "out", workers=2)
@@ -126,20 +147,18 @@ def test_a_block_for_which_the_system_kills_its_process(blocks, tmp_path, left):
     assert table["outcome"].tolist() == ["failed", "done"]
     assert "ended without an answer (signal 9)" in table["reason"][0]
     assert "on a computer with more memory" in table["remedy"][0]
-    es.densify_many([blocks / "block_01"], tmp_path / "calm", workers=1)
-    assert left(tmp_path / "out" / "block_01") == left(tmp_path / "calm" / "block_01")
+    assert left(tmp_path / "out" / "block_01") == left(calm / "block_01")
 
 
-def kill_the_large(limit, killed, is_over):
+def kill_the_large(children, limit, killed, is_over):
     """Kill every worker of this process that takes more memory than allowed [B]."""
     while not is_over.wait(0.005):
-        for path in Path("/proc").glob("[0-9]*/stat"):
+        for pid in children(os.getpid()):
             with suppress(OSError):
-                fields = path.read_text().rpartition(")")[2].split()
-                is_ours = int(fields[1]) == os.getpid()
-                if is_ours and int(fields[21]) * resource.getpagesize() > limit:
-                    os.kill(int(path.parent.name), signal.SIGKILL)
-                    killed.append(path.parent.name)
+                pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+                if pages * resource.getpagesize() > limit:
+                    os.kill(pid, signal.SIGKILL)
+                    killed.append(pid)
                     is_over.wait(0.5)  # until its memory is free
 
 

@@ -13,6 +13,8 @@ import pytest
 
 from einschalt.pipeline.settings import Settings, words_of
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 ROOT = Path(__file__).parents[3]
 FILES = {
     *("points.csv", "models.csv", "residuals.csv", "orientations.csv", "failures.csv"),
@@ -171,8 +173,9 @@ def test_an_interruption_ends_with_130(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell with pipes")
-def test_a_reader_that_goes_away_is_no_fault(block_folder, tmp_path):
-    call = f'"{sys.executable}" -m einschalt densify "{block_folder}" -o "{tmp_path}"'
+def test_a_reader_that_goes_away_is_no_fault(small_block, tmp_path):
+    folders = f'"{small_block.path}" -o "{tmp_path / "out"}"'
+    call = f'"{sys.executable}" -m einschalt densify {folders}'
     done = subprocess.run(
         ["bash", "-o", "pipefail", "-c", f"{call} | true"],
         capture_output=True,

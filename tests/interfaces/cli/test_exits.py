@@ -80,9 +80,9 @@ def shell(command, folder, **environment):
     ],
 )
 def test_closed_and_full_streams_end_with_a_status(
-    command, status, tmp_path, block_folder
+    command, status, tmp_path, small_block
 ):
-    (tmp_path / "block").symlink_to(block_folder)
+    (tmp_path / "block").symlink_to(small_block.path)
     done = shell(command, tmp_path)
     assert done.returncode == status
     assert b"Traceback" not in done.stderr
@@ -94,9 +94,9 @@ def test_closed_and_full_streams_end_with_a_status(
 
 
 @pytest.mark.parametrize("mode", ["0", "1"])
-def test_any_name_of_a_folder_in_the_c_locale(mode, tmp_path, block_folder):
+def test_any_name_of_a_folder_in_the_c_locale(mode, tmp_path, small_block):
     name = os.fsdecode("Vöckla√".encode() + b"\xff")
-    shutil.copytree(block_folder, tmp_path / name)
+    shutil.copytree(small_block.path, tmp_path / name)
     text = (tmp_path / name / "block.toml").read_text(encoding="utf-8")
     unnamed = "\n".join(k for k in text.split("\n") if not k.startswith("name"))
     (tmp_path / name / "block.toml").write_text(unnamed, encoding="utf-8")

@@ -18,7 +18,7 @@ import pytest
 from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files import atomic
+from einschalt.interfaces.files import atomic, result_folder
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.pipeline.result import Stopwatch
 
@@ -190,8 +190,10 @@ WRITER = """
 import os, pickle, sys
 from pathlib import Path
 from einschalt.interfaces.files import result_folder
-import pyogrio, shapely, matplotlib.pyplot
+import pyogrio, shapely
 result = pickle.loads(Path(sys.argv[1]).read_bytes())
+report = result_folder.render(result)  # drawn once: the children only write
+result_folder.render = lambda _: report
 for line in sys.stdin:  # one child for each folder: only the first has to import
     child = os.fork()
     if child == 0:
@@ -206,7 +208,7 @@ for line in sys.stdin:  # one child for each folder: only the first has to impor
 @pytest.fixture(scope="module")
 def large_result(good_result):
     """A result whose files take long enough to be cut in the middle."""
-    residuals = pd.concat([good_result.residuals] * 50, ignore_index=True)
+    residuals = pd.concat([good_result.residuals] * 25, ignore_index=True)
     result = changed(good_result, residuals=residuals)
     result = replace(result, stopwatch=Stopwatch())  # that every process knows
     assert result.assessment  # once, not by each writer
@@ -258,8 +260,12 @@ def without_time(name, data):
     )
 
 
-def test_killed_writers_leave_only_whole_files(tmp_path, writer, large_result):
+def test_killed_writers_leave_only_whole_files(
+    tmp_path, writer, large_result, monkeypatch
+):
     write_result(large_result, tmp_path / "undisturbed")
+    report = (tmp_path / "undisturbed" / "report.html").read_text(encoding="utf-8")
+    monkeypatch.setattr(result_folder, "render", lambda _: report)
     whole = {
         path.name: without_time(path.name, path.read_bytes())
         for path in (tmp_path / "undisturbed").iterdir()

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import os
 import time
 
 import numpy as np
@@ -19,6 +20,8 @@ from einschalt.interfaces.files.csv_tables import (
 )
 
 HEADER = "coverage,model_id,point_id,x,y\n"
+# make fuzz reads a million files; EINSCHALT_HUNT looks for new examples
+N_EXAMPLES = 300 if os.environ.get("EINSCHALT_HUNT") else 100
 
 
 def written(tmp_path, text):
@@ -189,7 +192,7 @@ def test_a_formula_is_harmless_in_a_spreadsheet_and_comes_back(tmp_path, name, c
     assert read_csv(path, MODEL_POINTS)["point_id"].tolist() == [name]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=N_EXAMPLES, deadline=None)
 @given(rows=ROWS)
 def test_what_is_written_is_read_by_python_and_by_us(tmp_path_factory, rows):
     path = tmp_path_factory.mktemp("csv") / "t.csv"
@@ -219,7 +222,7 @@ SIGNED_NAMES = st.text(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=N_EXAMPLES, deadline=None)
 @given(names=st.lists(SIGNED_NAMES, min_size=1, max_size=6))
 def test_every_name_comes_back_through_a_file(tmp_path_factory, names):
     path = tmp_path_factory.mktemp("csv") / "t.csv"
@@ -239,7 +242,7 @@ TABLES = st.lists(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=N_EXAMPLES, deadline=None)
 @given(rows=TABLES)
 def test_fast_reading_says_what_reading_row_by_row_says(tmp_path_factory, rows):
     """A blank first line keeps pyarrow away; names are then compared as checked."""

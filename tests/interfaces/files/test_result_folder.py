@@ -19,6 +19,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+pytestmark = pytest.mark.usefixtures("computed_once")
+
 SUFFIXES = (".csv", ".parquet")
 PROPAGATED = ("error_sources", "neighbours", "ellipses", "control_left_out")
 FILES = {

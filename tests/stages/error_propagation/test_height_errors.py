@@ -1,6 +1,7 @@
 """Machine coordinates x, y, z: the error of z is that which the residuals show."""
 
 from dataclasses import fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ GEOMETRY = BlockGeometry(
 NO_NOISE = BlockNoise(control_standard_error=0.0, high_m_g_um=0.0, low_m_g_um=0.0)
 
 
+@cache
 def machine_block(seed=1, noise=None):
     block = simulate_block("demo", seed=seed, geometry=GEOMETRY, noise=noise)
     return Block(**{f.name: getattr(block, f.name) for f in fields(Block)})

@@ -1,6 +1,7 @@
 """Errors of y-parallaxes reach the final points as the propagation says."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ FLIGHTS = ("high_flight", "low_flight")
 SIMULTANEOUS = Settings(method="simultaneous")
 
 
+@cache
 def block_of(measurement="parallaxes", seed=0, **noise):
     geometry = replace(PRESETS["demo"].geometry, measurement=measurement)
     return simulate_block(
@@ -57,23 +59,29 @@ def errors_behind(before, after):
     return np.array(found)
 
 
-@pytest.mark.parametrize("names", [FLIGHTS, FLIGHTS[:1], FLIGHTS[1:]])
-@pytest.mark.parametrize(
-    ("kind", "settings"),
-    [
+@pytest.fixture(
+    scope="module",
+    params=[
         ("affine", Settings()),
         ("helmert", Settings()),
         ("affine", Settings(iterations=3)),
     ],
     ids=["affine", "helmert", "iterated"],
 )
-def test_points_move_as_the_operators_say(names, kind, settings):
+def unmoved(request):
+    """Settings, and a block of a kind with its result."""
+    kind, settings = request.param
     block = block_of(seed=4)
     kinds = {
         name: replace(getattr(block, name), transformation=kind) for name in FLIGHTS
     }
     block = replace(block, **kinds)
-    before = densify(block, settings)
+    return settings, block, densify(block, settings)
+
+
+@pytest.mark.parametrize("names", [FLIGHTS, FLIGHTS[:1], FLIGHTS[1:]])
+def test_points_move_as_the_operators_say(names, unmoved):
+    settings, block, before = unmoved
     after = densify(with_other_parallaxes(block, names), settings)
     carried = before.errors.chains["orientation"].apply(errors_behind(before, after))
     moved = (after.points[PLAN] - before.points[PLAN]).to_numpy()

@@ -26,11 +26,15 @@ def designs(kind, xy):
     return [np.column_stack(row) for row in rows]
 
 
-def leverage_by_brute_force(kind, xy, place):
+def leverages_by_brute_force(kind, xy, places):
     of_points = np.vstack(designs(kind, xy))
-    of_place = np.vstack(designs(kind, np.array([place])))
     inverse = np.linalg.inv(of_points.T @ of_points)
-    return np.trace(of_place @ inverse @ of_place.T) / 2
+    of_places = np.stack(designs(kind, np.array(places)))  # rows of x, rows of y
+    return np.einsum("anu,uv,anv->n", of_places, inverse, of_places) / 2
+
+
+def leverage_by_brute_force(kind, xy, place):
+    return leverages_by_brute_force(kind, xy, [place])[0]
 
 
 def shifted_lattices(along, across):
@@ -47,10 +51,7 @@ def shifted_lattices(along, across):
 def test_lattice_is_the_mean_over_all_its_places(kind, size):
     corner = np.array(size) / 2
     found = [
-        (
-            leverage_by_brute_force(kind, xy, (0.0, 0.0)),
-            leverage_by_brute_force(kind, xy, corner),
-        )
+        leverages_by_brute_force(kind, xy, [(0.0, 0.0), corner])
         for xy in shifted_lattices(*size)
     ]
     expected = np.mean(found, axis=0)

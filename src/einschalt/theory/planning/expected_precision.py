@@ -70,6 +70,7 @@ class BreakEven:
 def models_per_point(model):
     """How many models of one coverage hold a point, on average.
 
+    >>> from einschalt.theory.planning.kovarik_precision import PlannedModel
     >>> round(models_per_point(PlannedModel()), 2)
     2.14
     """
