@@ -13,8 +13,8 @@ QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
 def plan(context, **options):
     """Answer what a planner asks: print it, and write what was asked for."""
     source = context.get_parameter_source
-    names = [param.name for param in context.command.params if param.name in options]
-    typed = [name for name in names if source(name).name == "COMMANDLINE"]
+    # in the order in which they were typed
+    typed = [name for name in context.params if source(name).name == "COMMANDLINE"]
     asked = asked_of(options, typed)
     figure, output = options["figure"], options["output"]
     place = None if output is None and figure is None else _place(options)
