@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.exits import with_exit_status
+from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
     "einschalt check data_examples/neukirchen",
@@ -14,11 +15,16 @@ EXAMPLES = (
 
 
 @with_exit_status
+@with_settings_options(
+    "that of block.toml", ("crs_accuracy_m", "crs_operation", "grids")
+)
 def check(
     block: Annotated[
         Path,
         typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
     ],
+    *,
+    given: dict,
 ):
     """Say everything that is wrong with a block's input.
 
@@ -29,4 +35,4 @@ def check(
     # imported when the command runs, so that help does not wait for it
     from einschalt.interfaces.cli.work.check import print_problems  # noqa: PLC0415
 
-    print_problems(block)
+    print_problems(block, given)

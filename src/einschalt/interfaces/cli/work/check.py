@@ -10,19 +10,21 @@ from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
 
 
-def print_problems(block):
+def print_problems(block, given=None):
     """Print everything that is wrong with a block's input.
 
     Parameters
     ----------
     block : Path
+    given : dict, optional
+        Settings that go before those of block.toml.
 
     Raises
     ------
     typer.Exit
         Anything is wrong.
     """
-    found = find_problems(block)
+    found = find_problems(block, given)
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))
     else:

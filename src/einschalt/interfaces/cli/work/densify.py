@@ -33,8 +33,8 @@ def densify_folder(
     """
     # before the work, which would be lost
     require_scale(ellipse_scale)
-    read = python_api.read_block(block)
-    settings = read.settings.updated(given)
+    read = python_api.read_block(block, given)
+    settings = read.settings
     with (
         held_folder(output, output_of(read, overwrite=overwrite)),
         stage_progress(is_quiet=is_quiet) as progress,
