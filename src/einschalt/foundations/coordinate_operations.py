@@ -94,7 +94,8 @@ class Operation:
         stated = f"{self.accuracy_m:g} m"
         text = stated if np.isfinite(self.accuracy_m) else "PROJ states no accuracy"
         if self.missing:
-            text += f", needs {_names(self.missing)}, which is missing"
+            are = "is" if len(self.missing) == 1 else "are"
+            text += f", needs {_names(self.missing)}, which {are} missing"
         return f"{self.name} ({text})"
 
     def covers(self, bounds):

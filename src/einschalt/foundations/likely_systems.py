@@ -1,6 +1,7 @@
 """Which system was meant, where coordinates do not fit the one that was named."""
 
 from functools import lru_cache
+from itertools import takewhile
 
 import numpy as np
 import pyproj
@@ -42,7 +43,7 @@ def likely_systems(easting, northing, crs):
     others = [one for one in _of_same_datum(crs) if system_label(one) != own]
     fitting = [one for one in others if _holds(extent_of(one), middle)]
     there = [one for one in others if _holds(area_of(one), place)]
-    return _smallest(fitting), _smallest(there)
+    return _nearest(crs, fitting), _nearest(crs, there)
 
 
 def likely_sources(easting, northing, crs, target):
@@ -62,12 +63,13 @@ def likely_sources(easting, northing, crs, target):
     """
     middle, area = (easting, northing), area_of(target)
     others = [o for o in _of_same_datum(crs) if system_label(o) != system_label(crs)]
-    return _smallest(
+    return _nearest(
+        crs,
         [
             one
             for one in others
             if _holds(extent_of(one), middle) and _holds(area, degrees_of(*middle, one))
-        ]
+        ],
     )
 
 
@@ -103,11 +105,13 @@ def _holds(bounds, point):
     return west <= point[0] <= east and south <= point[1] <= north
 
 
-def _smallest(systems):
-    """The first few by the size of their area: the others serve large countries."""
+def _nearest(crs, systems):
+    """The first few: those named alike, as zones are, then those of small countries."""
 
-    def size(crs):
-        west, south, east, north = area_of(crs)
-        return abs(east - west) * (north - south)
+    def rank(other):
+        west, south, east, north = area_of(other)
+        words = zip(crs.name.split(), other.name.split(), strict=False)
+        alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], words))
+        return -alike, abs(east - west) * (north - south)
 
-    return [system_label(one) for one in sorted(systems, key=size)[:MOST_LIKELY]]
+    return [system_label(one) for one in sorted(systems, key=rank)[:MOST_LIKELY]]

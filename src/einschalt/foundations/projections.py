@@ -265,7 +265,9 @@ def scale_range(easting, northing, crs):
     crs = read_source_crs(crs)
     if not crs.is_projected:
         return None
-    longitude, latitude = degrees_of(easting, northing, crs)
+    # quarters of the extent: a few gross errors must not speak for the rest
+    east, north = (np.percentile(axis, [25, 75]) for axis in (easting, northing))
+    longitude, latitude = degrees_of(east.repeat(2), np.tile(north, 2), crs)
     plane = pyproj.Proj((crs.sub_crs_list or [crs])[0])
     factors = plane.get_factors(longitude, latitude)
     scales = np.array([factors.tissot_semiminor, factors.tissot_semimajor])

@@ -193,12 +193,12 @@ class Settings(BaseModel):
         description="Worst accuracy of an operation between reference systems, metres; "
         "a quarter of the standard error of the points where left out.",
     )
-    crs_operation: str = Field(
+    crs_operation: Annotated[str, Expected("a text, such as EPSG:1619")] = Field(
         "",
         description="Operation between reference systems, whatever its accuracy: its "
         "name in PROJ, a part of it, or its EPSG code.",
     )
-    grids: str = Field(
+    grids: Annotated[str, Expected("a text: the path of a folder")] = Field(
         "",
         description="Folder with grids of the reference systems, beside those of PROJ.",
     )

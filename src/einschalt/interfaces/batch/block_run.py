@@ -119,7 +119,7 @@ def _run(task, progress):
 def _compute(task, progress):
     progress(Stage.READING)
     block = read_block(task.block, task.given)
-    result = densify(block, progress=progress)
+    result = densify(block, block.settings, progress=progress)
     progress(Stage.ASSESSMENT)
     result.assessment  # noqa: B018
     progress(Stage.WRITING)

@@ -47,7 +47,7 @@ from einschalt.interfaces.files.points_of_systems import (
     with_plane_names,
 )
 from einschalt.interfaces.files.tables_by_suffix import read_table
-from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
 
@@ -341,7 +341,7 @@ class _Reading:
         return True
 
     def _in_crs_of_block(self, frame, checked, own, name):
-        problems, _ = axis_problems(checked, own, self.sources[name])
+        problems, _ = own_axis_problems(checked, own, self.sources[name])
         if problems:
             self.toml.said.add((name, "file"))
             self.toml.problems += problems

@@ -5,7 +5,7 @@ import numpy as np
 from einschalt.foundations import tables
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError
-from einschalt.foundations.projections import extent_of, read_source_crs
+from einschalt.foundations.projections import extent_of, read_crs
 from einschalt.pipeline.block.places import place_problems
 
 PLANE = ("easting", "northing")
@@ -19,7 +19,7 @@ def axis_problems(frame, crs, source):
     frame : DataFrame
         point_id, easting, northing, as checked.
     crs : str or None
-        System of the coordinates; of a geographic one they are longitude and latitude.
+        Of the block.
     source : str
         File name, said in messages.
 
@@ -30,11 +30,26 @@ def axis_problems(frame, crs, source):
         How many points lie outside either way.
     """
     try:
-        system = read_source_crs(crs) if crs else None
+        return own_axis_problems(frame, read_crs(crs), source) if crs else ([], [])
     except ProjectionError:  # said by check_facts
-        system = None
-    if system is None:
         return [], []
+
+
+def own_axis_problems(frame, system, source):
+    """The same for points in a system of their own.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Longitude and latitude of a geographic system stand as easting and northing.
+    system : pyproj.CRS
+    source : str
+
+    Returns
+    -------
+    problems, notes : list
+        As :func:`axis_problems` gives them.
+    """
     axes = ("longitude", "latitude") if system.is_geographic else PLANE
     east, north = (frame[name].to_numpy() for name in PLANE)
     extent, label = extent_of(system), system_label(system)
