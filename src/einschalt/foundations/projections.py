@@ -249,7 +249,7 @@ def turn(points, source_crs, operation):
 
 
 def scale_range(easting, northing, crs):
-    """Smallest and largest scale of a plane system where some points lie.
+    """Smallest and largest scale of a plane system in the middle of some points.
 
     Parameters
     ----------
@@ -265,14 +265,11 @@ def scale_range(easting, northing, crs):
     crs = read_source_crs(crs)
     if not crs.is_projected:
         return None
-    # quarters of the extent: a few gross errors must not speak for the rest
-    east, north = (np.percentile(axis, [25, 75]) for axis in (easting, northing))
-    longitude, latitude = degrees_of(east.repeat(2), np.tile(north, 2), crs)
+    longitude, latitude = degrees_of(np.median(easting), np.median(northing), crs)
     plane = pyproj.Proj((crs.sub_crs_list or [crs])[0])
     factors = plane.get_factors(longitude, latitude)
-    scales = np.array([factors.tissot_semiminor, factors.tissot_semimajor])
-    scales = scales[:, np.all(np.isfinite(scales), axis=0)]
-    return (scales.min(), scales.max()) if scales.size else None
+    scales = factors.tissot_semiminor, factors.tissot_semimajor
+    return scales if np.all(np.isfinite(scales)) else None
 
 
 def area_of(crs):
