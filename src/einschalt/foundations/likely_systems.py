@@ -112,6 +112,7 @@ def _nearest(crs, systems):
         west, south, east, north = area_of(other)
         words = zip(crs.name.split(), other.name.split(), strict=False)
         alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], words))
-        return -alike, abs(east - west) * (north - south)
+        is_variant = "(" in other.name  # with its axes exchanged
+        return -alike, is_variant, abs(east - west) * (north - south)
 
     return [system_label(one) for one in sorted(systems, key=rank)[:MOST_LIKELY]]

@@ -52,7 +52,7 @@ def test_a_terminal_gets_a_table(invoke, spoilt_folder, monkeypatch):
 
 
 def test_control_of_another_datum_needs_its_grid_or_a_word(
-    invoke, block_folder, tmp_path
+    invoke, block_folder, tmp_path, monkeypatch
 ):
     import shutil
 
@@ -94,3 +94,7 @@ def test_control_of_another_datum_needs_its_grid_or_a_word(
     nowhere = invoke("check", folder, "--grids", tmp_path / "nowhere")
     assert nowhere.exit_code == 2
     assert "is no folder" in nowhere.stdout
+    # from where the user stands, not from the folder of the block
+    (tmp_path / "mine").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert "is missing" in invoke("check", folder, "--grids", "mine").stdout

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pyproj
 import pytest
+from tests.ntv2_grids import write_ntv2
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.block_folder import find_problems, read_block
@@ -109,6 +110,20 @@ def test_grids_are_looked_for_from_the_folder_of_the_block(small_block):
     (small_block.path / "grids").mkdir()
     with pytest.raises(EinschaltError, match="no operation is good enough"):
         read_block(small_block.path)
+
+
+def test_a_grid_in_the_folder_is_used_and_named(small_block):
+    settings = 'grids = "grids"\ncrs_accuracy_m = 0.25'
+    moved_block(small_block, "EPSG:25832", LUCERNE, "EPSG:21781", settings=settings)
+    grids, grid = small_block.path / "grids", "ch_swisstopo_CHENyx06_ETRS.tif"
+    grids.mkdir()
+    with pytest.raises(EinschaltError, match=f"needs {grid}, which is missing"):
+        read_block(small_block.path)
+    write_ntv2(grids / grid, -1.5, -3.5)
+    block = read_block(small_block.path)
+    (note,) = block.notes
+    assert note.endswith(f"by CH1903 to ETRS89 (2) (0.25 m) with {grid}")
+    assert block.shared_errors_m == {"control_points": 0.25}
 
 
 def test_degrees_in_columns_that_say_metres_are_refused(small_block):

@@ -70,7 +70,7 @@ def _kind(name, field):
         return field.annotation, {}
     if name == "grids":  # block.toml means its own folder, the command line this one
         parser = {"parser": lambda path: str(Path(path).absolute())}
-        return str, {**parser, "metavar": "FOLDER"}
+        return str, {**parser, "metavar": "<folder>"}
     # a preset or a number is read as text, and understood by Settings
     return field.annotation if field.annotation in (int, float) else str, {}
 
