@@ -11,7 +11,7 @@ from functools import wraps
 import pytest
 
 import einschalt as es
-from einschalt.interfaces.cli.work.densify import densify_folder
+from einschalt.interfaces.cli.work.densify import densify
 from einschalt.interfaces.reports import html_report  # noqa: F401  its names are counted
 from einschalt.pipeline.assessment import assess
 from einschalt.pipeline.assessment.evidence import (
@@ -68,7 +68,7 @@ def densified(block, folder, **settings):
     """Densify as the command does: report, summary, tolerance."""
     block.write(folder / "block")
     given = {"tolerance": "vermv_2016", **settings}
-    densify_folder(folder / "block", folder / "out", given)
+    densify(folder / "block", folder / "out", given)
     assert (folder / "out" / "report.html").exists()
     assert (folder / "out" / "summary.txt").exists()
 

@@ -23,6 +23,8 @@ ROOMS = [
     "simulation",
     "planning",
 ]
+# the same of interfaces/
+ROOMS_OF_INTERFACES = ["provenance", "reports", "files", "batch", "python_api", "cli"]
 MOST_FILES_IN_A_ROOM = 12
 MOST_LINES_IN_A_FUNCTION = 40
 MOST_LINES_IN_A_MODULE = 300
@@ -123,6 +125,21 @@ def test_rooms_of_the_pipeline_are_in_their_order():
             room = room_of(other)
             if room is not None and room > room_of(module):
                 offences.append(f"{module}: {other}")
+    assert not offences, listed(offences)
+
+
+def test_rooms_of_the_interfaces_are_in_their_order():
+    inside = [path for path in MODULES if stem(path).startswith("interfaces/")]
+    offences = []
+    for path in inside:
+        if path.name == "__init__.py":
+            continue
+        own = ROOMS_OF_INTERFACES.index(stem(path)[:-3].split("/")[1])
+        for other in imported_modules(path):
+            parts = other.split(".")
+            is_inside = parts[:2] == ["einschalt", "interfaces"] and len(parts) > 2
+            if is_inside and ROOMS_OF_INTERFACES.index(parts[2]) > own:
+                offences.append(f"{stem(path)}: {other}")
     assert not offences, listed(offences)
 
 

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 
 import einschalt as es
 from einschalt.foundations.errors import FileError, OutputError
-from einschalt.interfaces.batch.folder_lock import LOCK, locked
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import output_folder
+from einschalt.interfaces.files.folder_lock import LOCK, locked
 from einschalt.interfaces.files.result_folder import output_of
 
 MODEL = "model_id,point_id,x,y\n" + "".join(
@@ -313,7 +313,7 @@ def test_two_runs_do_not_mix(small_block, tmp_path):
 
 
 def test_waiting_for_a_lock_is_bounded_and_said(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("einschalt.interfaces.batch.folder_lock.PATIENCE_SECONDS", 0.2)
+    monkeypatch.setattr("einschalt.interfaces.files.folder_lock.PATIENCE_SECONDS", 0.2)
     failures = []
 
     def second():

@@ -289,12 +289,7 @@ def test_no_value_of_a_wrong_kind_ends_in_another_error(
             "\udcff",
             r"name = '.udcff' is no Unicode text; expected the",
         ),
-        (
-            "Block",
-            "control_points",
-            [1.0],
-            r"\[1.0\] is no table; expected a",
-        ),
+        ("Block", "control_points", [1.0], r"\[1.0\] is no table; expected a"),
         (
             "Flight",
             "camera",

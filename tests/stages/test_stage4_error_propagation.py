@@ -19,7 +19,7 @@ from einschalt.pipeline.simulation.simulate_block import (
     simulate_block,
 )
 from einschalt.stages.error_propagation.operators import NUMBERS_AT_ONCE, n_ranges
-from einschalt.stages.stage4_error_propagation import can_propagate
+from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 
 STEP = 1e-3
@@ -194,8 +194,8 @@ def test_unknown_sizes_are_not_guessed():
     fields = plain_part(block)
     control = block.control_points.drop(columns="standard_error_m")
     without = Block(**{**fields, "control_points": control})
-    assert can_propagate(block)
-    assert not can_propagate(without)
+    assert not obstacle_to_propagation(block)
+    assert obstacle_to_propagation(without)
     result = densify(without)
     assert result.errors is None
     assert "standard_error_total" not in result.points

@@ -4,9 +4,9 @@ The long form is 100 blocks of each kind; its figures stand in docs/truth.md.
 """
 
 import pytest
+from tests.given_approximations import onto_given_approximations
 
 from einschalt.pipeline.densify import densify
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 
 N_BLOCKS = 4
 

@@ -19,34 +19,13 @@ from einschalt.foundations.value_descriptions import described
 def is_choice(value, allowed):
     """Whether a value is one of the words that are allowed; None may be one of them.
 
-    Parameters
-    ----------
-    value : object
-        Of any kind: lists and arrays, which cannot be looked up, are no words.
-    allowed : collection of str
-
-    Returns
-    -------
-    bool
+    Lists and arrays, which cannot be looked up, are no words.
     """
     return isinstance(value, str | None) and value in allowed
 
 
 def require_choice(name, value, allowed):
-    """See that an argument is one of the words that are allowed.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : object
-    allowed : collection of str
-
-    Raises
-    ------
-    SettingsError
-        It is another, or no word.
-    """
+    """See that the argument ``name`` is one of the words that are allowed."""
     if is_choice(value, allowed):
         return
     known = [word for word in allowed if word is not None]
@@ -59,21 +38,7 @@ def require_choice(name, value, allowed):
 
 
 def require_kind(name, value, kinds, *, expected, remedy=""):
-    """See that an argument is of the kind that is needed.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : object
-    kinds : type or tuple of type
-    expected : str
-    remedy : str, optional
-
-    Raises
-    ------
-    SettingsError
-    """
+    """See that the argument ``name`` is of the kind that is needed."""
     if not isinstance(value, kinds):
         found = f"{name} = {described(value)}"
         raise SettingsError(found, expected=expected, remedy=remedy)
@@ -82,17 +47,7 @@ def require_kind(name, value, kinds, *, expected, remedy=""):
 def require_text(name, value, *, expected):
     """See that an argument is a text that can be written into a file.
 
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : object
-    expected : str
-
-    Raises
-    ------
-    SettingsError
-        It is no text, or holds half of a surrogate pair.
+    Half of a surrogate pair cannot.
     """
     require_kind(name, value, str, expected=expected)
     try:
@@ -103,24 +58,7 @@ def require_text(name, value, *, expected):
 
 
 def finite_number(name, value, *, expected="a number"):
-    """Take an argument as a finite number.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : object
-        Truth values and texts are no numbers.
-    expected : str, optional
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    SettingsError
-    """
+    """Take an argument as a finite float; truth values and texts are no numbers."""
     values = as_numbers(name, value, expected=expected)
     if values.ndim == 0 and abs(values) <= LARGEST_NUMBER:
         return float(values)
@@ -128,25 +66,9 @@ def finite_number(name, value, *, expected="a number"):
 
 
 def as_numbers(name, value, *, expected="a number, or an array of numbers"):
-    """Take an argument as an array of numbers.
+    """Take an argument, a number or a sequence of them, as an array of floats.
 
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : object
-        A number, a sequence, an array, a Series; truth values, texts and complex
-        numbers are none.
-    expected : str, optional
-
-    Returns
-    -------
-    ndarray of float
-        NaN where a value is left out.
-
-    Raises
-    ------
-    SettingsError
+    NaN where a value is left out; truth values, texts and complex numbers are none.
     """
     try:
         array = np.asarray(value)
@@ -166,23 +88,7 @@ def _is_measure(value):
 
 
 def as_path(name, value):
-    """Take an argument as the path of a file or folder.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument.
-    value : str or PathLike
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    FileError
-        It is empty, no path, or one that no system knows.
-    """
+    """Take an argument as the path of a file or folder."""
     path = os.fspath(value) if isinstance(value, os.PathLike) else value
     if isinstance(path, str) and path and "\0" not in path:
         return Path(path)

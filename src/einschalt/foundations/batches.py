@@ -18,18 +18,11 @@ ROWS_WORTH_A_THREAD = 50_000
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Rows sorted by group.
+    """Rows sorted by group."""
 
-    Attributes
-    ----------
-    order : ndarray of int64, shape (n_rows,)
-        Row numbers sorted by group, in their old order within a group.
-    start : ndarray of int64, shape (n_groups + 1,)
-        Where each group begins in the sorted order.
-    """
-
+    # (n_rows,): row numbers sorted by group, in their old order within a group
     order: np.ndarray
-    start: np.ndarray
+    start: np.ndarray  # (n_groups + 1,): where each group begins in the sorted order
 
     @property
     def count(self):
@@ -43,21 +36,10 @@ class Segments:
 
 
 def segments(codes, n_groups) -> Segments:
-    """Sort rows by their group code, by counting.
+    """Sort rows by their group code, 0 to ``n_groups - 1``, by counting.
 
-    Parameters
-    ----------
-    codes : ndarray of int, shape (n_rows,)
-        Group of each row, 0 to ``n_groups - 1``.
-    n_groups : int
+    Groups without rows have an empty segment.
 
-    Returns
-    -------
-    Segments
-        Groups without rows have an empty segment.
-
-    Examples
-    --------
     >>> parts = segments(np.array([1, 0, 1]), 3)
     >>> parts.order.tolist(), parts.start.tolist()
     ([1, 0, 2], [0, 1, 3, 3])
@@ -80,20 +62,8 @@ def _counting_sort(codes, start):
 
 
 def segment_sum(values, start):
-    """Sum of each segment; 0 where a segment is empty.
+    """Sum of each segment, (n_segments, ...); 0 where a segment is empty.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n_rows, ...)
-        Sorted by segment.
-    start : ndarray of int, shape (n_segments + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_segments, ...)
-
-    Notes
-    -----
     ``np.add.reduceat`` gives the value at the start, not 0, for an empty segment, and
     fails for a start beyond the last row; both are taken care of.
     """
@@ -106,18 +76,7 @@ def segment_sum(values, start):
 
 
 def segment_min_max(values, start):
-    """Smallest and largest value of each segment; NaN where a segment is empty.
-
-    Parameters
-    ----------
-    values : ndarray of float, shape (n_rows, ...)
-        Sorted by segment.
-    start : ndarray of int, shape (n_segments + 1,)
-
-    Returns
-    -------
-    tuple of two ndarrays, shape (n_segments, ...)
-    """
+    """Smallest and largest value of each segment; NaN where a segment is empty."""
     values = np.asarray(values, dtype=float)
     smallest = np.full((len(start) - 1, *values.shape[1:]), np.nan)
     largest = smallest.copy()
@@ -132,11 +91,8 @@ def segment_min_max(values, start):
 def n_cores():
     """Count the processor cores that this process may use.
 
-    Returns
-    -------
-    int
-        At most ``EINSCHALT_CORES`` of the environment, where that is set: one of
-        several processes then does not take the cores of the others.
+    At most ``EINSCHALT_CORES`` of the environment, where that is set: one of several
+    processes then does not take the cores of the others.
     """
     granted = os.environ.get("EINSCHALT_CORES", "")
     if granted.isdecimal():
@@ -158,14 +114,6 @@ def over_segments(kernel, start, *arrays):
     (``nogil=True``). Each segment is computed whole by one thread, so the result does
     not depend on their number.
 
-    Parameters
-    ----------
-    kernel : callable
-    start : ndarray of int, shape (n_segments + 1,)
-    *arrays : ndarray
-
-    Notes
-    -----
     Threads instead of numba's own parallel loops: those abort the process when it
     forks afterwards, or when two Python threads call them at once.
     """

@@ -19,21 +19,10 @@ LARGEST_BITS = 1000  # of a whole number that a float can hold
 
 
 def numbers(raw, column):
-    """Numbers of a column.
+    """Numbers of a column, as they were read into a Series.
 
-    Parameters
-    ----------
-    raw : Series
-        As they were read.
-    column : Column
-
-    Returns
-    -------
-    values : ndarray of float
-        NaN where there is none.
-    is_bad : ndarray of bool
-    say : callable
-        From a raw value to what was found, what is expected and how to mend it.
+    Values, NaN where there is none; which of them are bad; and a function that says of
+    a raw value what was found, what is expected and how to mend it.
     """
     values = _to_float(raw)
     is_bad = ~(np.abs(values) <= LARGEST_NUMBER)
@@ -50,8 +39,9 @@ def numbers(raw, column):
 
 def _to_float(raw):
     # pandas would count True as 1, dates as ns, and leave out what is imaginary
+    is_textual = raw.dtype == object or pd.api.types.is_string_dtype(raw)
     is_other = pd.api.types.is_bool_dtype(raw) or pd.api.types.is_complex_dtype(raw)
-    if is_other or not (pd.api.types.is_numeric_dtype(raw) or _is_textual(raw)):
+    if is_other or not (pd.api.types.is_numeric_dtype(raw) or is_textual):
         return np.full(len(raw), np.nan)
     if raw.dtype == object:
         raw = raw.map(_plain)
@@ -65,10 +55,6 @@ def _plain(value):
     if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
         return np.inf
     return value
-
-
-def _is_textual(raw):
-    return raw.dtype == object or pd.api.types.is_string_dtype(raw)
 
 
 def choices(raw, column):

@@ -7,8 +7,6 @@ It imports nothing, since every error message passes here and help should come a
 def printable(text):
     r"""Replace what would break a line or steer a terminal, so that it can be seen.
 
-    Examples
-    --------
     >>> print(printable("two\nlines"))
     two\nlines
     """
@@ -22,8 +20,6 @@ def _code(char):
 def as_unicode(text):
     r"""Write out what is no Unicode in the name of a file, so that it can be written.
 
-    Examples
-    --------
     >>> print(as_unicode("Vöckla\udcff"))
     Vöckla\udcff
     """
@@ -35,8 +31,6 @@ def as_unicode(text):
 def shortened(text, width=40):
     """Shorten a long name in its middle, since names differ at their ends.
 
-    Examples
-    --------
     >>> shortened("Hauptdreieckspunkt_0001", 12)
     'Hauptd…_0001'
     """

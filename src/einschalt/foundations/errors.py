@@ -87,17 +87,7 @@ class EinschaltError(Exception):
         return " ".join(_sentence(part) for part in (text, self.remedy) if part)
 
     def with_facts(self, **facts):
-        """Return the same fault with more facts, such as the file.
-
-        Parameters
-        ----------
-        **facts
-            Arguments of the class.
-
-        Returns
-        -------
-        EinschaltError
-        """
+        """Return the same fault with more facts, such as the file."""
         said = {
             name: str(fact) if name in NAMED and fact is not None else fact
             for name, fact in facts.items()
@@ -194,8 +184,6 @@ def raise_problems(problems: Sequence[EinschaltError]):
 def name_some(names: Iterable[str], most: int = MOST_NAMED) -> str:
     """At most five names, then how many more there are.
 
-    Examples
-    --------
     >>> name_some(["a", "b", "c"], most=2)
     'a, b and 1 more'
     """

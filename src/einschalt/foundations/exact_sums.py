@@ -6,39 +6,18 @@ metres. So products and sums are carried as a value and its rounding error (Dekk
 1971), and the block is as exact as its parameters can be written down.
 """
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
 SPLITTER = 134217729.0  # 2^27 + 1
 
 
-class Transformed(NamedTuple):
-    """Points of all models in the ground system: the sum of both parts.
-
-    Attributes
-    ----------
-    high, low : ndarray, shape (n_rows, d, n_right)
-    """
-
-    high: np.ndarray
-    low: np.ndarray
-
-
-def transform_exactly(design, model, parameters) -> Transformed:
+def transform_exactly(design, model, parameters):
     """Multiply the design of each observation with the unknowns of its model.
 
-    Parameters
-    ----------
-    design : ndarray, shape (n_rows, d, n_unknowns)
-        Float or complex.
-    model : ndarray of int, shape (n_rows,)
-    parameters : ndarray, shape (n_models, n_unknowns, n_right)
-
-    Returns
-    -------
-    Transformed
+    Two arrays, (n_rows, d, n_right), whose sum is the product.
+    ``design`` (n_rows, d, n_unknowns) is float or complex, ``parameters`` are
+    (n_models, n_unknowns, n_right).
     """
     shape = (*design.shape[:2], parameters.shape[2])
     high, low = np.empty(shape, design.dtype), np.empty(shape, design.dtype)
@@ -50,7 +29,7 @@ def transform_exactly(design, model, parameters) -> Transformed:
         model,
         _as_parts(np.ascontiguousarray(parameters, dtype=design.dtype), parts),
     )
-    return Transformed(high, low)
+    return high, low
 
 
 def _as_parts(array, parts):
@@ -85,19 +64,15 @@ def _transform(high, low, design, model, parameters):
         for c in range(d):
             for r in range(high.shape[2]):
                 real, rest = 0.0, 0.0
-                imaginary, rest_of_it = 0.0, 0.0
+                imaginary, lost = 0.0, 0.0
                 for a in range(u):
                     g, p = design[row, c, a, 0], parameters[m, a, r, 0]
                     real, rest = _add_product(real, rest, g, p)
                     if parts == 2:
                         h, q = design[row, c, a, 1], parameters[m, a, r, 1]
                         real, rest = _add_product(real, rest, -h, q)
-                        imaginary, rest_of_it = _add_product(
-                            imaginary, rest_of_it, g, q
-                        )
-                        imaginary, rest_of_it = _add_product(
-                            imaginary, rest_of_it, h, p
-                        )
+                        imaginary, lost = _add_product(imaginary, lost, g, q)
+                        imaginary, lost = _add_product(imaginary, lost, h, p)
                 high[row, c, r, 0], low[row, c, r, 0] = real, rest
                 if parts == 2:
-                    high[row, c, r, 1], low[row, c, r, 1] = imaginary, rest_of_it
+                    high[row, c, r, 1], low[row, c, r, 1] = imaginary, lost

@@ -10,17 +10,6 @@ LARGEST_CODE = 2**62
 def is_among(names, known):
     """Whether each name occurs among others.
 
-    Parameters
-    ----------
-    names : Series or array of str, shape (n,)
-    known : Series or array of str, shape (m,)
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-
-    Examples
-    --------
     >>> is_among(["0012", "12"], ["12", "7/8"]).tolist()
     [False, True]
     """
@@ -29,18 +18,8 @@ def is_among(names, known):
 
 
 def row_codes(columns):
-    """Code each distinct row of some columns of names by one integer.
+    """Code each distinct row of some columns of names, coded or not, by one integer.
 
-    Parameters
-    ----------
-    columns : list of Series, array of str, or Coded, each of shape (n_rows,)
-
-    Returns
-    -------
-    ndarray of int64, shape (n_rows,)
-
-    Examples
-    --------
     >>> row_codes([["1", "1", "2"], ["A", "A", "A"]]).tolist()
     [0, 0, 1]
     """

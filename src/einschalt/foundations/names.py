@@ -16,18 +16,10 @@ TEXT = pa.large_string()  # a column of names may be longer than 2 GiB
 
 @dataclass(frozen=True, eq=False)
 class Coded:
-    """A column of names as integer codes.
+    """A column of names as integer codes."""
 
-    Attributes
-    ----------
-    codes : ndarray of int64, shape (n_rows,)
-        Position of each row's name in ``names``.
-    dictionary : pyarrow.Array
-        The distinct names in order of first appearance.
-    """
-
-    codes: np.ndarray
-    dictionary: pa.Array
+    codes: np.ndarray  # (n_rows,): position of each row's name in ``names``
+    dictionary: pa.Array  # the distinct names in order of first appearance
 
     def __len__(self):
         """Return the number of distinct names."""
@@ -39,34 +31,17 @@ class Coded:
         return self.dictionary.to_numpy(zero_copy_only=False).astype(object)
 
     def locate(self, other):
-        """Position here of each distinct name of another column.
-
-        Parameters
-        ----------
-        other : Coded
-
-        Returns
-        -------
-        ndarray of int64, shape (len(other),)
-            -1 where the name does not occur here.
-        """
+        """Position here of each distinct name of another; -1 where it is not there."""
         found = pc.index_in(other.dictionary, value_set=self.dictionary)
         return found.fill_null(-1).to_numpy(zero_copy_only=False).astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class CodedPairs:
-    """Two columns of names as one integer code for each distinct pair.
+    """Two columns of names as one integer code for each distinct pair."""
 
-    Attributes
-    ----------
-    codes : ndarray of int64, shape (n_rows,)
-        Position of each row's pair among the distinct pairs.
-    first, second : ndarray of object, shape (n_pairs,)
-        Names of the distinct pairs, in order of first appearance.
-    """
-
-    codes: np.ndarray
+    codes: np.ndarray  # (n_rows,): position of each row's pair among the distinct pairs
+    # names of the distinct pairs, in order of first appearance, (n_pairs,)
     first: np.ndarray
     second: np.ndarray
 
@@ -82,17 +57,7 @@ class CodedPairs:
         return names
 
     def locate(self, other):
-        """Position here of each distinct pair of two other columns.
-
-        Parameters
-        ----------
-        other : CodedPairs
-
-        Returns
-        -------
-        ndarray of int64, shape (len(other),)
-            -1 where the pair does not occur here.
-        """
+        """Position here of each distinct pair of others; -1 where it is not there."""
         # each pair of both is there once, so that its code is its first position
         together = encode_pairs(
             np.concatenate([self.first, other.first]),
@@ -105,16 +70,6 @@ class CodedPairs:
 def encode(names) -> Coded:
     """Dictionary-encode a column of names.
 
-    Parameters
-    ----------
-    names : Series or array of str, shape (n_rows,)
-
-    Returns
-    -------
-    Coded
-
-    Examples
-    --------
     >>> coded = encode(["7/8", "0012", "7/8"])
     >>> coded.codes.tolist(), coded.names.tolist()
     ([0, 1, 0], ['7/8', '0012'])
@@ -127,16 +82,6 @@ def encode(names) -> Coded:
 def encode_pairs(first, second) -> CodedPairs:
     """Code the distinct pairs of two columns of names.
 
-    Parameters
-    ----------
-    first, second : Series or array of str, shape (n_rows,)
-
-    Returns
-    -------
-    CodedPairs
-
-    Examples
-    --------
     >>> encode_pairs(["1", "2", "1"], ["7/8", "7/8", "7/8"]).codes.tolist()
     [0, 1, 0]
     """
@@ -148,15 +93,6 @@ def pair_up(one, two) -> CodedPairs:
 
     Models are told apart by coverage and model_id together, since the two coverages
     of a flight may count their models alike.
-
-    Parameters
-    ----------
-    one, two : Coded
-        Of the same rows.
-
-    Returns
-    -------
-    CodedPairs
     """
     pairs = pa.array(one.codes * len(two) + two.codes).dictionary_encode()
     kept = pairs.dictionary.to_numpy()

@@ -7,22 +7,10 @@ from scipy.spatial import Delaunay, QhullError
 def neighbour_pairs(xy):
     """Pairs of points without a third one in the circle over their distance.
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-
-    Returns
-    -------
-    ndarray of int, shape (n_pairs, 2)
-        Sorted; of points on one line, those that follow each other.
-
-    Notes
-    -----
     The sides of Delaunay triangles at which no obtuse angle looks (Gabriel and Sokal
-    1969, Systematic Zoology 18): the long sides along the hull fall out.
+    1969, Systematic Zoology 18): the long sides along the hull fall out. Of points on
+    one line, those that follow each other.
 
-    Examples
-    --------
     >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.1], [0.0, 2.0], [1.0, 1.0]])
     >>> neighbour_pairs(square).tolist()
     [[0, 1], [0, 3], [0, 4], [1, 4], [2, 3], [2, 4], [3, 4]]

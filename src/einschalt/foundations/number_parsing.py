@@ -12,23 +12,10 @@ THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d
 
 
 def describe_fault(value, unit, *, is_positive=False):
-    """Say why a value of a table is no usable number.
+    """Say why a value of a table is no usable number: found, expected, remedy.
 
-    Parameters
-    ----------
-    value : object
-        As it was read.
-    unit : str
-        What the number measures, in the plural.
-    is_positive : bool, optional
-        Whether only values above zero are allowed.
+    ``unit`` is what the number measures, in the plural.
 
-    Returns
-    -------
-    found, expected, remedy : str
-
-    Examples
-    --------
     >>> describe_fault("1.234,5", "metres")
     ("'1.234,5' has separators of thousands", 'metres', 'Write 1234.5')
     """
@@ -62,16 +49,7 @@ def _fault(text):
 
 
 def is_number(text):
-    """Whether a text is a number as the tables write it, with a decimal point.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a text is a number as the tables write it, with a decimal point."""
     try:
         float(text)
     except ValueError:

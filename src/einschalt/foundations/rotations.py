@@ -67,11 +67,7 @@ def angles_from_rotation(matrix):
     kappa = np.arctan2(-m[..., 1, 0], m[..., 0, 0])
     kappa_alone = np.arctan2(m[..., 0, 1], m[..., 1, 1])
     return np.stack(
-        [
-            np.where(is_gimbal, 0.0, omega),
-            phi,
-            np.where(is_gimbal, kappa_alone, kappa),
-        ],
+        [np.where(is_gimbal, 0.0, omega), phi, np.where(is_gimbal, kappa_alone, kappa)],
         axis=-1,
     )
 
@@ -79,18 +75,9 @@ def angles_from_rotation(matrix):
 def angle_rates(omega, phi):
     """Change of the angles when the camera turns a little about the object axes.
 
-    A turn by the small vector w changes ``M.T`` to ``rotation_by_vector(w) @ M.T``
-    and the angles by ``angle_rates(omega, phi) @ w``.
-
-    Parameters
-    ----------
-    omega, phi : float or ndarray, shape (...)
-        [rad]
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-        Rows omega, phi, kappa. Not finite where phi is a right angle.
+    A turn by the small vector w changes ``M.T`` to ``rotation_by_vector(w) @ M.T`` and
+    the angles by ``angle_rates(omega, phi) @ w`` (rows omega, phi, kappa) [rad]. Not
+    finite where phi is a right angle.
     """
     omega, phi = np.broadcast_arrays(
         np.asarray(omega, dtype=float), np.asarray(phi, dtype=float)
@@ -107,19 +94,8 @@ def angle_rates(omega, phi):
 
 
 def rotation_by_vector(vector):
-    """Right-handed rotation about a vector, by its length.
+    """Right-handed rotation about a vector, by its length [rad], small or zero too.
 
-    Parameters
-    ----------
-    vector : ndarray, shape (..., 3)
-        Axis times angle [rad]; may be small or zero.
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-
-    Examples
-    --------
     >>> (rotation_by_vector([0.0, 0.0, np.pi / 2]) @ [1.0, 0.0, 0.0]).round(12) + 0.0
     array([0., 1., 0.])
     """
@@ -135,16 +111,7 @@ def rotation_by_vector(vector):
 
 
 def cross_matrix(vector):
-    """Matrix that forms the cross product: ``cross_matrix(a) @ b = a x b``.
-
-    Parameters
-    ----------
-    vector : ndarray, shape (..., 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 3, 3)
-    """
+    """Matrix that forms the cross product: ``cross_matrix(a) @ b = a x b``."""
     x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
     zero = np.zeros_like(x)
     return _stack((zero, -z, y), (z, zero, -x), (-y, x, zero))

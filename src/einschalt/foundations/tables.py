@@ -62,19 +62,17 @@ class Schema:
         """Names of the columns that hold text."""
         return [c.name for c in self.columns if c.kind in ("id", "choice")]
 
+    def _changed(self, is_meant, **fields):
+        columns = (replace(c, **fields) if is_meant(c) else c for c in self.columns)
+        return replace(self, columns=tuple(columns))
+
     def requiring(self, *names):
         """Return the same schema in which some columns must be given."""
-        columns = tuple(
-            replace(c, is_required=True) if c.name in names else c for c in self.columns
-        )
-        return replace(self, columns=columns)
+        return self._changed(lambda column: column.name in names, is_required=True)
 
     def in_unit(self, unit):
         """Return the same schema with other words for the unit of model lengths."""
-        columns = tuple(
-            replace(c, unit=unit) if c.unit == MODEL_UNIT else c for c in self.columns
-        )
-        return replace(self, columns=columns)
+        return self._changed(lambda column: column.unit == MODEL_UNIT, unit=unit)
 
     def only(self, *names):
         """Return the schema of some of the columns."""
@@ -83,11 +81,8 @@ class Schema:
 
     def without(self, *names):
         """Return the same schema in which some columns need not be given."""
-        columns = tuple(
-            c if c.name not in names else Column(**{**vars(c), "is_required": False})
-            for c in self.columns
-        )
-        return Schema(self.name, columns, tuple(k for k in self.key if k not in names))
+        freed = self._changed(lambda column: column.name in names, is_required=False)
+        return replace(freed, key=tuple(k for k in self.key if k not in names))
 
 
 POINT_ID = Column("point_id", "id")
@@ -102,33 +97,29 @@ def _number(name, unit, **flags):
     return Column(name, "number", unit, **flags)
 
 
+def _numbers(unit, *names, **flags):
+    return [_number(name, unit, **flags) for name in names]
+
+
+PLAN_ERRORS = ("standard_error_easting", "standard_error_northing")
 CONTROL_POINTS = Schema(
     "control_points",
     (
         POINT_ID,
-        _number("easting", "metres"),
-        _number("northing", "metres"),
+        *_numbers("metres", "easting", "northing"),
         _number("height", "metres", is_required=False, may_be_missing=True),
         _number("standard_error_m", "metres", is_required=False, is_positive=True),
         Column("role", "choice", is_required=False, choices=ROLES, default="control"),
         # for the simultaneous adjustment, in place of standard_error_m
-        _number(
-            "standard_error_easting", "metres", is_required=False, is_positive=True
-        ),
-        _number(
-            "standard_error_northing", "metres", is_required=False, is_positive=True
-        ),
+        *_numbers("metres", *PLAN_ERRORS, is_required=False, is_positive=True),
         _number("covariance_en", "square metres", is_required=False),
         _number("standard_error_height", "metres", is_required=False, is_positive=True),
-        _number("covariance_eh", "square metres", is_required=False),
-        _number("covariance_nh", "square metres", is_required=False),
+        *_numbers("square metres", "covariance_eh", "covariance_nh", is_required=False),
     ),
     key=("point_id",),
 )
 APPROXIMATE_POINTS = Schema(
-    "approximate_points",
-    CONTROL_POINTS.columns[:4],
-    key=("point_id",),
+    "approximate_points", CONTROL_POINTS.columns[:4], key=("point_id",)
 )
 MODEL_POINTS = Schema(
     "model_points",
@@ -136,8 +127,7 @@ MODEL_POINTS = Schema(
         COVERAGE,
         MODEL_ID,
         POINT_ID,
-        _number("x", "millimetres"),
-        _number("y", "millimetres"),
+        *_numbers("millimetres", "x", "y"),
         _number("z", "millimetres", is_required=False),
         _number("n_settings", "numbers", is_required=False, is_positive=True),
         _number("settings_spread", MODEL_UNIT, is_required=False, may_be_missing=True),
@@ -154,13 +144,8 @@ MEASURED_MODEL_POINTS = replace(
 Y_PARALLAXES = Schema(
     "y_parallaxes",
     (
-        COVERAGE_IF_GIVEN,
-        MODEL_ID,
-        POINT_ID,
-        _number("x", "millimetres"),
-        _number("y", "millimetres"),
-        _number("z", "millimetres"),
-        _number("y_parallax", "millimetres"),
+        *(COVERAGE_IF_GIVEN, MODEL_ID, POINT_ID),
+        *_numbers("millimetres", "x", "y", "z", "y_parallax"),
     ),
     key=("coverage", "model_id", "point_id"),
 )
@@ -180,75 +165,45 @@ IMAGE_POINTS = Schema(
     (
         Column("image_id", "id"),
         POINT_ID,
-        _number("x", "millimetres, or pixels of the camera"),
-        _number("y", "millimetres, or pixels of the camera"),
+        *_numbers("millimetres, or pixels of the camera", "x", "y"),
     ),
     key=("image_id", "point_id"),
 )
 IMAGE_PAIRS = Schema(
     "image_pairs",
     (
-        COVERAGE,
-        MODEL_ID,
-        POINT_ID,
-        _number("x_left", "millimetres"),
-        _number("y_left", "millimetres"),
-        _number("x_right", "millimetres"),
-        _number("y_right", "millimetres"),
+        *(COVERAGE, MODEL_ID, POINT_ID),
+        *_numbers("millimetres", "x_left", "y_left", "x_right", "y_right"),
     ),
     key=("coverage", "model_id", "point_id"),
 )
 IMAGE_MODELS = Schema(
     "models",
-    (
-        COVERAGE,
-        MODEL_ID,
-        Column("left_image", "id"),
-        Column("right_image", "id"),
-    ),
+    (COVERAGE, MODEL_ID, Column("left_image", "id"), Column("right_image", "id")),
     key=("coverage", "model_id"),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedTable:
-    """A table after its check.
+    """A table after its check."""
 
-    Attributes
-    ----------
-    frame : DataFrame
-        The columns of the schema, ids as text, numbers as float; usable only where
-        ``problems`` is empty.
-    problems : tuple of EinschaltError
-    notes : tuple of str
-        What was ignored or filled in.
-    coded : dict of str to Coded
-        The columns of the key as codes; empty where the key is not complete.
-    """
-
+    # the columns of the schema, ids as text, numbers as float; usable only where
+    # ``problems`` is empty
     frame: pd.DataFrame
     problems: tuple[EinschaltError, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was ignored or filled in
+    # the columns of the key as codes; empty where the key is not complete
     coded: dict[str, Coded] = field(default_factory=dict)
 
 
 def check_table(frame, schema, *, source=None) -> CheckedTable:
     """Check a table against its schema.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        Values as they were read: numbers or the text that stands in the file. Its
-        index is said as the row: the line of the file, where it comes from one.
-    schema : Schema
-    source : str, optional
-        File name, or the name of an argument, said in messages.
-
-    Returns
-    -------
-    CheckedTable
-        Of each column at most 100 faults come one by one; a last problem counts the
-        others in ``stands_for``.
+    Its values are as they were read: numbers or the text that stands in the file; its
+    index is said as the row: the line of the file, where it comes from one. ``source``
+    is the file or argument that messages name. Of each column at most 100 faults come
+    one by one; a last problem counts the others in ``stands_for``.
     """
     source = source or schema.name
     unfit = _unfit(frame, schema, source)
@@ -359,22 +314,9 @@ def _check_values(frame, column, source):
 
 
 def listed(places, problem, rest, source):
-    """Make the problems of the first rows; one more counts the others.
+    """Make the problems of the first hundred faulty rows; one more counts the ``rest``.
 
-    Parameters
-    ----------
-    places : ndarray of int
-        Positions of the faulty rows.
-    problem : callable
-        Gives the problem of a position.
-    rest : str
-        What is said of the rows beyond the first hundred.
-    source : str
-        File name.
-
-    Returns
-    -------
-    list of EinschaltError
+    ``problem`` gives that of a position, ``rest`` is said of the rows beyond.
     """
     problems = [problem(place) for place in places[:MOST_LISTED]]
     n_more = len(places) - MOST_LISTED
@@ -385,18 +327,7 @@ def listed(places, problem, rest, source):
 
 
 def row_location(frame, place):
-    """Row, point and model of a position, as facts of an error.
-
-    Parameters
-    ----------
-    frame : DataFrame
-    place : int
-        Position in the frame, not its index.
-
-    Returns
-    -------
-    dict
-    """
+    """Row, point and model of a position (not an index), as facts of an error."""
     label = frame.index[place]
     return {
         "row": label if isinstance(label, (int, np.integer)) else None,

@@ -40,8 +40,6 @@ def decimals_for(number, significant=2):
 
     Negative where digits before the point must be rounded away.
 
-    Examples
-    --------
     >>> decimals_for(0.0996), decimals_for(12.3), decimals_for(1234.0)
     (2, 0, -2)
     """
@@ -55,8 +53,6 @@ def decimals_for(number, significant=2):
 def fixed(number, decimals):
     """Write a number with fixed decimals; a dash where there is none.
 
-    Examples
-    --------
     >>> fixed(3.14159, 2), fixed(1234.0, -2), fixed(float("nan"), 1), fixed(-0.01, 1)
     ('3.14', '1200', '–', '0.0')
     """
@@ -69,8 +65,6 @@ def fixed(number, decimals):
 def number(value, significant=2):
     """Write a number with so many significant digits.
 
-    Examples
-    --------
     >>> number(1.469), number(0.0034), number(152.0)
     ('1.5', '0.0034', '150')
     """
@@ -83,21 +77,9 @@ def round_by_error(value, error):
     """Round a value by its error: two digits of the error, as many decimals in both.
 
     After the Particle Data Group, whose third step (one digit where the error starts
-    with 355 to 949) is left out: in a column the errors then keep equal digits.
+    with 355 to 949) is left out: in a column the errors then keep equal digits. Without
+    a usable error the value keeps six significant digits.
 
-    Parameters
-    ----------
-    value, error : float
-        In the same unit.
-
-    Returns
-    -------
-    Rounded
-        Texts ``value`` and ``error``. Without a usable error the value keeps six
-        significant digits.
-
-    Examples
-    --------
     >>> round_by_error(5326127.48213, 0.0371)
     Rounded(value='5326127.482', error='0.037')
     >>> round_by_error(12.3456, 0.0996)
@@ -112,8 +94,6 @@ def round_by_error(value, error):
 def length(metres):
     """Write a length with two significant digits, in the unit that suits it.
 
-    Examples
-    --------
     >>> length(0.0371), length(0.0042), length(1.43), length(float("nan"))
     ('3.7 cm', '4.2 mm', '1.4 m', '–')
     """
@@ -144,8 +124,6 @@ def length_column(metres: Sequence[float]) -> LengthColumn:
     far as millimetres go; in smaller units three quarters of the lengths do, of few
     lengths all, with at most two decimals.
 
-    Examples
-    --------
     >>> length_column([0.052, 0.0043, float("nan"), 0.37])
     LengthColumn(unit='cm', texts=['5.20', '0.43', '–', '37.00'])
     """
@@ -164,8 +142,6 @@ def length_column(metres: Sequence[float]) -> LengthColumn:
 def lengths(metres: Sequence[float]) -> list[str]:
     """Write the lengths of a column, each with the unit.
 
-    Examples
-    --------
     >>> lengths([0.052, 0.0043, float("nan")])
     ['5.20 cm', '0.43 cm', '–']
     """
@@ -176,8 +152,6 @@ def lengths(metres: Sequence[float]) -> list[str]:
 def seconds(duration):
     """Write a duration.
 
-    Examples
-    --------
     >>> seconds(0.432), seconds(75.0)
     ('0.43 s', '1 min 15 s')
     """
@@ -190,8 +164,6 @@ def seconds(duration):
 def scale(scale_number):
     """Write an image scale.
 
-    Examples
-    --------
     >>> scale(8000.0)
     '1:8000'
     """
@@ -201,8 +173,6 @@ def scale(scale_number):
 def factor(value):
     """Write a ratio as it stands in a sentence.
 
-    Examples
-    --------
     >>> factor(1.469)
     '1.5 times'
     """
@@ -212,8 +182,6 @@ def factor(value):
 def count(amount, noun, plural=None):
     """Write a number of things.
 
-    Examples
-    --------
     >>> count(1, "point"), count(1061, "point"), count(2, "axis", "axes")
     ('1 point', '1061 points', '2 axes')
     """
@@ -223,8 +191,6 @@ def count(amount, noun, plural=None):
 def number_word(amount):
     """Write a small number as a word, others in digits.
 
-    Examples
-    --------
     >>> number_word(2), number_word(35)
     ('two', '35')
     """
@@ -234,8 +200,6 @@ def number_word(amount):
 def at_least(metres):
     """Write a height that must not be undercut: rounded up to ten metres.
 
-    Examples
-    --------
     >>> at_least(1324.2)
     '1330'
     """
@@ -245,16 +209,8 @@ def at_least(metres):
 def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str:
     """Write a list of names, shortened to the first few.
 
-    Parameters
-    ----------
-    ids : iterable of str
-    most : int
-        How many are written.
-    n_all : int, optional
-        How many there are, where ``ids`` are but the first of them.
+    ``n_all`` is how many there are, where ``ids`` are but the first of them.
 
-    Examples
-    --------
     >>> names(["7/8", "8/9", "9/10"], most=2)
     '7/8, 8/9 and 1 more'
     >>> names(["7/8", "8/9"])
@@ -267,31 +223,12 @@ def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str
 
 
 def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> str:
-    """Align columns of text.
+    """Align columns of text, in lines without trailing blanks; empty without rows.
 
-    Parameters
-    ----------
-    rows : sequence of sequences of str
-        All of one length.
-    header : sequence of str, optional
-    align : str, optional
-        One letter per column, ``l`` or ``r``; the default is left for the first
-        column and right for the others.
-    indent : int, optional
-        Spaces before each line.
+    ``align`` has one letter per column, ``l`` or ``r``; the default is left for the
+    first column and right for the others. Raises ValueError where rows differ in length
+    (a fault of the program, not of its user).
 
-    Returns
-    -------
-    str
-        Lines without trailing blanks; empty where there are no rows.
-
-    Raises
-    ------
-    ValueError
-        Rows differ in length (a fault of the program, not of its user).
-
-    Examples
-    --------
     >>> print(table([["high", "1:15000"], ["low", "1:8000"]], header=["", "scale"]))
               scale
       high  1:15000
@@ -323,16 +260,7 @@ def _padded(cell, width, side):
 def wrapped(text, *, first="", indent="", width=WIDTH):
     """Wrap prose to lines; words, so names and paths, are never broken.
 
-    Parameters
-    ----------
-    text : str
-    first, indent : str, optional
-        What the first line and the other lines start with.
-    width : int, optional
-
-    Returns
-    -------
-    str
+    ``first`` and ``indent`` are what the first line and the other lines start with.
     """
     return textwrap.fill(
         text,

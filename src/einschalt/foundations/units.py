@@ -12,22 +12,10 @@ RADIANS_PER_GON = np.pi / 200.0
 
 
 def ground_from_image_um(length_um, scale_number):
-    """Length on the ground of a length in the image.
+    """Length on the ground [m] of a length in the image [µm].
 
-    Parameters
-    ----------
-    length_um : float or ndarray
-        Length in the image plane [µm].
-    scale_number : float or ndarray
-        Denominator of the image scale, 8000 for 1:8000.
+    ``scale_number`` is the denominator of the image scale, 8000 for 1:8000.
 
-    Returns
-    -------
-    float or ndarray
-        Length on the ground [m].
-
-    Examples
-    --------
     >>> float(ground_from_image_um(5.0, 8000))
     0.04
     """

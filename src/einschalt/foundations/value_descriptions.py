@@ -14,17 +14,8 @@ PLAIN = (str, bytes, Number, PurePath, type(None))
 def described(value):
     """Say what a value is, on one line and short, whatever it holds.
 
-    Parameters
-    ----------
-    value : object
+    Numbers, texts and paths as Python writes them; of others the kind and the size.
 
-    Returns
-    -------
-    str
-        Numbers, texts and paths as Python writes them; of others the kind and the size.
-
-    Examples
-    --------
     >>> described("wide"), described(None), described({"a": 1})
     ("'wide'", 'None', 'a dict of length 1')
     >>> described([1.0] * 12), described(int)

@@ -26,15 +26,11 @@ class Range:
     def __contains__(self, value):
         """Whether a value is a number of the right kind within the range."""
         # bool is an int to Python, and yet no measure
-        if isinstance(value, bool) or not isinstance(
-            value, int | float | np.integer | np.floating
-        ):
+        is_number = isinstance(value, int | float | np.integer | np.floating)
+        if isinstance(value, bool) or not is_number or not abs(value) <= LARGEST:
             return False
-        if not abs(value) <= LARGEST:
-            return False
-        return self.low <= value <= self.high and (
-            not self.is_whole or float(value).is_integer()
-        )
+        is_kind = not self.is_whole or float(value).is_integer()
+        return self.low <= value <= self.high and is_kind
 
     def __str__(self):
         """Return the range as it stands in a message."""
@@ -46,19 +42,6 @@ class Range:
 def problems_in(owner, ranges) -> list[EinschaltError]:
     """Find the fields of a dataclass that lie outside their ranges.
 
-    Parameters
-    ----------
-    owner : dataclass instance
-    ranges : dict of str to Range
-        Field name to what it may be.
-
-    Returns
-    -------
-    list of SettingsError
-        In the order of ``ranges``; empty where all is well.
-
-    Examples
-    --------
     >>> from types import SimpleNamespace
     >>> relief = SimpleNamespace(relief=-1.0)
     >>> print(problems_in(relief, {"relief": Range(0, 100, "metres")})[0])

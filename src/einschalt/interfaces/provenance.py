@@ -12,7 +12,6 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 import pyproj
 
-from einschalt.interfaces.files.input_files import checksum_or_none
 from einschalt.pipeline.block.block import plain_fields
 
 SCHEMA = 1
@@ -24,20 +23,11 @@ LIBRARIES = (
 
 
 def provenance(result) -> dict:
-    """Collect where a result comes from.
+    """Collect where a result comes from, ready for JSON.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    dict
-        ``schema``, ``program``, ``version``, ``created`` (UTC), ``block``, ``flights``,
-        ``settings``, ``inputs`` (file and SHA-256 of each table; empty where the tables
-        came from a script), ``versions``, ``figures`` (of the block, metres), and
-        ``seconds``; ready for JSON. From run to run only ``created`` and ``seconds``
-        differ.
+    ``inputs`` has file and SHA-256 of each table, and is empty where the tables came
+    from a script; ``figures`` are in metres. From run to run only ``created`` (UTC) and
+    ``seconds`` differ.
     """
     block = result.block
     return {
@@ -52,22 +42,8 @@ def provenance(result) -> dict:
     }
 
 
-def provenance_of_tables(command, files=()) -> dict:
-    """Collect where the results of a command come from that reads single tables.
-
-    Parameters
-    ----------
-    command : str
-    files : iterable of Path, optional
-        That it reads.
-
-    Returns
-    -------
-    dict
-        ``schema``, ``program``, ``version``, ``created``, ``command``, ``inputs`` and
-        ``versions``, as in :func:`provenance`.
-    """
-    inputs = [{"file": path.name, "sha256": checksum_or_none(path)} for path in files]
+def provenance_of_tables(command, inputs) -> dict:
+    """Collect where the results of a command come from that reads single tables."""
     return {**_head(), "command": command, "inputs": inputs, "versions": versions()}
 
 
@@ -101,12 +77,7 @@ def _n_suspects(result):
 
 
 def versions() -> dict:
-    """Versions of what computed: Python, the libraries, PROJ and its database.
-
-    Returns
-    -------
-    dict of str to str
-    """
+    """Versions of what computed: Python, the libraries, PROJ and its database."""
     return {
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
@@ -150,16 +121,7 @@ def _inputs(block):
 
 
 def within_block(source):
-    """Keep a path within the block; of one from elsewhere only its name.
-
-    Parameters
-    ----------
-    source : str
-
-    Returns
-    -------
-    str
-    """
+    """Keep a path within the block; of one from elsewhere only its name."""
     for kind in (PurePosixPath, PureWindowsPath):
         if kind(source).is_absolute():
             return kind(source).name

@@ -263,23 +263,8 @@ def _require_callable(progress, news):
 def chosen_engine(scheduler=None, workers=None, memory_gb=None):
     """Engine of a cluster where a scheduler is named, else of this computer.
 
-    Parameters
-    ----------
-    scheduler : str, optional
-        Address of a Dask scheduler, tcp://host:port.
-    workers : int, optional
-        Processes on this computer, one per core where left out.
-    memory_gb : float, optional
-        What each of them may use [GB].
-
-    Returns
-    -------
-    Engine
-
-    Raises
-    ------
-    SettingsError
-        A number that is not allowed, or one for a cluster.
+    ``scheduler`` is an address tcp://host:port of Dask; ``workers`` are processes, one
+    per core where left out, each with so much ``memory_gb`` [GB].
     """
     if scheduler is None:
         return LocalEngine(workers, memory_gb=memory_gb)

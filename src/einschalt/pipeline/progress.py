@@ -6,12 +6,8 @@ from enum import StrEnum
 class Stage(StrEnum):
     """A stage of the computation of a block; as a str it is the title that is shown.
 
-    Attributes
-    ----------
-    fraction : float
-        Part of the computation that is done when the stage begins.
-    key : str
-        Name of the stage in tables of failures.
+    ``fraction`` of the computation is done when it begins; ``key`` is its name in
+    tables of failures.
 
     Examples
     --------
@@ -48,18 +44,7 @@ class Stage(StrEnum):
 
 
 def stage_reporter(progress):
-    """Give what reports a stage to a caller who may not be interested.
-
-    Parameters
-    ----------
-    progress : callable or None
-        Called with the title of the stage and the fraction that is done.
-
-    Returns
-    -------
-    callable
-        Takes a :class:`Stage`.
-    """
+    """Give what reports a stage to a caller who may not be interested."""
 
     def report_progress(stage):
         if progress is not None:

@@ -32,12 +32,7 @@ def _part_of_two_steps(name):
 
 @dataclass
 class Stopwatch:
-    """Adds up the time of everything that was computed for one result.
-
-    Attributes
-    ----------
-    seconds : float
-    """
+    """Adds up the time of everything that was computed for one result."""
 
     seconds: float = 0.0
 

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import partial
 from math import inf
 from numbers import Real
 from typing import Annotated, Literal, get_args
@@ -212,12 +213,8 @@ class Settings(BaseModel):
                     DeprecationWarning,
                     stacklevel=2,
                 )
-        checked(
-            super().__init__,
-            with_present_words(fields),
-            section="settings",
-            names=type(self),
-        )
+        present = with_present_words(fields)
+        checked(super().__init__, present, section="settings", names=type(self))
 
     @field_validator("tolerance", mode="before")
     @classmethod
@@ -241,30 +238,12 @@ class Settings(BaseModel):
         return {"coverage_mean": self.coverage_mean, "weighting": self.weighting}
 
     def updated(self, given):
-        """Give the settings with some fields replaced, checked as on construction.
-
-        Parameters
-        ----------
-        given : Mapping
-
-        Returns
-        -------
-        Settings
-        """
+        """Give the settings with some fields replaced, checked as on construction."""
         return type(self)(**{**self.model_dump(), **given})
 
 
 def words_of(name):
-    """Words that a field of Settings allows, as they are written now.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    tuple of str
-        Empty for fields that take numbers.
+    """Words that a field of Settings allows now; none for fields that take numbers.
 
     Examples
     --------
@@ -277,14 +256,6 @@ def words_of(name):
 
 def with_present_words(fields):
     """Replace the words of earlier versions, as results of these have them.
-
-    Parameters
-    ----------
-    fields : Mapping
-
-    Returns
-    -------
-    dict
 
     Examples
     --------
@@ -301,29 +272,14 @@ def with_present_words(fields):
 def checked(build, fields, *, section, names, file=None):
     """Build a pydantic model and say what is wrong in the words of the project.
 
-    Parameters
-    ----------
-    build : callable
-        The constructor that validates.
-    fields : dict
-    section : str
-        Section of block.toml, said in messages.
-    names : type
-        The model, for the nearest known name of an unknown key.
-    file : str, optional
-
-    Raises
-    ------
-    SettingsError, BlockError
-        One or several keys are unknown, missing, or have a value that is not allowed.
+    ``section`` of block.toml and ``file`` are said in messages; ``names`` is the model,
+    for the nearest known name of an unknown key. Several faults come in a BlockError.
     """
     try:
         return build(**fields)
     except ValidationError as error:
-        problems = [
-            setting_problem(fault, section, names, file=file)
-            for fault in error.errors()
-        ]
+        faults = error.errors()
+    problems = [setting_problem(f, section, names, file=file) for f in faults]
     if len(problems) == 1:
         raise problems[0]
     raise BlockError(problems)
@@ -332,53 +288,24 @@ def checked(build, fields, *, section, names, file=None):
 def setting_problem(fault, section, names, *, file=None):
     """Say in the words of the project what pydantic found.
 
-    Parameters
-    ----------
-    fault : dict
-        One of ``ValidationError.errors()``.
-    section : str
-        Section of block.toml, said in the message.
-    names : type
-        The model: its fields are the known keys. What was expected is the field's
-        Expected, the words of a choice, or the field's description.
-    file : str, optional
-
-    Returns
-    -------
-    SettingsError
+    ``names`` is the model. What was expected is the field's Expected, the words of a
+    choice, or the field's description.
     """
     key = ".".join(shortened(str(part)) for part in fault["loc"]) or section
     where = f"[{section}] {key}"
+    problem = partial(SettingsError, file=file, section=section, key=key)
     if fault["type"] == "extra_forbidden":
         near = get_close_matches(key.casefold(), names.model_fields, n=1)
-        return SettingsError(
-            f"{where}: unknown key",
-            expected=", ".join(names.model_fields),
-            remedy=f"Write {near[0]}" if near else "Take it out",
-            file=file,
-            section=section,
-            key=key,
-        )
+        remedy = f"Write {near[0]}" if near else "Take it out"
+        known = ", ".join(names.model_fields)
+        return problem(f"{where}: unknown key", expected=known, remedy=remedy)
     if fault["type"] == "missing":
-        return SettingsError(
-            f"{where} is missing",
-            remedy=f"Add {key} = … to [{section}]",
-            file=file,
-            section=section,
-            key=key,
-        )
+        return problem(f"{where} is missing", remedy=f"Add {key} = … to [{section}]")
     value = fault["input"]
     said = str(value).lower() if isinstance(value, bool) else described(value)
     expected = _expected(fault, names.model_fields.get(key))
     remedy = _remedy(fault, expected)
-    return SettingsError(
-        f"{where} = {said}",
-        expected=expected,
-        remedy=remedy,
-        file=file,
-        section=section,
-        key=key,
-    )
+    return problem(f"{where} = {said}", expected=expected, remedy=remedy)
 
 
 def _expected(fault, known):
@@ -410,13 +337,3 @@ def _decimal_point(value):
     """Say how a number with a comma is written."""
     is_comma = isinstance(value, str) and "," in value
     return describe_fault(value, "")[2] if is_comma else ""
-
-
-__all__ = [
-    "Field",
-    "Settings",
-    "checked",
-    "setting_problem",
-    "with_present_words",
-    "words_of",
-]

@@ -27,53 +27,30 @@ from einschalt.theory.double_coverage import (
 
 SCREENINGS = ("propagated", "practice_1968", "off")
 DIFFERENCES = ["difference_easting", "difference_northing"]
-COLUMNS = (
-    "point_id",
-    "coverage",
-    "easting",
-    "northing",
-    *DIFFERENCES,
-    "standard_error_difference",
-    "p_value",
-    "is_suspect",
-)
+COLUMNS = [
+    *("point_id", "coverage", "easting", "northing", *DIFFERENCES),
+    *("standard_error_difference", "p_value", "is_suspect"),
+]
 
 
 @dataclass(frozen=True, eq=False)
 class CoverageDifferences:
-    """What each coverage gives for a point, against the mean of its other coverages.
+    """What each coverage gives for a point, against the mean of its other coverages."""
 
-    Attributes
-    ----------
-    table : DataFrame
-        point_id, coverage, easting, northing (mean of the values of that coverage),
-        difference_easting, difference_northing (less the mean of the other coverages),
-        standard_error_paper (TOTAL, of the difference, were all values independent)
-        [m]. One row for each coverage of a point that has several.
-    rows, start : ndarray of int
-        Of each row, the values behind it: ``rows[start[k]:start[k + 1]]``.
-    shares : ndarray, shape (len(rows),) or (len(rows), n_coordinates, n_coordinates)
-        With which the values enter the difference, numbers or matrices; they add up to
-        zero.
-    """
-
+    # point_id, coverage, easting, northing (mean of the values of that coverage),
+    # difference_easting, difference_northing (less the mean of the other coverages),
+    # standard_error_paper (TOTAL, of the difference, were all values independent) [m].
+    # One row for each coverage of a point that has several
     table: pd.DataFrame
+    # rows, start: of each row, the values behind it: ``rows[start[k]:start[k + 1]]``
     rows: np.ndarray
     start: np.ndarray
+    # (len(rows),) or (len(rows), n_coordinates, n_coordinates): with which the values
+    # enter the difference, numbers or matrices; they add up to zero
     shares: np.ndarray
 
     def operator(self, n_values, axes):
-        """Differences of the table as an operator on all values of the flight.
-
-        Parameters
-        ----------
-        n_values : int
-        axes : Axes
-
-        Returns
-        -------
-        PointOperator
-        """
+        """Differences of the table as an operator on all values of the flight."""
         return sums(self.shares, self.rows, self.start, n_values, axes)
 
     @property
@@ -89,12 +66,7 @@ class CoverageDifferences:
         return is_needed
 
     def needed(self):
-        """Leave the rows that are needed: of two coverages the later less the earlier.
-
-        Returns
-        -------
-        CoverageDifferences
-        """
+        """Leave the rows that are needed: of two coverages the later one."""
         is_needed = self.is_needed
         kept = np.repeat(is_needed, np.diff(self.start))
         count = np.diff(self.start)[is_needed]
@@ -108,14 +80,7 @@ class CoverageDifferences:
     def with_others(self, of_needed):
         """Bring an array over the rows that are needed to all rows.
 
-        Parameters
-        ----------
-        of_needed : ndarray, shape (n_needed, ...)
-            The same for either of two coverages.
-
-        Returns
-        -------
-        ndarray, shape (n_rows, ...)
+        (n_needed, ...) to (n_rows, ...): it is the same for either of two coverages.
         """
         is_needed = self.is_needed
         place = np.cumsum(is_needed) - 1
@@ -125,27 +90,18 @@ class CoverageDifferences:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoverageScreening(Result):
-    """Which points have coverages that differ by more than they may.
+    """Which points have coverages that differ by more than they may."""
 
-    Attributes
-    ----------
-    table : DataFrame
-        point_id, coverage, easting, northing, difference_easting,
-        difference_northing, standard_error_difference (TOTAL) [m], p_value,
-        is_suspect. The values of all coverages, so that those of a suspect are kept
-        beside their mean.
-    practice : {"propagated", "practice_1968", "off"}
-    is_propagated : bool
-        Whether the limits follow from the propagated precision; otherwise they are
-        those of the differences themselves.
-    significance : float
-        Probability with which a point without gross errors is a suspect; NaN where
-        the practice has none.
-    """
-
+    # point_id, coverage, easting, northing, difference_easting, difference_northing,
+    # standard_error_difference (TOTAL) [m], p_value, is_suspect. The values of all
+    # coverages, so that those of a suspect are kept beside their mean
     table: pd.DataFrame
-    practice: str
+    practice: str  # "propagated", "practice_1968", "off"
+    # whether the limits follow from the propagated precision; otherwise they are those
+    # of the differences themselves
     is_propagated: bool
+    # probability with which a point without gross errors is a suspect; NaN where the
+    # practice has none
     significance: float
 
     @property
@@ -165,17 +121,8 @@ class CoverageScreening(Result):
         return f"{n_points} in several coverages, {len(self.suspects)} suspects"
 
 
-def coverage_differences(means):
-    """Compare what each coverage gives for a point with its other coverages.
-
-    Parameters
-    ----------
-    means : CoverageMean
-
-    Returns
-    -------
-    CoverageDifferences
-    """
+def coverage_differences(means) -> CoverageDifferences:
+    """Compare what each coverage gives for a point with its other coverages."""
     used = means.used
     points, coverages = encode(used["point_id"]), encode(used["coverage"])
     # coverages in the order of their names: "1" before "2"
@@ -241,27 +188,12 @@ def _fitting(numbers, shares):
 def screen_coverages(differences, covariance, practice, significance):
     """Find the points whose coverages differ by more than they may.
 
-    Parameters
-    ----------
-    differences : CoverageDifferences
-    covariance : ndarray, shape (n_rows, 2, 2), or None
-        Of the differences [m²]; None where it could not be propagated.
-    practice : {"propagated", "practice_1968", "off"}
-        Joint test of both coordinates against the propagated covariance; or, as in
-        1968, each coordinate against three standard errors of a difference, taken from
-        the differences themselves; or nothing is tested.
-    significance : float
-        Probability with which a point without gross errors is a suspect, where its
-        difference is tested; the practice of 1968 has no other level than its own.
-
-    Returns
-    -------
-    CoverageScreening
-
-    Raises
-    ------
-    SettingsError
-        The practice is unknown.
+    ``covariance`` (n_rows, 2, 2) is that of the differences [m²], None where it could
+    not be propagated. "propagated" tests both coordinates jointly against it;
+    "practice_1968" holds each coordinate against three standard errors of a difference,
+    taken from the differences themselves; "off" tests nothing. ``significance`` is the
+    probability with which a point without gross errors is a suspect; the practice of
+    1968 has no other level than its own.
 
     Notes
     -----
@@ -293,7 +225,7 @@ def screen_coverages(differences, covariance, practice, significance):
         is_suspect=np.asarray(is_suspect, dtype=bool),
     )
     level = significance if practice == "propagated" else np.nan
-    return CoverageScreening(table[list(COLUMNS)], practice, is_propagated, level)
+    return CoverageScreening(table[COLUMNS], practice, is_propagated, level)
 
 
 def _of_points(p_values, point_id):

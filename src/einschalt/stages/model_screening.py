@@ -8,10 +8,7 @@ import pandas as pd
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
-from einschalt.stages.residual_table import (
-    RESIDUAL_NAMES,
-    residual_table,
-)
+from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
@@ -40,34 +37,17 @@ def screen_models(
 ):
     """Fit the models of a flight again so that gross errors do not spoil them.
 
-    Parameters
-    ----------
-    transformation : ModelTransformation
-    outliers : {"keep", "snoop", "huber", "tukey"}
-        Keep all points and only name the suspects; take the worst out of each model
-        and fit again until none is left; or give large residuals less weight.
-    significance : float
-        Probability with which a model without gross errors gets a suspect.
-    precision : ndarray, optional
-        Weight of each row of the model points in the tests, in proportion to 1 / σ²
-        of what it contributes to a residual; equal where left out. The fit keeps its
-        own weights.
-    is_gross : ndarray of bool, shape (n_model_points,), optional
-        Measurements that are known to have gross errors: they are taken out before
-        anything else, unless too few would be left for their model.
+    ``outliers`` "keep" only names the suspects; "snoop" takes the worst out of each
+    model and fits again until none is left; "huber" and "tukey" give large residuals
+    less weight. ``significance`` is the probability with which a model without gross
+    errors gets a suspect. ``precision`` has for each row of the model points its weight
+    in the tests, in proportion to 1 / σ² of what it contributes to a residual; the fit
+    keeps its own weights. Known gross errors, ``is_gross`` (n_model_points,), are taken
+    out first, unless too few points would be left for their model.
 
-    Returns
-    -------
-    ModelTransformation
-        ``residuals`` has all points, also those that were taken out: their
-        ``leverage`` is 0, their residual is what the model misses them by, and they
-        are suspects. ``observed`` and ``models`` tell of those that were fitted, with
-        their final weights.
-
-    Raises
-    ------
-    SettingsError
-        An option is unknown, or the significance does not lie between 0 and 1.
+    ``residuals`` of the result has all points: those that were taken out have leverage
+    0, the residual by which the model misses them, and are suspects. ``observed`` and
+    ``models`` tell of those that were fitted, with their final weights.
 
     Notes
     -----
@@ -95,15 +75,7 @@ def screen_models(
 def suspect_rows(values, transformation):
     """Tell which values are those of suspects.
 
-    Parameters
-    ----------
-    values : DataFrame
-        Row for row as the model points that were transformed.
-    transformation : ModelTransformation
-
-    Returns
-    -------
-    ndarray of bool, shape (n_values,)
+    ``values`` are row for row the model points that were transformed.
     """
     residuals = transformation.residuals
     suspects = residuals.loc[residuals["is_suspect"], KEY]
@@ -113,20 +85,11 @@ def suspect_rows(values, transformation):
     return rows.isin(pd.MultiIndex.from_frame(suspects))
 
 
-def without_gross_errors(values, is_gross):
+def without_gross_errors(values, is_gross) -> pd.DataFrame:
     """Take the coordinates of gross errors from their values, where others remain.
 
-    Parameters
-    ----------
-    values : DataFrame
-        point_id, easting, northing [, height].
-    is_gross : ndarray of bool, shape (n_values,)
-
-    Returns
-    -------
-    DataFrame
-        NaN in their coordinates where the point has another value. A point all of
-        whose values are gross errors keeps them: then it is not they that are wrong.
+    NaN in their coordinates where the point has another value. A point all of whose
+    values are gross errors keeps them: then it is not they that are wrong.
     """
     if not is_gross.any():
         return values
@@ -194,12 +157,9 @@ def _only_name(tested):
 
 
 def _rebuilt(transformation, fit, observed, residuals):
+    kind, has_coverages = transformation.kind, transformation.has_coverages
     return transformation_of(
-        fit,
-        observed,
-        transformation.kind,
-        residuals,
-        has_coverages=transformation.has_coverages,
+        fit, observed, kind, residuals, has_coverages=has_coverages
     )
 
 
@@ -216,17 +176,9 @@ def _take_out(tested):
 class _Snooped:
     """Gross errors that data snooping finds.
 
-    Attributes
-    ----------
-    points : CommonPoints
-        All of them, with the weights of the tests.
-    is_out : ndarray of bool, shape (n_points,)
-    kept : Observations
-        The others.
-    fit : PlaneFit or SpatialFit
-        Of these.
-    table : DataFrame
-        Residuals and tests of all points.
+    ``points`` are all points with the weights of the tests, ``is_out`` the gross errors
+    among them, ``kept`` the others; ``fit`` is of these, ``table`` has residuals and
+    tests of all.
     """
 
     def __init__(self, tested):

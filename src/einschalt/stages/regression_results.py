@@ -60,14 +60,11 @@ class ModelRegression(RegressionResults):
             values, index=list(getattr(TRANSFORMATION_KINDS[self.model.kind], frame))
         )
 
-    def get_influence(self):
+    def get_influence(self) -> OLSInfluence:
         """Influence of the single equations, a coordinate of a point each.
 
-        Returns
-        -------
-        OLSInfluence
-            Of the equations times the roots of their weights; residuals are weighted
-            as well. Its scale is that of these results.
+        Of the equations times the roots of their weights; residuals are weighted as
+        well. Its scale is that of these results.
         """
         model, labels = self.model, self.model.data.row_labels
         whitened = OLS(
@@ -83,24 +80,7 @@ class ModelRegression(RegressionResults):
 def regression_of_model(transformation, model_id, coverage=None):
     """Fit one model of a flight with statsmodels, as it was fitted here.
 
-    Parameters
-    ----------
-    transformation : ModelTransformation
-    model_id : str
-    coverage : str, optional
-        Needed where two coverages have a model of that name.
-
-    Returns
-    -------
-    RegressionResultsWrapper
-        Around :class:`ModelRegression`.
-
-    Raises
-    ------
-    TableError
-        There is no such model, or there is one in each of several coverages.
-    GeometryError
-        The model could not be fitted.
+    As :meth:`ModelTransformation.to_statsmodels` describes it.
     """
     row = row_of_model(transformation.models, model_id, coverage)
     _require_usable(transformation, row)
@@ -127,28 +107,8 @@ def regression_of_flight(
 ) -> RegressionResultsWrapper:
     """Fit one model of either flight of a densification with statsmodels.
 
-    Parameters
-    ----------
-    high : ApproximateCoordinates or None
-        Stage 1.
-    low : ModelTransformation or None
-        Stage 3.
-    model_id : str
-    coverage : str, optional
-        Needed where two coverages have a model of that name.
-    flight : {"low_flight", "high_flight"}
-
-    Returns
-    -------
-    RegressionResultsWrapper
-        As :func:`regression_of_model`.
-
-    Raises
-    ------
-    SettingsError
-        There is no such flight.
-    TableError, GeometryError
-        As :func:`regression_of_model`; the models of the flight were not transformed.
+    ``high`` and ``low`` are stages 1 and 3; GeometryError where the models of the
+    flight were not transformed by themselves.
     """
     require_choice("flight", flight, FLIGHTS)
     fitted = {
@@ -168,9 +128,8 @@ def _require_usable(transformation, row):
     if model["is_usable"]:
         return
     failures = transformation.failures
-    is_it = (failures["model_id"] == model["model_id"]) & (
-        failures["coverage"] == model["coverage"]
-    )
+    names = ["coverage", "model_id"]
+    is_it = (failures[names] == model[names]).all(axis=1)
     raise GeometryError(
         f"it has no transformation: {model['reason']}",
         remedy=failures.loc[is_it, "remedy"].iloc[0],

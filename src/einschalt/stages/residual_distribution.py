@@ -23,46 +23,29 @@ PLANE = ("easting", "northing")
 
 @dataclass(frozen=True, eq=False)
 class Distribution:
-    """Points after the distribution of residuals.
+    """Points after the distribution of residuals."""
 
-    Attributes
-    ----------
-    points : DataFrame
-        As given, with ``easting`` and ``northing`` after the distribution and the part
-        of it in ``distributed_easting``, ``distributed_northing`` [m]. Differences of
-        check points are those of the new coordinates, differences of control points
-        stay what they were: they are what was distributed.
-    weights : csr_array, shape (n_points, n_used)
-        Share of each point in the residual of each control point.
-    control_places, control_sources : ndarray of int, shape (n_used,)
-        Where the control points that were used stand among the points, and in the table
-        of control points.
-    """
-
+    # as given, with ``easting`` and ``northing`` after the distribution and the part of
+    # it in ``distributed_easting``, ``distributed_northing`` [m]. Differences of check
+    # points are those of the new coordinates, differences of control points stay what
+    # they were: they are what was distributed
     points: pd.DataFrame
+    # (n_points, n_used): share of each point in the residual of each control point
     weights: sparse.csr_array
+    # control_places, control_sources: (n_used,): where the control points that were
+    # used stand among the points, and in the table of control points
     control_places: np.ndarray
     control_sources: np.ndarray
 
 
-def distribute_residuals(points, control_points, method):
+def distribute_residuals(points, control_points, method) -> Distribution:
     """Distribute the residuals of control points to all points.
 
-    Parameters
-    ----------
-    points : DataFrame
-        point_id, easting, northing, role, difference_easting, difference_northing [m].
-    control_points : DataFrame
-        point_id and further columns; gives the order of ``control_sources``.
-    method : {"natural_neighbour", "inverse_distance", "multiquadric"}
-        A point beyond the hull of the control points takes, with natural neighbours,
-        what the nearest place of the hull takes.
-
-    Returns
-    -------
-    Distribution
-        Points whose role is control take their given coordinates. Without any control
-        point that has coordinates nothing is distributed.
+    ``points`` has point_id, easting, northing, role, difference_easting,
+    difference_northing [m]. ``method`` is "natural_neighbour" (beyond the hull of the
+    control points a point takes what the nearest place of the hull takes),
+    "inverse_distance" or "multiquadric". Control takes its given coordinates; without
+    any that has coordinates nothing is distributed.
     """
     differences = points[[f"difference_{name}" for name in PLANE]].to_numpy(dtype=float)
     xy = points[list(PLANE)].to_numpy(dtype=float)
@@ -94,16 +77,6 @@ def errors_after_distribution(errors, distribution):
 
     A point's error is its own less the weighted errors of the control points' densified
     coordinates, plus those of their given coordinates.
-
-    Parameters
-    ----------
-    errors : PropagatedErrors
-        Before it.
-    distribution : Distribution
-
-    Returns
-    -------
-    PropagatedErrors
     """
     axes, n_points = errors.axes, len(errors.point_ids)
     # heights stay what they were

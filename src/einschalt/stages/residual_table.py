@@ -13,21 +13,11 @@ RESIDUAL_NAMES = ("residual_easting", "residual_northing", "residual_height")
 def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=None):
     """Residuals of all points that were fitted, with the joint test of each point.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    observed : Observations
-    significance : float
-        Probability with which a model without gross errors has a suspect.
-    tests : PointTests, optional
-        Those of the fit itself where left out.
-
-    Returns
-    -------
-    DataFrame
-        coverage, model_id, point_id, residual_easting, residual_northing
-        [, residual_height] [m], leverage, redundancy_number (means of easting and
-        northing), w, p_value, is_suspect; row for row as ``observed``.
+    coverage, model_id, point_id, residual_easting, residual_northing [,
+    residual_height] [m], leverage, redundancy_number (means of easting and northing),
+    w, p_value, is_suspect; row for row as ``observed``. ``significance`` is the
+    probability with which a model without gross errors has a suspect; ``tests`` are
+    those of the fit itself where left out.
     """
     table = observed.rows.reset_index(drop=True)
     size = fit.residuals.shape[1]
@@ -45,18 +35,6 @@ def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=N
 
 
 def of_usable_models(table, models, observed):
-    """Leave out the residuals of models that are not usable.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Row for row as ``observed``.
-    models : DataFrame
-    observed : Observations
-
-    Returns
-    -------
-    DataFrame
-    """
+    """Leave out the residuals of models that are not usable."""
     is_usable = np.repeat(models["is_usable"].to_numpy(), np.diff(observed.start))
     return table if is_usable.all() else table[is_usable].reset_index(drop=True)

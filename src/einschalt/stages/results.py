@@ -27,22 +27,13 @@ class Result(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """What was estimated for each model.
+    """What was estimated for each model."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the parameters.
-    cofactors : ndarray, shape (n_models, n_parameters, n_parameters)
-    unit_error : ndarray, shape (n_models,)
-        Standard error of unit weight; NaN without redundancy.
-    is_usable : ndarray of bool, shape (n_models,)
-    """
-
-    names: tuple[str, ...]
-    cofactors: np.ndarray
+    names: tuple[str, ...]  # of the parameters
+    cofactors: np.ndarray  # (n_models, n_parameters, n_parameters)
+    # (n_models,): standard error of unit weight; NaN without redundancy
     unit_error: np.ndarray
-    is_usable: np.ndarray
+    is_usable: np.ndarray  # (n_models,)
 
 
 class ModelResult(Result):
@@ -105,40 +96,36 @@ class ModelResult(Result):
         return self.cofactor(model_id, coverage) * self.estimates.unit_error[row] ** 2
 
 
-def failures_table(rows):
+class OrientationResult(ModelResult):
+    """Orientations; ``models`` has n_points and redundancy as well."""
+
+    @property
+    def n_points(self):
+        """Number of points, Series by model_id."""
+        return self._by_model("n_points")
+
+    @property
+    def redundancy(self):
+        """Points beyond five, Series by model_id."""
+        return self._by_model("redundancy")
+
+    def _by_model(self, column):
+        return self.models.set_index("model_id")[column]
+
+
+def failures_table(rows) -> pd.DataFrame:
     """Failed models as a table.
 
-    Parameters
-    ----------
-    rows : iterable of tuple
-        coverage, model_id, stage, reason, remedy.
-
-    Returns
-    -------
-    DataFrame
+    Rows of coverage, model_id, stage, reason, remedy.
     """
     return pd.DataFrame(list(rows), columns=FAILURE_COLUMNS).astype(object)
 
 
-def row_of_model(models, model_id, coverage=None):
+def row_of_model(models, model_id, coverage=None) -> int:
     """Position of a model in a table of models.
 
-    Parameters
-    ----------
-    models : DataFrame
-        With the columns coverage and model_id.
-    model_id : str
-    coverage : str, optional
-        Needed where two coverages have a model of that name.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    TableError
-        There is no such model, or there is one in each of several coverages.
+    TableError where there is none, or one in each of several coverages and ``coverage``
+    is left out.
     """
     is_it = (models["model_id"] == str(model_id)).to_numpy()
     if coverage is not None:

@@ -104,39 +104,22 @@ def approximate_coordinates(
     """
     transformation = transform_high_flight(model_points, control_points, kind)
     return average_high_flight(
-        transformation,
-        model_points,
-        coverage_mean=coverage_mean,
-        weighting=weighting,
+        transformation, model_points, coverage_mean=coverage_mean, weighting=weighting
     )
 
 
-def transform_high_flight(model_points, control_points, kind):
+def transform_high_flight(model_points, control_points, kind) -> ModelTransformation:
     """Transform every high-flight model onto its control points.
 
-    Parameters
-    ----------
-    model_points, control_points : DataFrame
-    kind : str
-        As in :func:`approximate_coordinates`.
-
-    Returns
-    -------
-    ModelTransformation
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
+    Arguments and errors as of :func:`approximate_coordinates`.
     """
-    control = control_points
     expected = "a DataFrame with point_id, easting, northing"
-    require_kind("control_points", control, pd.DataFrame, expected=expected)
-    if "role" in control.columns:
-        checked = check_table(control, CONTROL_POINTS.only("point_id", "role"))
+    require_kind("control_points", control_points, pd.DataFrame, expected=expected)
+    if "role" in control_points.columns:
+        checked = check_table(control_points, CONTROL_POINTS.only("point_id", "role"))
         raise_problems(checked.problems)
-        control = control[(checked.frame["role"] != "check").to_numpy()]
-    return transform_models(model_points, control, kind)
+        control_points = control_points[(checked.frame["role"] != "check").to_numpy()]
+    return transform_models(model_points, control_points, kind)
 
 
 def average_high_flight(
@@ -147,31 +130,12 @@ def average_high_flight(
     weighting="plain",
     is_gross=None,
     covariances=None,
-):
+) -> ApproximateCoordinates:
     """Average the values that the models of the high flight give for each point.
 
-    Parameters
-    ----------
-    transformation : ModelTransformation
-    model_points : DataFrame
-        Those that were transformed.
-    coverage_mean, weighting : str
-        As in :func:`approximate_coordinates`.
-    is_gross : ndarray of bool, shape (n_model_points,), optional
-        Measurements that are known to have gross errors: they give no coordinates. A
-        point that has no others gets none.
-    covariances : callable, optional
-        Of pairs of model points, for rigorous weights; see
-        :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
-
-    Returns
-    -------
-    ApproximateCoordinates
-
-    Raises
-    ------
-    GeometryError
-        Not one model could be transformed.
+    Measurements that ``is_gross`` marks, (n_model_points,), give no coordinates; a
+    point that has no others gets none. Options, ``covariances`` and errors as of
+    :func:`average_coverages`.
     """
     require_usable(transformation, "high flight", STAGE, OTHERWISE)
     values = transformation.values(model_points, least_redundancy=REDUNDANCY_OF_OWN_M_0)
@@ -185,27 +149,15 @@ def average_high_flight(
         weighting=weighting,
         covariances=covariances,
     )
-    points = means.points.drop(
-        columns=["standard_error_paper", "standard_error_internal"]
-    )
+    errors = ["standard_error_paper", "standard_error_internal"]
+    points = means.points.drop(columns=errors)
     return ApproximateCoordinates(points, transformation, means)
 
 
 def require_usable(transformation, flight, stage, otherwise=""):
     """Refuse to go on where not one model of a flight could be transformed.
 
-    Parameters
-    ----------
-    transformation : ModelTransformation
-    flight : str
-        Said in the message.
-    stage : str
-    otherwise : str, optional
-        Follows the remedy of the first model.
-
-    Raises
-    ------
-    GeometryError
+    ``otherwise`` follows the remedy of the first model.
     """
     if transformation.is_usable:
         return

@@ -14,10 +14,7 @@ from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError, name_some
 from einschalt.foundations.tables import with_coverage
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, METRES_PER_UNIT
-from einschalt.stages.relative_orientation.image_errors import (
-    ImageErrors,
-    image_errors,
-)
+from einschalt.stages.relative_orientation.image_errors import ImageErrors, image_errors
 from einschalt.stages.relative_orientation.orient_from_images import (
     OUTLIERS,
     orient_from_images,
@@ -42,16 +39,8 @@ KEYS = ["model_id", "point_id"]
 CENTRE_COLUMNS = ["coverage", "model_id", "image_id", "x", "y", "z"]
 FLIGHT_PARTS = ("image_points", "y_parallaxes", "points_to_fit")
 ORIENTATION_COLUMNS = [
-    "coverage",
-    "model_id",
-    "case",
-    "n_points",
-    "redundancy",
-    "sigma_0",
-    "is_converged",
-    "is_ambiguous",
-    *SURFACE_COLUMNS,
-    *MEASURING_ERRORS,
+    *("coverage", "model_id", "case", "n_points", "redundancy", "sigma_0"),
+    *("is_converged", "is_ambiguous", *SURFACE_COLUMNS, *MEASURING_ERRORS),
 ]
 
 
@@ -170,31 +159,19 @@ def _require_flight(flight):
     )
 
 
-def image_pairs(image_points, models):
+def image_pairs(image_points, models) -> pd.DataFrame:
     """Put the image coordinates of each model's two photographs side by side.
 
-    Parameters
-    ----------
-    image_points : DataFrame
-        image_id, point_id, x, y [mm].
-    models : DataFrame
-        coverage, model_id, left_image, right_image.
-
-    Returns
-    -------
-    DataFrame
-        coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm]: the points
-        that were measured in both photographs.
+    Of ``image_points`` (image_id, point_id, x, y [mm]) those that were measured in
+    both: coverage, model_id, point_id, x_left, y_left, x_right, y_right [mm].
     """
     named = image_points[["image_id", "point_id", "x", "y"]]
-    left = models.merge(
-        named.rename(columns={"image_id": "left_image", "x": "x_left", "y": "y_left"}),
-        on="left_image",
+    left, right = (
+        named.rename(columns={"image_id": image, "x": f"x_{side}", "y": f"y_{side}"})
+        for side, image in (("left", "left_image"), ("right", "right_image"))
     )
-    right = named.rename(
-        columns={"image_id": "right_image", "x": "x_right", "y": "y_right"}
-    )
-    both = left.merge(right, on=["right_image", "point_id"])
+    both = models.merge(left, on="left_image")
+    both = both.merge(right, on=["right_image", "point_id"])
     return both.drop(columns=["left_image", "right_image"])
 
 
@@ -306,17 +283,10 @@ def _scaled(lengths, factor):
 
 def _orientations(oriented, is_converged, measuring_error):
     models = oriented.models
-    facts = pd.DataFrame(
-        {
-            "coverage": models["coverage"].to_numpy(),
-            "model_id": models["model_id"].to_numpy(),
-            "case": oriented.case,
-            "n_points": oriented.n_points.to_numpy(),
-            "redundancy": oriented.redundancy.to_numpy(),
-            "sigma_0": oriented.sigma_0.to_numpy(),
-            "is_converged": is_converged.to_numpy(),
-            "is_ambiguous": models.get("is_ambiguous", is_converged & False).to_numpy(),
-        }
+    names = ["coverage", "model_id", "case", "n_points", "redundancy", "sigma_0"]
+    facts = models[names].assign(
+        is_converged=is_converged.to_numpy(),
+        is_ambiguous=models.get("is_ambiguous", is_converged & False).to_numpy(),
     )
     surfaces = oriented.dangerous_surface.reset_index(drop=True)
     facts[SURFACE_COLUMNS] = surfaces[SURFACE_COLUMNS]

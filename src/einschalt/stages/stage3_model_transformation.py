@@ -83,10 +83,8 @@ class ModelTransformation(ModelResult):
         """TOTAL standard error of unit weight of all models together [m]."""
         # a mirrored model has residuals as large as itself
         row = self.models["is_usable"].to_numpy()
-        s_0 = pooled_standard_error(
-            self.fit.sum_of_squares[row], self.fit.redundancy[row]
-        )
-        return float(total_from_coordinate(s_0))
+        squares, redundancy = self.fit.sum_of_squares[row], self.fit.redundancy[row]
+        return float(total_from_coordinate(pooled_standard_error(squares, redundancy)))
 
     @property
     def m_0_plan(self):
@@ -156,23 +154,13 @@ class ModelTransformation(ModelResult):
         table = self._transformed(model_points, self.fit.s_0)
         return table if self.has_coverages else table.drop(columns="coverage")
 
-    def values(self, model_points, *, least_redundancy=1):
+    def values(self, model_points, *, least_redundancy=1) -> pd.DataFrame:
         """Coordinates of every point from every model that holds it.
 
-        Parameters
-        ----------
-        model_points : DataFrame
-            [coverage,] model_id, point_id, x, y [, z].
-        least_redundancy : int
-            Models with less have an m_0 of their own that says little; they take that
-            of all models together.
-
-        Returns
-        -------
-        DataFrame
-            As :meth:`transform`, always with ``coverage``, with an m_t for models
-            without redundancy as well, and with the m_0 of the plan alone where heights
-            are transformed.
+        As :meth:`transform`, but always with ``coverage``, with an m_t for models
+        without redundancy as well, and with the m_0 of the plan alone where heights are
+        transformed. Models with less than ``least_redundancy`` take the m_0 of all
+        models together: their own says little.
         """
         is_own = self.fit.redundancy >= least_redundancy
         plan = plan_sums(self.fit, self.observed.weights, self.observed.start)
@@ -246,15 +234,11 @@ class ModelTransformation(ModelResult):
                 remedy="Its row in failures says why",
                 model=model_id,
             )
-        size = len(shift)
-        shifts = [
-            f"+{axis}off={float(value)!r}"
-            for axis, value in zip("xyz"[:size], shift, strict=True)
-        ]
+        named = zip("xyz", shift, strict=False)
+        shifts = [f"+{axis}off={float(value)!r}" for axis, value in named]
         factors = [
-            f"+s{i + 1}{j + 1}={float(matrix[i, j])!r}"
-            for i in range(size)
-            for j in range(size)
+            f"+s{i + 1}{j + 1}={float(value)!r}"
+            for (i, j), value in np.ndenumerate(matrix)
         ]
         return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
 
@@ -376,16 +360,11 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
     [2.0, 0.0, 5.0, 5.0]
     """
     require_choice("kind", kind, TRANSFORMATION_KINDS)
-    checked = _checked(
-        model_points, model_schema(TRANSFORMATION_KINDS[kind]), "model_points"
-    )
-    ground = _checked(
-        ground_points, ground_schema(TRANSFORMATION_KINDS[kind]), "ground_points"
-    )
-    observed = Observations.of(checked, ground, TRANSFORMATION_KINDS[kind], weights)
-    fit = TRANSFORMATION_KINDS[kind].fit(
-        observed.source, observed.target, observed.weights, observed.start
-    )
+    needed = TRANSFORMATION_KINDS[kind]
+    checked = _checked(model_points, model_schema(needed), "model_points")
+    ground = _checked(ground_points, ground_schema(needed), "ground_points")
+    observed = Observations.of(checked, ground, needed, weights)
+    fit = needed.fit(observed.source, observed.target, observed.weights, observed.start)
     table = residual_table(fit, observed)
     has_coverages = "coverage" in model_points.columns
     return transformation_of(fit, observed, kind, table, has_coverages=has_coverages)
@@ -394,20 +373,7 @@ def transform_models(model_points, ground_points, kind="affine", weights=None):
 def transformation_of(fit, observed, kind, residuals, *, has_coverages):
     """Put a fit into the tables of a result.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    observed : Observations
-        The identical points that were fitted.
-    kind : str
-    residuals : DataFrame
-        Of ``observed``, row for row.
-    has_coverages : bool
-        Whether the model points came with their coverages.
-
-    Returns
-    -------
-    ModelTransformation
+    The rows of ``residuals`` are those of ``observed``, the points that were fitted.
     """
     models = _models_table(fit, kind, observed)
     return ModelTransformation(
@@ -424,29 +390,19 @@ def transformation_of(fit, observed, kind, residuals, *, has_coverages):
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Identical points of both frames, sorted by model.
+    """Identical points of both frames, sorted by model."""
 
-    Attributes
-    ----------
-    source, target : ndarray, shape (n, n_coordinates)
-    weights : ndarray, shape (n,)
-    start : ndarray of int, shape (n_models + 1,)
-    rows : DataFrame
-        Their coverage, model_id, point_id.
-    row_numbers, ground_rows : ndarray of int, shape (n,)
-        Their places in the tables of model points and of ground points.
-    models : CodedPairs
-        Coverage and model_id of all rows of the model points.
-    """
-
+    # source, target: (n, n_coordinates)
     source: np.ndarray
     target: np.ndarray
-    weights: np.ndarray
-    start: np.ndarray
-    rows: pd.DataFrame
+    weights: np.ndarray  # (n,)
+    start: np.ndarray  # (n_models + 1,)
+    rows: pd.DataFrame  # their coverage, model_id, point_id
+    # row_numbers, ground_rows: (n,): their places in the tables of model points and of
+    # ground points
     row_numbers: np.ndarray
     ground_rows: np.ndarray
-    models: CodedPairs
+    models: CodedPairs  # coverage and model_id of all rows of the model points
 
     @property
     def points(self):
@@ -455,19 +411,7 @@ class Observations:
 
     @classmethod
     def of(cls, checked, placed, kind, weights):
-        """Find the identical points of two checked tables.
-
-        Parameters
-        ----------
-        checked, placed : CheckedTable
-            Model points and ground points.
-        kind : Kind
-        weights : Series or ndarray, optional
-
-        Returns
-        -------
-        Observations
-        """
+        """Find the identical points of two checked tables."""
         models = pair_up(checked.coded["coverage"], checked.coded["model_id"])
         points = checked.coded["point_id"]
         ground_row = placed.coded["point_id"].locate(points)[points.codes]

@@ -14,49 +14,21 @@ from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.value_weights import RIGOROUS
 
 
-def can_propagate(block):
-    """Whether every source of error of a block has a known size.
-
-    Parameters
-    ----------
-    block : Block
-
-    Returns
-    -------
-    bool
-    """
-    return not obstacle_to_propagation(block)
-
-
-def obstacle_to_propagation(block):
+def obstacle_to_propagation(block) -> str:
     """Say what stands against the propagation of a block's errors.
 
     Given approximate coordinates come with correlations that nobody knows, unless they
     are those of control points.
 
-    Parameters
-    ----------
-    block : Block
-
-    Returns
-    -------
-    str
-        Empty where nothing is known before the computation.
+    Given approximate coordinates come with correlations that nobody knows, unless they
+    are those of control points. Empty where nothing is known before the computation.
     """
-    flights = block.flights.values()
     if block.high_flight is None and not approximations_are_control(block):
         return "given approximate coordinates share errors of unknown size"
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
-    if (
-        len(
-            {
-                len(TRANSFORMATION_KINDS[flight.transformation].target)
-                for flight in flights
-            }
-        )
-        > 1
-    ):
+    flights = block.flights.values()
+    if len({TRANSFORMATION_KINDS[f.transformation].target for f in flights}) > 1:
         return "one flight is transformed in space, and the other one in plan"
     return ""
 
@@ -69,17 +41,7 @@ REMEDIES = {
 
 
 def require_rigorous(block, weighting):
-    """Refuse rigorous weights where the size of an error is not known.
-
-    Parameters
-    ----------
-    block : Block
-    weighting : str
-
-    Raises
-    ------
-    SettingsError
-    """
+    """Refuse rigorous weights where the size of an error is not known."""
     obstacle = obstacle_to_propagation(block) if weighting == RIGOROUS else ""
     if obstacle:
         remedy = next(r for start, r in REMEDIES.items() if obstacle.startswith(start))
@@ -89,20 +51,8 @@ def require_rigorous(block, weighting):
 def covariances_for(weighting, model):
     """Covariances by which values are averaged, if they are.
 
-    Parameters
-    ----------
-    weighting : str
-    model : ErrorModel or None
-
-    Returns
-    -------
-    callable or None
-        Of pairs of model points; None where the weights need none.
-
-    Raises
-    ------
-    SettingsError
-        They are needed, and the models do not tell the size of an error.
+    A function of pairs of model points, None where the weights need none. SettingsError
+    where the models do not tell the size of an error.
     """
     if weighting != RIGOROUS:
         return None
@@ -126,21 +76,11 @@ def _not_rigorous(obstacle, remedy):
 def model_of_known_errors(block, flights, high, low):
     """Model of a block's errors, where all their sizes are known.
 
-    Parameters
-    ----------
-    block : Block
-    flights : dict of str to RelativeOrientation
-        Model points of each flight, the high one first.
-    high : ApproximateCoordinates or None
-    low : ModelTransformation
-        Of the low flight onto the approximate coordinates.
-
-    Returns
-    -------
-    ErrorModel or None
-        Of the values of the low flight.
+    Of the values of the low flight; None otherwise. ``flights`` are the orientations of
+    each flight, the high one first; ``low`` was fitted onto the approximate
+    coordinates.
     """
-    if not can_propagate(block):
+    if obstacle_to_propagation(block):
         return None
     points = {name: oriented.model_points for name, oriented in flights.items()}
     errors = {name: oriented.errors for name, oriented in flights.items()}
@@ -152,20 +92,9 @@ def model_of_known_errors(block, flights, high, low):
 def model_of_known_high_errors(block, oriented, transformation):
     """Model of the errors of a high flight alone, where all their sizes are known.
 
-    Parameters
-    ----------
-    block : Block
-    oriented : RelativeOrientation
-        Model points of the high flight.
-    transformation : ModelTransformation
-        Onto control.
-
-    Returns
-    -------
-    ErrorModel or None
-        Of the values of the high flight, which has the place of the low one.
+    Of its values, in the place of those of the low flight; None otherwise.
     """
-    if not can_propagate(block):
+    if obstacle_to_propagation(block):
         return None
     points = oriented.model_points
     model = model_of_high_flight(block, points, transformation, oriented.errors)
@@ -180,18 +109,7 @@ def _with_all_sizes(block, model, points, fits):
 
 
 def propagate_model(model, means):
-    """Covariances of the final points by a model of errors.
-
-    Parameters
-    ----------
-    model : ErrorModel
-    means : CoverageMean
-        The final points.
-
-    Returns
-    -------
-    PropagatedErrors
-    """
+    """Covariances of the final points by a model of errors."""
     names = means.points["point_id"].to_numpy(dtype=object)
     return propagate(names, model.chains, model.standard_errors)
 
@@ -199,17 +117,8 @@ def propagate_model(model, means):
 def propagate_values(model, point_ids):
     """Carry the same errors to the value of every point in every low-flight model.
 
-    Parameters
-    ----------
-    model : ErrorModel
-    point_ids : Series
-        Of the model points of the low flight, row for row.
-
-    Returns
-    -------
-    PropagatedErrors
-        Row for row as the model points of the low flight; NaN in the rows of models
-        that are not usable.
+    ``point_ids`` are those of the model points of the low flight, row for row; NaN in
+    the rows of models that are not usable.
     """
     names = point_ids.to_numpy(dtype=object)
     return propagate(names, model.chains_to_values, model.standard_errors)

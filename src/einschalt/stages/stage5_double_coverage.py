@@ -147,38 +147,23 @@ def average_coverages(
     table = pd.DataFrame({"point_id": points.names})
     table[_coordinate_names(used)] = means.mean
     table["standard_error_paper"] = means.standard_error
-    by_coverage = _coverage_values(used, coordinates, weights, points, sort)
-    n_coverages = np.diff(by_coverage.start)
-    single = internal_standard_error(by_coverage.coordinates, by_coverage.start)
+    by_coverage, start, own = _coverage_values(used, coordinates, weights, points, sort)
+    n_coverages = np.diff(start)
+    single = internal_standard_error(by_coverage, start)
     table["standard_error_internal"] = single / np.sqrt(n_coverages)
     table["n_models"] = means.n_values
     table["n_coverages"] = n_coverages
     table["spread_total"] = means.spread_total
     return CoverageMean(
-        table,
-        used.reset_index(drop=True),
-        row_numbers,
-        weights.in_mean,
-        by_coverage.weights,
-        single,
+        table, used.reset_index(drop=True), row_numbers, weights.in_mean, own, single
     )
 
 
-def with_positions(values, model_points):
+def with_positions(values, model_points) -> pd.DataFrame:
     """Add to each value the position of its point in the extent of the model.
 
-    Parameters
-    ----------
-    values : DataFrame
-        coverage, model_id, and more; row for row as ``model_points``.
-    model_points : DataFrame
-        x, y.
-
-    Returns
-    -------
-    DataFrame
-        ``values`` with position_u, position_v, −½ to ½ from edge to edge of the box
-        around the model's points.
+    position_u, position_v: −½ to ½ from edge to edge of the box around the points of
+    the model. ``values`` are row for row those of ``model_points``.
     """
     models = encode_pairs(values["coverage"], values["model_id"])
     sort = segments(models.codes, len(models))
@@ -188,30 +173,19 @@ def with_positions(values, model_points):
     return values.assign(position_u=position[:, 0], position_v=position[:, 1])
 
 
-@dataclass(frozen=True, eq=False)
-class _CoverageValues:
-    """Values of coverages in plan, sorted by point, and the weights behind them."""
-
-    coordinates: np.ndarray
-    start: np.ndarray
-    weights: np.ndarray
-
-
 def _coverage_values(used, coordinates, weights, points, sort):
-    """Mean of each point in each coverage, sorted by point."""
+    """Means of coverages in plan sorted by point, their starts, the values' weights."""
     coverage = encode(used["coverage"])
     point = np.repeat(np.arange(len(points)), np.diff(sort.start))
     key = point * len(coverage) + coverage.codes
     distinct, group = np.unique(key, return_inverse=True)
     parts = segments(group, len(distinct))
+    own, order = weights.in_groups(parts.order, parts.start), parts.order
     ones = np.ones(len(used))
-    own = weights.in_groups(parts.order, parts.start)
-    means = mean_of_values(
-        coordinates[parts.order], ones, own[parts.order], parts.start
-    )
+    means = mean_of_values(coordinates[order], ones, own[order], parts.start)
     count = np.bincount(distinct // len(coverage), minlength=len(points))
     start = np.concatenate([[0], np.cumsum(count)])
-    return _CoverageValues(means.mean[:, :2], start, own)
+    return means.mean[:, :2], start, own
 
 
 def _central(values):

@@ -7,11 +7,7 @@ import numpy as np
 
 from einschalt.foundations import tables
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
-from einschalt.theory.transformation.plane_fit import (
-    OTHER_SCALE,
-    TOO_FEW,
-    UNDETERMINED,
-)
+from einschalt.theory.transformation.plane_fit import OTHER_SCALE, TOO_FEW, UNDETERMINED
 
 
 @dataclass(frozen=True)
@@ -48,36 +44,13 @@ TRANSFORMATION_KINDS = {
 
 
 def model_schema(kind):
-    """Schema of the model points that a kind needs.
-
-    Parameters
-    ----------
-    kind : Kind
-
-    Returns
-    -------
-    Schema
-    """
-    columns = tuple(
-        replace(column, is_required="z" in kind.source)
-        if column.name == "z"
-        else column
-        for column in tables.MODEL_POINTS.columns
-    )
-    return tables.Schema("model_points", (*columns, WEIGHT), tables.MODEL_POINTS.key)
+    """Schema of the model points that a kind needs."""
+    schema = tables.MODEL_POINTS.requiring(*kind.source)
+    return replace(schema, columns=(*schema.columns, WEIGHT))
 
 
 def ground_schema(kind):
-    """Schema of the ground points that a kind needs.
-
-    Parameters
-    ----------
-    kind : Kind
-
-    Returns
-    -------
-    Schema
-    """
+    """Schema of the ground points that a kind needs."""
     columns = (*tables.CONTROL_POINTS.columns[:3], WEIGHT)
     if "height" in kind.target:
         # a point without height is left out, not refused
@@ -87,16 +60,7 @@ def ground_schema(kind):
 
 
 def placed_ground_schema(kind):
-    """Schema of ground points that are led back into a model.
-
-    Parameters
-    ----------
-    kind : Kind
-
-    Returns
-    -------
-    Schema
-    """
+    """Schema of ground points that are led back into a model."""
     target = tuple(tables.Column(name, unit="metres") for name in kind.target)
     names = (tables.COVERAGE, tables.MODEL_ID, tables.POINT_ID)
     return tables.Schema("ground_points", (*names, *target), tables.MODEL_POINTS.key)
@@ -105,15 +69,7 @@ def placed_ground_schema(kind):
 def reasons_for(fit, kind):
     """Say of each model why it is not usable.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    kind : Kind
-
-    Returns
-    -------
-    ndarray of object, shape (n_models,)
-        Empty text for usable models.
+    Array of text, (n_models,); empty for usable models.
     """
     reasons = np.full(len(fit.n_points), "", dtype=object)
     for place in np.flatnonzero(fit.status == TOO_FEW):
@@ -135,14 +91,7 @@ def reasons_for(fit, kind):
 def remedies_for(fit):
     """Say of each model how to mend it.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-
-    Returns
-    -------
-    ndarray of object, shape (n_models,)
-        Means nothing for usable models.
+    Array of text, (n_models,); it means nothing for usable models.
     """
     remedies = np.full(
         len(fit.n_points),

@@ -5,27 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.theory.adjustment.correlated_mean import (
-    JointCovariance,
-    pairs_of_values,
-)
+from einschalt.theory.adjustment.correlated_mean import JointCovariance, pairs_of_values
 
 PLAIN, WEIGHTED, RIGOROUS = "plain", "weighted", "rigorous"
 WEIGHTINGS = (PLAIN, WEIGHTED, RIGOROUS)
 
 
 def require_covariances(weighting, covariances):
-    """Refuse a rigorous mean of values whose covariances nobody gave.
-
-    Parameters
-    ----------
-    weighting : str
-    covariances : callable or None
-
-    Raises
-    ------
-    SettingsError
-    """
+    """Refuse a rigorous mean of values whose covariances nobody gave."""
     if weighting == RIGOROUS and covariances is None:
         raise SettingsError(
             f'weighting = "{RIGOROUS}" without covariances of the values',
@@ -36,32 +23,19 @@ def require_covariances(weighting, covariances):
 
 @dataclass(frozen=True, eq=False)
 class ValueWeights:
-    """Weights of the values of points.
+    """Weights of the values of points."""
 
-    Attributes
-    ----------
-    in_mean : ndarray, shape (n_values,) or (n_values, d, d)
-        In the mean of the point: numbers, or matrices that add up to the unit matrix.
-    joint : JointCovariance or None
-        Of the values, where the weights follow from it.
-    """
-
+    # (n_values,) or (n_values, d, d): in the mean of the point: numbers, or matrices
+    # that add up to the unit matrix
     in_mean: np.ndarray
+    # of the values, where the weights follow from it
     joint: JointCovariance | None = None
 
     def in_groups(self, order, start):
         """Weights of values in the mean of each group of them.
 
-        Parameters
-        ----------
-        order : ndarray of int, shape (n,)
-            Places among the values, sorted by group; a group is of one point.
-        start : ndarray of int, shape (n_groups + 1,)
-
-        Returns
-        -------
-        ndarray, shape (n,) or (n, d, d)
-            In the order of the values.
+        In the order of the values; ``order`` are their places sorted by group, and a
+        group is of one point.
         """
         if self.joint is None:
             return self.in_mean
@@ -70,24 +44,12 @@ class ValueWeights:
         return found
 
 
-def value_weights(weighting, error, rows, start, covariances):
+def value_weights(weighting, error, rows, start, covariances) -> ValueWeights:
     """Find the weights of the values of each point.
 
-    Parameters
-    ----------
-    weighting : {"plain", "weighted", "rigorous"}
-    error : ndarray, shape (n_values,)
-        M of each value [m], sorted by point.
-    rows : ndarray of int, shape (n_values,)
-        Row of each in the table whose covariances are known.
-    start : ndarray of int, shape (n_points + 1,)
-        First value of each point.
-    covariances : callable or None
-        Of pairs of rows, shape (n_pairs, 2); gives shape (n_pairs, d, d) [m²].
-
-    Returns
-    -------
-    ValueWeights
+    ``error`` (n_values,) is M of each value [m], sorted by point; ``rows`` are their
+    rows in the table whose ``covariances`` are known, a function of pairs (n_pairs, 2)
+    that gives (n_pairs, d, d) [m²]; ``start`` is the first value of each point.
     """
     if weighting == PLAIN:
         return ValueWeights(np.ones(len(rows)))

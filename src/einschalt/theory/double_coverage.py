@@ -14,19 +14,10 @@ MOST_REPETITIONS = 50
 
 
 def position_in_extent(xy, start):
-    """Position u, v of each point in the extent of its model.
+    """Position u, v of each point in the extent of its model, (n_points, 2).
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        Model coordinates, sorted by model.
-    start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_points, 2)
-        −½ to ½ from edge to edge of the box around the model's points; 0 where the
-        box has no width.
+    ``xy`` (n_points, 2) is sorted by model. From −½ to ½ between the edges of the box
+    around the model's points; 0 where the box has no width.
     """
     low, high = segment_min_max(xy, start)
     count = np.diff(start)
@@ -38,19 +29,9 @@ def position_in_extent(xy, start):
 def most_central_rows(point, coverage, position):
     """Per point and coverage the row that lies most central in its model.
 
-    Source: practice of 1971, max(abs u, abs v) smallest (docs/theory/
-    double_coverage.md).
-
-    Parameters
-    ----------
-    point, coverage : ndarray of int, shape (n_rows,)
-    position : ndarray, shape (n_rows, 2)
-        From :func:`position_in_extent`.
-
-    Returns
-    -------
-    ndarray of int
-        Chosen rows, ascending; of equal ones the first.
+    Practice of 1971: max(abs u, abs v) smallest (docs/theory/double_coverage.md),
+    ``position`` (n_rows, 2) from :func:`position_in_extent`. The rows chosen ascend; of
+    equal ones the first is taken.
     """
     eccentricity = np.abs(position).max(axis=1)
     order = np.lexsort((eccentricity, coverage, point))
@@ -61,43 +42,25 @@ def most_central_rows(point, coverage, position):
 
 @dataclass(frozen=True, eq=False)
 class PointMeans:
-    """Means of the values of each point.
+    """Means of the values of each point."""
 
-    Attributes
-    ----------
-    mean : ndarray, shape (n_points, n_coordinates)
-    standard_error : ndarray, shape (n_points,)
-        √(Σ w² M²) / Σ w: of the mean if the M were independent, as the paper takes
-        them, and alike in easting and northing.
-    n_values : ndarray of int, shape (n_points,)
-    spread_total : ndarray, shape (n_points,)
-        Total standard deviation of one value, √(Σ |x − mean|² / (n − 1)) in plan;
-        NaN where there is one value only.
-    """
-
-    mean: np.ndarray
+    mean: np.ndarray  # (n_points, n_coordinates)
+    # (n_points,): √(Σ w² M²) / Σ w: of the mean if the M were independent, as the paper
+    # takes them, and alike in easting and northing
     standard_error: np.ndarray
-    n_values: np.ndarray
+    n_values: np.ndarray  # of int, (n_points,)
+    # (n_points,): total standard deviation of one value, √(Σ |x − mean|² / (n − 1)) in
+    # plan; NaN where there is one value only
     spread_total: np.ndarray
 
 
 def mean_of_values(coordinates, standard_error, weights, start):
-    """Weighted mean of the values of each point.
+    """Weighted mean of the values of each point, none of which is without values.
 
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n_values, n_coordinates)
-        Easting, northing [, height] [m], sorted by point.
-    standard_error : ndarray, shape (n_values,)
-        TOTAL error M of each value [m].
-    weights : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
-        1 for the plain mean; or matrices whose sum is the unit matrix at every point.
-    start : ndarray of int, shape (n_points + 1,)
-        No point is empty.
-
-    Returns
-    -------
-    PointMeans
+    ``coordinates`` (n_values, n_coordinates) are easting, northing [, height] [m],
+    sorted by point, ``standard_error`` (n_values,) their TOTAL errors M [m].
+    ``weights`` are 1 for the plain mean, or matrices whose sum is the unit matrix at
+    every point.
     """
     count = np.diff(start)
     # sums over differences to each point's first value keep all digits
@@ -111,31 +74,18 @@ def mean_of_values(coordinates, standard_error, weights, start):
     sum_of_squares = segment_sum(np.sum(deviation**2, axis=1), start)
     spread = np.sqrt(
         np.divide(
-            sum_of_squares,
-            count - 1,
-            out=np.full(len(count), np.nan),
-            where=count > 1,
+            sum_of_squares, count - 1, out=np.full(len(count), np.nan), where=count > 1
         )
     )
     return PointMeans(first + shift, np.sqrt(variance) / weight_sum, count, spread)
 
 
 def internal_standard_error(coordinates, start):
-    """Total error of one coverage's value, from the differences of the coverages.
+    """Total error of one coverage's value [m], from the differences of the coverages.
 
     For two coverages it is √(Σ |d|² / 2n) over n differences d. It sees only what the
-    coverages do not share.
-
-    Parameters
-    ----------
-    coordinates : ndarray, shape (n_values, 2)
-        One value per point and coverage [m], sorted by point.
-    start : ndarray of int, shape (n_points + 1,)
-
-    Returns
-    -------
-    float
-        [m]; NaN where no point has two coverages.
+    coverages do not share. ``coordinates`` (n_values, 2) has one value per point and
+    coverage [m], sorted by point; NaN where no point has two coverages.
     """
     count = np.diff(start)
     ones = np.ones(len(coordinates))
@@ -147,21 +97,11 @@ def internal_standard_error(coordinates, start):
 
 
 def difference_p_values(differences, covariance):
-    """Joint test of both coordinates of each difference.
+    """Probability of differences as large as these without a gross error, (n,).
 
-    Parameters
-    ----------
-    differences : ndarray, shape (n, 2)
-        Easting, northing [m].
-    covariance : ndarray, shape (n, 2, 2)
-        [m²]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Probability of a difference as large as this without a gross error:
-        exp(−T/2) with T = dᵀ C⁻¹ d, the tail of χ² with two degrees of freedom. NaN
-        where the covariance has no inverse.
+    Joint test of both coordinates of each difference (n, 2) [m] with its covariance
+    (n, 2, 2) [m²]: exp(−T/2) with T = dᵀ C⁻¹ d, the tail of χ² with two degrees of
+    freedom. NaN where the covariance has no inverse.
     """
     (ee, en), (_, nn) = np.moveaxis(covariance, 0, -1)
     e, n = differences.T
@@ -173,21 +113,12 @@ def difference_p_values(differences, covariance):
 
 
 def apportioned_covariance(differences, standard_error):
-    """Covariance of differences whose size only they themselves tell.
+    """Covariance (n, 2, 2) of differences whose size only they themselves tell [m²].
 
-    Parameters
-    ----------
-    differences : ndarray, shape (n, 2)
-        [m]
-    standard_error : ndarray, shape (n,)
-        TOTAL errors in whose proportion the size is shared out, NaN where they are not
-        known: then all are taken for equal.
-
-    Returns
-    -------
-    ndarray, shape (n, 2, 2)
-        Multiples of the unit matrix [m²]. The median of |d|²/σ² is 2 ln 2 where σ is
-        that of a coordinate: half of the differences may have gross errors.
+    Multiples of the unit matrix, shared out in proportion to the squares of the TOTAL
+    errors ``standard_error`` (n,), or equally where one is not known. The median of
+    |d|²/σ² is 2 ln 2 where σ is that of a coordinate: half of the differences may have
+    gross errors.
     """
     shape = np.asarray(standard_error, dtype=float) ** 2
     if not (np.isfinite(shape) & (shape > 0.0)).all():
@@ -199,18 +130,10 @@ def apportioned_covariance(differences, standard_error):
 
 @dataclass(frozen=True, eq=False)
 class PracticeLimits:
-    """Differences against the limits of the double coverages of 1968.
+    """Differences against the limits of the double coverages of 1968."""
 
-    Attributes
-    ----------
-    exceeds : ndarray of bool, shape (n,)
-        One coordinate at least lies beyond its limit.
-    standard_error : ndarray, shape (n,)
-        TOTAL, of each difference [m].
-    """
-
-    exceeds: np.ndarray
-    standard_error: np.ndarray
+    exceeds: np.ndarray  # of bool, (n,): one coordinate at least lies beyond its limit
+    standard_error: np.ndarray  # (n,): TOTAL, of each difference [m]
 
 
 def exceeds_practice(differences, n_coverages):
@@ -220,21 +143,10 @@ def exceeds_practice(differences, n_coverages):
     difference was 24 cm at 1:5000, three times √2 · 5.5 cm, the standard error of one
     determination coming from the differences themselves.
 
-    Parameters
-    ----------
-    differences : ndarray, shape (n, 2)
-        Of a coverage and the mean of the others [m].
-    n_coverages : ndarray of int, shape (n,)
-        Of each point.
-
-    Returns
-    -------
-    PracticeLimits
-
-    Notes
-    -----
-    The standard error is that of the differences that are within the limits, found by
-    repetition: gross errors do not widen the limits that are to find them.
+    ``differences`` (n, 2) [m] are those of a coverage and the mean of the others,
+    ``n_coverages`` (n,) counts those of each point. The standard error is that of the
+    differences that are within the limits, found by repetition: gross errors do not
+    widen the limits that are to find them.
     """
     # variance of one value less the mean of k − 1 others: 1 + 1/(k − 1)
     widening = n_coverages / np.maximum(n_coverages - 1.0, 1.0)

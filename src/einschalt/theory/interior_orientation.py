@@ -72,12 +72,7 @@ class Camera:
     given: MappingProxyType = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self):
-        """Check what would make nonsense of every ray.
-
-        Raises
-        ------
-        SettingsError
-        """
+        """Refuse what would make nonsense of every ray."""
         distance = self.principal_distance_mm
         if not SMALLEST_DISTANCE_MM <= distance <= LARGEST_DISTANCE_MM:
             raise SettingsError(
@@ -341,9 +336,8 @@ def _solved(matrix, right):
     """Solution of symmetric systems of two equations."""
     a, b, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 1]
     x, y = right[..., 0], right[..., 1]
-    return (
-        np.stack([d * x - b * y, a * y - b * x], axis=-1) / (a * d - b * b)[..., None]
-    )
+    determinant = (a * d - b * b)[..., None]
+    return np.stack([d * x - b * y, a * y - b * x], axis=-1) / determinant
 
 
 def _is_definite(matrix):

@@ -11,19 +11,7 @@ from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
 
 def m_g_of_mean(m_g, n_settings):
-    """Error of the mean of several settings: m_g / √k.
-
-    Parameters
-    ----------
-    m_g : float or ndarray
-        TOTAL error of one setting.
-    n_settings : float or ndarray
-        How often the point was set, k.
-
-    Returns
-    -------
-    float or ndarray
-        In the unit of ``m_g``.
+    """Error of the mean of k settings, m_g / √k, from the TOTAL error of one.
 
     Examples
     --------
@@ -102,19 +90,10 @@ def m_g_from_repeated_settings(spread, n_settings):
 
 
 def m_g_from_machine(m_x, m_y, magnification):
-    """Error in the image plane from those of the two machine coordinates.
+    """TOTAL error in the image plane, √(m_x² + m_y²) / magnification.
 
-    Parameters
-    ----------
-    m_x, m_y : float
-        Standard errors of the machine coordinates.
-    magnification : float
-        From image to model.
-
-    Returns
-    -------
-    float
-        TOTAL, √(m_x² + m_y²) / magnification, in the unit of ``m_x``.
+    From the standard errors of the machine coordinates, in their unit, and the
+    magnification from image to model.
 
     Examples
     --------

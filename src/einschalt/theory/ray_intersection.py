@@ -31,33 +31,20 @@ SMALLEST_ANGLE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class RayIntersection:
-    """Intersected points with their precision.
+    """Intersected points with their precision."""
 
-    Attributes
-    ----------
-    point : ndarray, shape (n_points, 2)
-        Easting, northing; NaN where the rays do not determine them.
-    cofactor : ndarray, shape (n_points, 2, 2)
-        Times the variance of a direction [rad²] it is the covariance.
-    sigma_0 : ndarray, shape (n_points,)
-        Standard error of one direction from the deviations [rad]; NaN without
-        redundancy.
-    deviation : ndarray, shape (n_rays,)
-        Distance of the point from each ray, positive where it lies to the right of it.
-    distance : ndarray, shape (n_rays,)
-        From each station to the point, as used in the weights.
-    weight : ndarray, shape (n_rays,)
-        1 / distance².
-    is_behind : ndarray of bool, shape (n_rays,)
-        Whether the point lies behind the station, against the direction of the ray.
-    """
-
+    # (n_points, 2): easting, northing; NaN where the rays do not determine them
     point: np.ndarray
+    # (n_points, 2, 2): times the variance of a direction [rad²] it is the covariance
     cofactor: np.ndarray
+    # (n_points,): of one direction, from the deviations [rad]; NaN without redundancy
     sigma_0: np.ndarray
+    # (n_rays,): distance of the point from each ray, positive to the right of it [m]
     deviation: np.ndarray
+    # (n_rays,): from each station to the point, as used in the weights
     distance: np.ndarray
-    weight: np.ndarray
+    weight: np.ndarray  # (n_rays,): 1 / distance²
+    # of bool, (n_rays,): the point lies behind the station, against the ray
     is_behind: np.ndarray
 
     @property
@@ -118,7 +105,8 @@ def intersect_rays(station, azimuth, point_start, distance=None):
         weight = 1.0 / np.asarray(distance, dtype=float) ** 2
         cofactor = rays.cofactor(weight)
         point = rays.point(weight)
-    deviation = rays.deviations(point)
+    towards = rays.towards(point)
+    deviation = np.sum(rays.right * towards, axis=1)
     redundancy = np.where(np.isfinite(point[:, 0]), count - N_COORDINATES, 0)
     squares = segment_sum(weight * deviation**2, point_start)
     return RayIntersection(
@@ -128,24 +116,15 @@ def intersect_rays(station, azimuth, point_start, distance=None):
         deviation=deviation,
         distance=np.asarray(distance, dtype=float),
         weight=weight,
-        is_behind=rays.reach(point) < 0.0,
+        is_behind=np.sum(along * towards, axis=1) < 0.0,
     )
 
 
 def distance_from_parallax(transverse_shift, parallactic_angle):
-    """Distance at which a transverse shift appears under a small angle.
+    """Distance at which a transverse shift appears under a small angle [m].
 
-    Parameters
-    ----------
-    transverse_shift : float or ndarray
-        Of the station, or of the target, at right angles to the ray [m].
-    parallactic_angle : float or ndarray
-        Between the two rays [rad].
-
-    Returns
-    -------
-    float or ndarray
-        [m]; 1 / distance² is the weight of the ray.
+    The shift [m] of the station, or of the target, is at right angles to the ray; 1 /
+    distance² is the weight of the ray.
 
     Examples
     --------
@@ -170,10 +149,6 @@ class _Rays:
         """Unit vectors to the right of the rays."""
         return np.stack([self.along[:, 1], -self.along[:, 0]], axis=1)
 
-    @property
-    def n_rays(self):
-        return np.diff(self.start)
-
     def cofactor(self, weight):
         """Inverse normal matrices; NaN where the rays are parallel."""
         outer = self.right[:, :, np.newaxis] * self.right[:, np.newaxis]
@@ -182,10 +157,8 @@ class _Rays:
         is_open = directions[:, 0] > 2.0 * (SMALLEST_ANGLE / 2.0) ** 2
         normal = segment_sum(outer * weight[:, np.newaxis, np.newaxis], self.start)
         determinant = np.linalg.det(normal)
-        adjugate = (
-            np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) - normal
-        )
-        inverse = adjugate / determinant[:, np.newaxis, np.newaxis]
+        trace = np.trace(normal, axis1=1, axis2=2)[:, None, None]
+        inverse = (trace * np.eye(2) - normal) / determinant[:, np.newaxis, np.newaxis]
         return np.where(is_open[:, np.newaxis, np.newaxis], inverse, np.nan)
 
     def point(self, weight):
@@ -194,19 +167,9 @@ class _Rays:
         total = segment_sum(self.right * offset[:, np.newaxis], self.start)
         return np.einsum("pij,pj->pi", self.cofactor(weight), total)
 
-    def deviations(self, point):
-        """Distances of the points from their rays, positive to the right."""
-        return np.sum(self.right * self._to(point), axis=1)
-
-    def reach(self, point):
-        """Distances of the feet of the points along their rays."""
-        return np.sum(self.along * self._to(point), axis=1)
-
-    def distances(self, point):
-        return np.hypot(*self._to(point).T)
-
-    def _to(self, point):
-        return np.repeat(point, self.n_rays, axis=0) - self.foot
+    def towards(self, point):
+        """From the station of each ray to its point."""
+        return np.repeat(point, np.diff(self.start), axis=0) - self.foot
 
 
 def _distances(rays):
@@ -214,7 +177,7 @@ def _distances(rays):
     distance = np.ones(len(rays.foot))
     for _ in range(MOST_ITERATIONS):
         before = distance
-        distance = rays.distances(rays.point(1.0 / before**2))
+        distance = np.hypot(*rays.towards(rays.point(1.0 / before**2)).T)
         change = np.abs(distance - before) / distance
         if not np.any(change > CONVERGED):
             break

@@ -79,12 +79,7 @@ BREAKAGES = {
         "control_points.csv, row 1",
         "easting",
     ),
-    "points_in_a_line": (
-        _in_a_line,
-        "stage3_model_transformation",
-        "low flight",
-        "",
-    ),
+    "points_in_a_line": (_in_a_line, "stage3_model_transformation", "low flight", ""),
 }
 
 

@@ -148,7 +148,7 @@ def test_a_task_that_outlives_its_runner_keeps_others_out(blocks, tmp_path):
     """On a cluster a killed runner leaves tasks behind: the next one waits for them."""
     from einschalt.interfaces.batch.batch_run import plan_batch
     from einschalt.interfaces.batch.block_run import run_block
-    from einschalt.interfaces.batch.folder_lock import locked
+    from einschalt.interfaces.files.folder_lock import locked
 
     plan = plan_batch([blocks / "block_00"], tmp_path / "out")
     (task,) = plan.to_run

@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 import pandas as pd
 import pytest
 
-from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.cli.progress import batch_line
+from einschalt.interfaces.files.folder_lock import locked
 
 
 @pytest.fixture(scope="module")

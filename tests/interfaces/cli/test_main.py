@@ -93,7 +93,7 @@ def test_the_list_of_commands_imports_none_of_them():
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    modules = [f"einschalt.interfaces.cli.{m}" for m in ("examples", "exits", "main")]
+    modules = [f"einschalt.interfaces.cli.{m}" for m in ("exits", "main")]
     assert done.stderr.strip() == str(modules)
 
 

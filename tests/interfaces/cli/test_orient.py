@@ -339,10 +339,7 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
         ("{parallaxes} --base 9mm", "'9mm' is not a number; expected millimetres, or"),
         ("{pairs} --principal-distance 0.153", "Did you give metres?"),
         ("nowhere.csv --base 92", "nowhere.csv: the file does not exist"),
-        (
-            "--terrain {terrain} --principal-distance 152",
-            "no flying height is given",
-        ),
+        ("--terrain {terrain} --principal-distance 152", "no flying height is given"),
         (
             "--terrain {terrain} --principal-distance 15200 --altitude 2000",
             "principal_distance = 15.2; expected metres between 0.001 and 5. Did you",

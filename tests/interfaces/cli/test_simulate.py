@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from einschalt.interfaces.cli.simulate import Measurement, PresetName, Transformation
-from einschalt.pipeline.block.block import TRANSFORMATIONS
+from einschalt.pipeline.block.facts import TRANSFORMATIONS
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 DEMO = ("simulate", "--preset", "demo", "--output")

@@ -7,11 +7,7 @@ import pytest
 
 import einschalt as es
 from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
-from einschalt.interfaces.files.camera_toml import (
-    camera_of,
-    read_camera,
-    write_camera,
-)
+from einschalt.interfaces.files.camera_toml import camera_of, read_camera, write_camera
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 from einschalt.theory.interior_orientation import Camera
 

@@ -15,10 +15,7 @@ from tests.changed_results import changed
 
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import geopackage
-from einschalt.interfaces.files.geopackage import (
-    distinct_names,
-    write_geopackage,
-)
+from einschalt.interfaces.files.geopackage import distinct_names, write_geopackage
 from einschalt.interfaces.files.map_layers import exaggeration
 from einschalt.interfaces.files.qgis_styles import LAYERS, style_of
 

@@ -38,8 +38,8 @@ def texts(svg):
 
 
 def sheet_of(points, models, monkeypatch):
-    kept = []
-    monkeypatch.setattr(module, "svg_of", lambda sheet, *_: kept.append(sheet) or "")
+    kept, make = [], module._sheet
+    monkeypatch.setattr(module, "_sheet", lambda *a: kept.append(make(*a)) or kept[0])
     parallax_figure(points, models)
     return kept[0]
 

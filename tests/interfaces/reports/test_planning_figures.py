@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.plan_folder import write_plan
+from einschalt.interfaces.files.plan_folder import write_figure, write_plan
 from einschalt.interfaces.reports import figure_files
 from einschalt.interfaces.reports.planning_figures import diagrams_figure
 from einschalt.interfaces.reports.plans_figure import plans_figure
@@ -197,4 +197,4 @@ def test_a_figure_of_unknown_suffix_is_not_drawn(tmp_path):
         raise AssertionError
 
     with pytest.raises(FileError, match=r"'\.doc' is none of a figure.*Write a\.png"):
-        figure_files.write_figure(fail, tmp_path / "a.doc")
+        write_figure(fail, tmp_path / "a.doc")

@@ -75,6 +75,13 @@ def test_without_iteration_there_is_no_figure_of_one_pass(good_result):
     assert np.isnan(good_result.examination.total_of_one_pass)
 
 
+@pytest.mark.parametrize("name", ["credible", "checked", "known_check"])
+def test_each_judgement_is_made_once(good_result, name):
+    examined = examine(good_result.solution)
+    assert name not in vars(examined)
+    assert getattr(examined, name) is getattr(examined, name)
+
+
 @pytest.mark.parametrize(
     ("name", "function"),
     [
@@ -83,8 +90,6 @@ def test_without_iteration_there_is_no_figure_of_one_pass(good_result):
         ("patterns", "find_patterns"),
         ("left_out_control", "leave_out_control"),
         ("repeated_settings", "m_g_of_repeated_settings"),
-        ("credible", "figure_of_two_steps"),
-        ("checked", "checked_figure_of_two_steps"),
     ],
 )
 def test_each_is_computed_when_asked_and_once(monkeypatch, good_result, name, function):

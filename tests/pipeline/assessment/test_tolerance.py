@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.assessment.tolerance import PRESETS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import TOLERANCES, Settings
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.summary import sections, summarize
 

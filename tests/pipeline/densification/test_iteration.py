@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.assessment.findings.iterations import drift
 from einschalt.pipeline.block.block import Block, Flight, plain_fields
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.pipeline.summary.summary import sections
 from einschalt.stages.stage3_model_transformation import transform_models

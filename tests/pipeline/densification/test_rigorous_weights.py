@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import (
     PRESETS,
     BlockGeometry,

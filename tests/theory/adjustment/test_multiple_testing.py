@@ -8,14 +8,11 @@ from statsmodels.stats.multitest import multipletests
 
 from einschalt.theory.adjustment.multiple_testing import (
     any_significant,
-    benjamini_hochberg,
     bonferroni,
     count_tested,
     holm,
     is_rejected_by_holm,
 )
-
-METHODS = [(holm, "holm"), (benjamini_hochberg, "fdr_bh")]
 
 
 @pytest.fixture(scope="module")
@@ -29,16 +26,15 @@ def families():
     return p_values, np.concatenate([[0], np.cumsum(count)])
 
 
-@pytest.mark.parametrize(("adjust", "method"), METHODS)
-def test_each_family_is_adjusted_as_statsmodels_does(families, adjust, method):
+def test_each_family_is_adjusted_as_statsmodels_does(families):
     p_values, start = families
-    adjusted = adjust(p_values, start)
+    adjusted = holm(p_values, start)
     for first, last in pairwise(start):
         own = p_values[first:last]
         is_tested = np.isfinite(own)
         assert np.isnan(adjusted[first:last][~is_tested]).all()
         if is_tested.any():
-            expected = multipletests(own[is_tested], method=method)[1]
+            expected = multipletests(own[is_tested], method="holm")[1]
             found = adjusted[first:last][is_tested]
             np.testing.assert_allclose(found, expected, rtol=1e-12)
 
@@ -54,7 +50,7 @@ def test_rejection_needs_only_the_small_ones(families, significance):
 def test_nothing_tested_nothing_rejected():
     nothing = np.full(3, np.nan)
     assert not is_rejected_by_holm(nothing, np.array([0, 2, 3]), 0.05).any()
-    assert np.isnan(benjamini_hochberg(nothing, np.array([0, 2, 3]))).all()
+    assert np.isnan(holm(nothing, np.array([0, 2, 3]))).all()
     assert count_tested(nothing, np.array([0, 2, 3])).tolist() == [0, 0]
 
 

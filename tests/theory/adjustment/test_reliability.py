@@ -7,7 +7,6 @@ from scipy import stats
 
 from einschalt.theory.adjustment.reliability import (
     FittedPoints,
-    critical_tau,
     external_reliability,
     external_t,
     joint_point_tests,
@@ -84,15 +83,6 @@ def test_unchecked_observations_have_no_statistic():
     assert np.isnan(external_t(1.0, 1))
     assert np.isnan(tau_p_value(0.5, 1))
     assert np.isinf(minimal_detectable_bias(0.1, 0.0))
-
-
-def test_critical_tau_of_pope():
-    # P(|τ| > limit) = α, through Student's t
-    for redundancy in (3, 10, 100):
-        limit = critical_tau(0.05, redundancy)
-        assert tau_p_value(limit, redundancy) == pytest.approx(0.05, rel=1e-10)
-    # Pope 1976: τ tends to the normal distribution
-    assert critical_tau(0.05, 1e7) == pytest.approx(1.959964, abs=1e-5)
 
 
 def test_joint_test_is_the_f_test_without_the_point(weighted_model):

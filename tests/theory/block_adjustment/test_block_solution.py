@@ -350,14 +350,14 @@ def test_a_strip_of_ten_thousand_models(make_block):
     from einschalt.theory.block_adjustment.observations import BlockObservations
 
     observations = BlockObservations(
-        model,
-        point,
-        xy,
-        np.full(len(model), 0.03),
-        np.zeros(n_models, dtype=bool),
-        np.zeros(n_models, dtype=int),
-        control,
-        covariance,
+        model=model,
+        point=point,
+        xy=xy,
+        standard_error=np.full(len(model), 0.03),
+        is_affine=np.zeros(n_models, dtype=bool),
+        flight=np.zeros(n_models, dtype=int),
+        control=control,
+        control_covariance=covariance,
     )
     found = adjust(observations)
     # what a model leaves of its four points, in complex numbers: the inverse of the

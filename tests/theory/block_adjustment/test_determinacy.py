@@ -23,14 +23,14 @@ def random_block(seed, noise):
     control = np.where(is_control[:, None], ground, np.nan)
     covariance = np.where(is_control[:, None, None], 4e-4 * np.eye(2), 0.0)
     return BlockObservations(
-        model,
-        point,
-        ground[point] / 8.0 + noise * rng.normal(0.0, 0.005, (len(point), 2)),
-        np.full(len(model), 0.04),
-        rng.random(len(models)) < 0.5,
-        np.zeros(len(models), dtype=int),
-        control,
-        covariance,
+        model=model,
+        point=point,
+        xy=ground[point] / 8.0 + noise * rng.normal(0.0, 0.005, (len(point), 2)),
+        standard_error=np.full(len(model), 0.04),
+        is_affine=rng.random(len(models)) < 0.5,
+        flight=np.zeros(len(models), dtype=int),
+        control=control,
+        control_covariance=covariance,
     )
 
 
@@ -131,14 +131,14 @@ def test_a_model_that_hangs_on_one_point_has_too_few_ties(make_block):
     covariance = np.where(np.isfinite(control[:, :1, None]), 4e-4 * np.eye(2), 0.0)
     # a point of the second model on its own is no tie: the one common point is all
     hinged = BlockObservations(
-        block.model[keep],
-        block.point[keep],
-        block.xy[keep],
-        block.standard_error[keep],
-        block.is_affine,
-        block.flight,
-        control,
-        covariance,
+        model=block.model[keep],
+        point=block.point[keep],
+        xy=block.xy[keep],
+        standard_error=block.standard_error[keep],
+        is_affine=block.is_affine,
+        flight=block.flight,
+        control=control,
+        control_covariance=covariance,
     )
     points, point = np.unique(hinged.point, return_inverse=True)
     hinged = BlockObservations(
@@ -164,14 +164,14 @@ def test_parts_that_share_one_point_move_like_a_hinge(n_common):
     ground = np.random.default_rng(3).uniform(0.0, 900.0, (9, 2))
     is_control = np.arange(9) < 2
     block = BlockObservations(
-        model,
-        point,
-        ground[point] / 8.0,
-        np.full(len(model), 0.03),
-        np.zeros(4, dtype=bool),
-        np.zeros(4, dtype=int),
-        np.where(is_control[:, None], ground, np.nan),
-        np.where(is_control[:, None, None], 4e-4 * np.eye(2), 0.0),
+        model=model,
+        point=point,
+        xy=ground[point] / 8.0,
+        standard_error=np.full(len(model), 0.03),
+        is_affine=np.zeros(4, dtype=bool),
+        flight=np.zeros(4, dtype=int),
+        control=np.where(is_control[:, None], ground, np.nan),
+        control_covariance=np.where(is_control[:, None, None], 4e-4 * np.eye(2), 0.0),
     )
     assert verdicts(block).is_fine.all()
     assert list(determined(block)) == [True, True, n_common > 1, n_common > 1]

@@ -5,7 +5,7 @@ from einschalt.theory.transformation.plane_fit import (
     TOO_FEW,
     UNDETERMINED,
     USABLE,
-    is_mirrored,
+    CentredFit,
     is_spread,
     mirror_gain,
     plane_moments,
@@ -79,9 +79,10 @@ def test_without_unusable_leaves_its_argument_alone():
 
 
 def test_mirror_image_must_fit_a_hundred_times_better():
-    sum_of_squares = np.array([100.0, 100.0, 100.0, np.nan])
-    gain = np.array([99.5, 98.0, np.nan, 99.5])
-    assert is_mirrored(sum_of_squares, gain).tolist() == [True, False, False, False]
+    fit = CentredFit()
+    fit.sum_of_squares = np.array([100.0, 100.0, 100.0, np.nan])
+    fit.mirror_gain = np.array([99.5, 98.0, np.nan, 99.5])
+    assert fit.is_mirrored.tolist() == [True, False, False, False]
 
 
 def test_mirror_image_of_a_line_or_of_the_fewest_points_tells_nothing():

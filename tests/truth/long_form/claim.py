@@ -8,13 +8,13 @@ blocks whose errors are as their claim has them.
 from functools import partial
 
 import numpy as np
+from tests.given_approximations import onto_given_approximations
 from tests.truth.long_form.calibration import errors_of
 from tests.truth.long_form.figures import Figure, Table, of_blocks, root_of_ratio
 
 from einschalt.pipeline.assessment.evidence.claim import COVERAGES, NEIGHBOURS
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.adjustment.multiple_testing import holm
 from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE

@@ -15,18 +15,9 @@ from numba import types
 from numba.extending import get_cython_function_address, overload
 from threadpoolctl import ThreadpoolController
 
-_LAPACK = ("potrf", "potri")
-_BLAS = ("trsm", "syrk", "herk", "symm", "hemm", "gemm")
-_N_POINTERS = {
-    "potrf": 5,
-    "potri": 5,
-    "trsm": 11,
-    "syrk": 10,
-    "herk": 10,
-    "symm": 12,
-    "hemm": 12,
-    "gemm": 13,
-}
+# the pointers that each routine takes
+_LAPACK = {"potrf": 5, "potri": 5}
+_BLAS = {"trsm": 11, "syrk": 10, "herk": 10, "symm": 12, "hemm": 12, "gemm": 13}
 _PREFIX = "einschalt_"
 
 
@@ -37,7 +28,7 @@ def _external(name):
     address = get_cython_function_address(f"scipy.linalg.cython_{home}", name)
     # by name, so that compiled code can be cached: addresses change with every start
     llvmlite.binding.add_symbol(_PREFIX + name, address)
-    signature = types.void(*[types.voidptr] * _N_POINTERS[routine])
+    signature = types.void(*[types.voidptr] * (_LAPACK | _BLAS)[routine])
     return types.ExternalFunction(_PREFIX + name, signature)
 
 
@@ -55,12 +46,7 @@ _controller = None
 
 
 def one_thread():
-    """Hold BLAS to one thread while fronts are small: its threads only wait there.
-
-    Returns
-    -------
-    context manager
-    """
+    """Hold BLAS to one thread while fronts are small: its threads only wait there."""
     global _controller  # noqa: PLW0603 - looking for the libraries takes 10 ms
     if _controller is None:
         _controller = ThreadpoolController()
@@ -70,15 +56,8 @@ def one_thread():
 def work_arrays(dtype):
     """Letters, integers and factors that the routines read through pointers.
 
-    Parameters
-    ----------
-    dtype : dtype
-        float64 or complex128.
-
-    Returns
-    -------
-    tuple of ndarray
-        Letters, eight integers, and the factors 1, −1, 0 of the type and as reals.
+    Eight integers; the factors 1, −1, 0 of the type (float64 or complex128) and as
+    reals.
     """
     factors = np.array([1.0, -1.0, 0.0], dtype=dtype)
     return _LETTERS, np.zeros(8, np.int32), factors, np.array([1.0, -1.0, 0.0])
@@ -89,10 +68,7 @@ def _pick(array, real, complex_):
 
 
 def factor_lower(a, n, lda, work):
-    """Cholesky factor of the lower triangle of ``a``, in place.
-
-    Returns 0, or the number of the first pivot that is not positive.
-    """
+    """Cholesky factor of ``a``, lower triangle, in place; 0, or the first bad pivot."""
 
 
 @overload(factor_lower)
@@ -128,10 +104,7 @@ def _in_place(routine):
 
 
 def solve_triangle(side, transposed, shape, triangle, ldt, b, ldb, work):
-    """B := op(L)⁻¹ B (LEFT) or B op(L)⁻¹ (RIGHT); op PLAIN or ADJOINT, in place.
-
-    ``shape`` is that of B.
-    """
+    """B := op(L)⁻¹ B (LEFT) or B op(L)⁻¹ (RIGHT), in place; op PLAIN or ADJOINT."""
 
 
 @overload(solve_triangle)

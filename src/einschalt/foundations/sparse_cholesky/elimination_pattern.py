@@ -12,39 +12,24 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class BlockPattern:
-    """Blocks of the normal equations on and below the diagonal, in elimination order.
+    """Blocks on and below the diagonal of the normal equations, as eliminated."""
 
-    Attributes
-    ----------
-    start : ndarray of int64, shape (n_models + 1,)
-        Block column k has the blocks ``start[k]:start[k + 1]``.
-    row : ndarray of int64, shape (n_blocks,)
-        Block row of each, ascending; the first of a column is its diagonal.
-    """
-
+    # (n_models + 1,): block column k has the blocks ``start[k]:start[k + 1]``
     start: np.ndarray
+    # (n_blocks,): block row of each, ascending; the first of a column is its diagonal
     row: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Fronts:
-    """Fronts with their boundaries.
+    """Fronts with their boundaries."""
 
-    Attributes
-    ----------
-    start : ndarray of int64, shape (n_fronts + 1,)
-        Front k eliminates the places ``start[k]:start[k + 1]``.
-    parent, n_children : ndarray of int64, shape (n_fronts,)
-    boundary_start : ndarray of int64, shape (n_fronts + 1,)
-    boundary : ndarray of int64
-        Places of the boundary of each front, ascending.
-    """
-
+    # (n_fronts + 1,): front k eliminates the places ``start[k]:start[k + 1]``
     start: np.ndarray
-    parent: np.ndarray
-    n_children: np.ndarray
-    boundary_start: np.ndarray
-    boundary: np.ndarray
+    parent: np.ndarray  # (n_fronts,)
+    n_children: np.ndarray  # (n_fronts,)
+    boundary_start: np.ndarray  # (n_fronts + 1,)
+    boundary: np.ndarray  # places of the boundary of each front, ascending
 
     @property
     def n_own(self):
@@ -60,15 +45,7 @@ class Fronts:
 def block_pattern(neighbours, elimination) -> BlockPattern:
     """Blocks of the normal equations in the order of elimination.
 
-    Parameters
-    ----------
-    neighbours : Neighbours
-        Of the models in their old order.
-    elimination : Elimination
-
-    Returns
-    -------
-    BlockPattern
+    ``neighbours`` are those of the models in their old order.
     """
     start, row = _pattern(
         neighbours.start, neighbours.models, elimination.order, elimination.position
@@ -104,17 +81,7 @@ def _pattern(start, neighbours, order, position):
 
 
 def find_fronts(pattern, elimination) -> Fronts:
-    """Boundaries of all fronts.
-
-    Parameters
-    ----------
-    pattern : BlockPattern
-    elimination : Elimination
-
-    Returns
-    -------
-    Fronts
-    """
+    """Boundaries of all fronts."""
     n_children, start, boundary = _boundaries(
         pattern.start, pattern.row, elimination.start, elimination.parent
     )
@@ -166,33 +133,15 @@ def _boundaries(column, row, front_start, parent):
 
 @dataclass(frozen=True, eq=False)
 class Storage:
-    """How many numbers the factor holds, for a number of unknowns a model.
+    """How many numbers the factor holds, for a number of unknowns a model."""
 
-    Attributes
-    ----------
-    panel_start : ndarray of int64, shape (n_fronts + 1,)
-        First element of each front's columns of the factor.
-    largest : int
-        Unknowns of the largest front.
-    """
-
+    # (n_fronts + 1,): first element of each front's columns of the factor
     panel_start: np.ndarray
-    largest: int
+    largest: int  # unknowns of the largest front
 
 
 def storage_for(fronts, n_unknowns) -> Storage:
-    """Sizes of the factor and its fronts.
-
-    Parameters
-    ----------
-    fronts : Fronts
-    n_unknowns : int
-        Of each model.
-
-    Returns
-    -------
-    Storage
-    """
+    """Sizes of the factor and its fronts, with so many unknowns of each model."""
     own, boundary = n_unknowns * fronts.n_own, n_unknowns * fronts.n_boundary
     panel = np.concatenate([[0], np.cumsum((own + boundary) * own)])
     return Storage(panel, int((own + boundary).max(initial=0)))

@@ -24,56 +24,29 @@ LEAST_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class TreePart:
-    """A branch, or the trunk.
+    """A branch, or the trunk."""
 
-    Attributes
-    ----------
-    root : int
-        Topmost front of a branch; ``NO_BRANCH`` for the trunk.
-    fronts : ndarray of int64
-        Its fronts, ascending; those of the trunk with the roots of the branches, which
-        it does not compute, in their places.
-    stack : int
-        Elements of the largest pile of updates that wait for their parents.
-    path : int
-        Elements of all its fronts on the longest way from a root down.
-    """
-
-    root: int
+    root: int  # topmost front of a branch; ``NO_BRANCH`` for the trunk
+    # its fronts, ascending; those of the trunk with the roots of the branches, which it
+    # does not compute, in their places
     fronts: np.ndarray
-    stack: int
-    path: int
+    stack: int  # elements of the largest pile of updates that wait for their parents
+    path: int  # elements of all its fronts on the longest way from a root down
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Parts of the tree of fronts.
+    """Parts of the tree of fronts."""
 
-    Attributes
-    ----------
-    branches : tuple of TreePart
-        The one with most work first.
-    trunk : TreePart
-        All other fronts.
-    left_start : ndarray of int64, shape (n_fronts,)
-        Where a branch leaves the square matrix of its boundary; −1 at other fronts.
-    n_left : int
-        Elements of all these matrices.
-    """
-
-    branches: tuple[TreePart, ...]
-    trunk: TreePart
+    branches: tuple[TreePart, ...]  # the one with most work first
+    trunk: TreePart  # all other fronts
+    # (n_fronts,): where a branch leaves the square matrix of its boundary; −1 at other
+    # fronts
     left_start: np.ndarray
-    n_left: int
+    n_left: int  # elements of all these matrices
 
     def each(self, function):
-        """Call a function with every branch, on all cores.
-
-        Parameters
-        ----------
-        function : callable
-            Of a TreePart.
-        """
+        """Call a function with every branch, on all cores."""
         if self.branches:
             with ThreadPoolExecutor(batches.n_cores()) as pool:
                 # the list asks for every answer, and so for what went wrong
@@ -83,16 +56,7 @@ class Branches:
 def part_fronts(fronts, n_unknowns) -> Branches:
     """Find branches of which no core gets more than its share.
 
-    Parameters
-    ----------
-    fronts : Fronts
-    n_unknowns : int
-        Of each model.
-
-    Returns
-    -------
-    Branches
-        Without any, where there is one core or little work.
+    There are none where there is one core or little work.
     """
     own, edge = n_unknowns * fronts.n_own, n_unknowns * fronts.n_boundary
     parent, work = fronts.parent, own * (own + edge).astype(float) ** 2

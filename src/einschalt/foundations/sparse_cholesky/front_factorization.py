@@ -35,11 +35,11 @@ def _collect(panel, sizes, own_first, blocks, column, row, local):
 
 
 @numba.njit(cache=True, nogil=True)
-def _add_update(panel, update, sizes, child, n_child, boundary, local):
+def _add_update(panel, update, sizes, child, boundary, local):
     """Add what a child left, lower triangle, to panel and update of its parent."""
     n_own, size, u = sizes
     own, rest = n_own * u, size - n_own * u
-    ld = n_child * u
+    n_child, ld = boundary.size, boundary.size * u
     for j in range(n_child):
         column = local[boundary[j]] * u
         for i in range(j, n_child):
@@ -150,15 +150,8 @@ def factor_fronts(
             top -= 1
             child = waiting[top]
             edge_of_child = boundary[boundary_start[child] : boundary_start[child + 1]]
-            _add_update(
-                panel,
-                update,
-                dims,
-                stack[place[top] :],
-                edge_of_child.size,
-                edge_of_child,
-                local,
-            )
+            left_by_it = stack[place[top] :]
+            _add_update(panel, update, dims, left_by_it, edge_of_child, local)
         if k > 0:
             for i in range(n_own):
                 for a in range(u):

@@ -45,16 +45,9 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
                 for a in range(u):
                     buffer[r * size + k + i * u + a] = x[r, edge[i] * u + a]
         if rest > 0:
+            shape = (k, n_right, rest)
             subtract_product(
-                ADJOINT,
-                panel[k:],
-                size,
-                buffer[k:],
-                size,
-                buffer,
-                size,
-                (k, n_right, rest),
-                work,
+                ADJOINT, panel[k:], size, buffer[k:], size, buffer, size, shape, work
             )
         solve_triangle(LEFT, ADJOINT, (k, n_right), panel, size, buffer, size, work)
         for r in range(n_right):
@@ -79,16 +72,9 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
             buffer[r * size + k : (r + 1) * size] = 0.0
         solve_triangle(LEFT, PLAIN, (k, n_right), panel, size, buffer, size, work)
         if rest > 0:
+            shape = (rest, n_right, k)
             subtract_product(
-                PLAIN,
-                panel[k:],
-                size,
-                buffer,
-                size,
-                buffer[k:],
-                size,
-                (rest, n_right, k),
-                work,
+                PLAIN, panel[k:], size, buffer, size, buffer[k:], size, shape, work
             )
         for r in range(n_right):
             x[r, first : first + k] = buffer[r * size : r * size + k]

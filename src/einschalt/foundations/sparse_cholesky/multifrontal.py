@@ -35,23 +35,14 @@ from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """Cholesky factor of the reduced normal equations.
-
-    Attributes
-    ----------
-    pattern : BlockPattern
-    fronts : Fronts
-    storage : Storage
-    panels : ndarray
-        Columns of the factor, front after front.
-    is_held : ndarray of bool, shape (n_models, n_unknowns)
-        Unknowns, in the order of elimination, that nothing determines.
-    """
+    """Cholesky factor of the reduced normal equations."""
 
     pattern: BlockPattern
     fronts: Fronts
     storage: Storage
-    panels: np.ndarray
+    panels: np.ndarray  # columns of the factor, front after front
+    # (n_models, n_unknowns): unknowns, in the order of elimination, that nothing
+    # determines
     is_held: np.ndarray
 
     @property
@@ -60,90 +51,51 @@ class Factor:
         return self.is_held.shape[1]
 
     def solve(self, right_sides):
-        """Solve for several right sides.
+        """Solve for several right sides, (n_models, n_unknowns, n_right).
 
-        Parameters
-        ----------
-        right_sides : ndarray, shape (n_models, n_unknowns, n_right)
-            In the order of elimination.
-
-        Returns
-        -------
-        ndarray
-            Of the same shape; 0 for what is held.
+        0 for what is held.
         """
         n_models, n_unknowns, n_right = right_sides.shape
         x = np.moveaxis(right_sides, 2, 0).reshape(n_right, -1)
         x = np.ascontiguousarray(x, dtype=self.panels.dtype).copy()
-        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
-        with one_thread():
-            solve_fronts(
-                x,
-                self.panels,
-                self.storage.panel_start,
-                *arrays,
-                n_unknowns,
-                work_arrays(x.dtype),
-            )
+        self._solve_in_place(solve_fronts, x)
         return np.moveaxis(x.reshape(n_right, n_models, n_unknowns), 0, 2)
 
     def null_vector(self, place, unknown):
         """How everything moves with an unknown that nothing determines.
 
-        Parameters
-        ----------
-        place, unknown : int
-            One of ``is_held``.
-
-        Returns
-        -------
-        ndarray, shape (n_models, n_unknowns)
+        ``place`` and ``unknown`` are those of one of ``is_held``.
         """
         x = np.zeros((1, self.is_held.size), dtype=self.panels.dtype)
         x[0, place * self.n_unknowns + unknown] = HELD
-        arrays = (self.fronts.start, self.fronts.boundary_start, self.fronts.boundary)
-        with one_thread():
-            solve_backward(
-                x,
-                self.panels,
-                self.storage.panel_start,
-                *arrays,
-                self.n_unknowns,
-                work_arrays(x.dtype),
-            )
+        self._solve_in_place(solve_backward, x)
         return x.reshape(self.is_held.shape)
 
-    def selected_inverse(self):
-        """Inverse where the normal equations have blocks.
+    def _solve_in_place(self, kernel, x):
+        panels, fronts = (self.panels, self.storage.panel_start), self.fronts
+        edges = fronts.start, fronts.boundary_start, fronts.boundary
+        with one_thread():
+            kernel(x, *panels, *edges, self.n_unknowns, work_arrays(x.dtype))
 
-        Returns
-        -------
-        ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-            Block by block as in the pattern, lower triangle.
+    def selected_inverse(self):
+        """Blocks of the inverse where the normal equations have any, in their order.
+
+        (n_blocks, n_unknowns, n_unknowns), on and below the diagonal.
         """
         fronts, n_unknowns = self.fronts, self.n_unknowns
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
         inverse = np.zeros(shape, dtype=self.panels.dtype)
         branches = part_fronts(fronts, n_unknowns)
         left = np.empty(branches.n_left, dtype=inverse.dtype)
+        pattern = self.pattern.start, self.pattern.row
+        panels = self.panels, self.storage.panel_start
+        tree = fronts.start, fronts.parent, fronts.n_children
+        tree = *tree, fronts.boundary_start, fronts.boundary
 
         def invert(part):
-            invert_fronts(
-                inverse,
-                (self.pattern.start, self.pattern.row),
-                self.panels,
-                self.storage.panel_start,
-                (
-                    fronts.start,
-                    fronts.parent,
-                    fronts.n_children,
-                    fronts.boundary_start,
-                    fronts.boundary,
-                ),
-                (part.root, part.fronts, branches.left_start, left),
-                part.path,
-                work_arrays(inverse.dtype),
-            )
+            own = part.root, part.fronts, branches.left_start, left
+            work = work_arrays(inverse.dtype)
+            invert_fronts(inverse, pattern, *panels, tree, own, part.path, work)
 
         with one_thread():
             invert(branches.trunk)
@@ -152,19 +104,7 @@ class Factor:
 
 
 def factorize(blocks, pattern, fronts) -> Factor:
-    """Factor the reduced normal equations.
-
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-        Of the pattern; float or complex.
-    pattern : BlockPattern
-    fronts : Fronts
-
-    Returns
-    -------
-    Factor
-    """
+    """Factor the reduced normal equations, float or complex blocks of the pattern."""
     n_unknowns = blocks.shape[1]
     storage = storage_for(fronts, n_unknowns)
     panels = np.zeros(storage.panel_start[-1], dtype=blocks.dtype)

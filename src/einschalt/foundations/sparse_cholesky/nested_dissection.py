@@ -20,39 +20,21 @@ GOOD_CUT = 0.35
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """Order of elimination in fronts, groups of models that are eliminated together.
+    """Order of elimination in fronts, groups of models that are eliminated together."""
 
-    Attributes
-    ----------
-    order : ndarray of int64, shape (n_models,)
-        Models in their order.
-    position : ndarray of int64, shape (n_models,)
-        Place of each model in that order.
-    start : ndarray of int64, shape (n_fronts + 1,)
-        Front k eliminates the places ``start[k]:start[k + 1]``.
-    parent : ndarray of int64, shape (n_fronts,)
-        Front that takes over what a front leaves; −1 at a root. Children stand before
-        their parents, and whole branches together.
-    """
-
-    order: np.ndarray
-    position: np.ndarray
+    order: np.ndarray  # (n_models,): models in their order
+    position: np.ndarray  # (n_models,): place of each model in that order
+    # (n_fronts + 1,): front k eliminates the places ``start[k]:start[k + 1]``
     start: np.ndarray
+    # (n_fronts,): front that takes over what a front leaves; −1 at a root. Children
+    # stand before their parents, and whole branches together
     parent: np.ndarray
 
 
 def dissect(neighbours, positions) -> Elimination:
     """Order models by nested dissection.
 
-    Parameters
-    ----------
-    neighbours : Neighbours
-    positions : ndarray, shape (n_models, 2)
-        Where the models lie, roughly; bad positions cost time, never correctness.
-
-    Returns
-    -------
-    Elimination
+    ``positions`` say roughly where they lie; bad ones cost time, never correctness.
     """
     xy = np.ascontiguousarray(positions, dtype=float)
     order, start, parent = _dissect(neighbours.start, neighbours.models, xy, LEAF)
@@ -223,16 +205,9 @@ def _dissect(start, neighbours, xy, leaf):
         first, last, node = stack[depth, 0], stack[depth, 1], stack[depth, 2]
         is_cut = stack[depth, 3] == 1
         if not is_cut and last - first > leaf:
+            part = order[first:last]
             n_first, n_second = _cut(
-                order[first:last],
-                label,
-                side,
-                start,
-                neighbours,
-                xy,
-                is_boundary,
-                key,
-                rank,
+                part, label, side, start, neighbours, xy, is_boundary, key, rank
             )
             label += 2
             if n_first + n_second > 0:

@@ -22,22 +22,18 @@ from einschalt.interfaces.batch.block_search import name_blocks
 from einschalt.interfaces.batch.block_state import SAID, look_at, read_json
 from einschalt.interfaces.batch.block_task import BlockTask, output_of_task
 from einschalt.interfaces.batch.failure_file import keep_failure
-from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.files.atomic import (
     make_folder,
     said_as_file_error,
     write_text,
 )
+from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import (
     Output,
     refuse_block_folder,
     require_free,
 )
-from einschalt.interfaces.files.written_files import (
-    MARKS,
-    names_of_batch,
-    sealed_text,
-)
+from einschalt.interfaces.files.written_files import MARKS, names_of_batch, sealed_text
 from einschalt.pipeline.batch.block_table import (
     DONE,
     FAILED,
@@ -55,35 +51,17 @@ WHICH = ("changed", "unfinished", "failed", "all")
 
 @dataclass(frozen=True)
 class BatchPlan:
-    """What a batch has to do.
-
-    Attributes
-    ----------
-    output : Path
-    to_run : tuple of BlockTask
-        The largest first, so that no worker is left alone with it at the end.
-    reasons : dict of str to str
-        Why each of them must be computed.
-    rows : dict of str to dict
-        Rows of the blocks that need no computation.
-    names : tuple of str
-        All blocks, in the order of the table.
-    marks : dict of str to str
-        What tells the results at the start of the run from later ones.
-    is_continued : bool
-        Whether there was an interrupted run.
-    place : Output
-        What it writes into its own folder.
-    """
+    """What a batch has to do."""
 
     output: Path
+    # the largest first, so that no worker is left alone with it at the end
     to_run: tuple[BlockTask, ...]
-    reasons: dict
-    rows: dict
-    names: tuple[str, ...]
-    marks: dict
-    is_continued: bool
-    place: Output
+    reasons: dict  # why each of them must be computed
+    rows: dict  # of the blocks that need no computation
+    names: tuple[str, ...]  # all blocks, in the order of the table
+    marks: dict  # what tells the results at the start of the run from later ones
+    is_continued: bool  # whether there was an interrupted run
+    place: Output  # what it writes into its own folder
 
 
 def plan_batch(
@@ -91,29 +69,10 @@ def plan_batch(
 ) -> BatchPlan:
     """Find out what a batch has to do; nothing is written.
 
-    Parameters
-    ----------
-    blocks : iterable of str or Path
-        Folders.
-    output : str or Path
-    given : dict, optional
-        Settings that go before those of each block.toml.
-    which : {"changed", "unfinished", "failed", "all"}, optional
-        What is computed: blocks without a result of their present input, settings and
-        version; of these not the ones that an interrupted run has seen fail; only
-        those that failed; or every block.
-    overwrite : bool, optional
-        Replace what else lies in the folders of the results, inputs excepted.
-
-    Returns
-    -------
-    BatchPlan
-
-    Raises
-    ------
-    EinschaltError
-        ``which`` is unknown, a block is given twice, or the results would fall among
-        the blocks, into a file, or into a folder of somebody else.
+    ``given`` are settings that go before those of each block.toml; ``which`` and
+    ``overwrite`` are those of ``densify_many``. Raises where a block is given twice, or
+    the results would fall among the blocks, into a file, or into a folder of somebody
+    else.
     """
     if not is_choice(which, WHICH):
         raise SettingsError(f"which = {described(which)}", expected=" or ".join(WHICH))
@@ -222,24 +181,10 @@ class _Sorting:
 
 
 def run_batch(plan, engine, *, progress=None):
-    """Compute the blocks of a plan, and write the table of all.
+    """Compute the blocks of a plan, and write the table of all: one row per block.
 
-    Parameters
-    ----------
-    plan : BatchPlan
-    engine : Engine
-    progress : callable, optional
-        Called after each block with a :class:`BatchNews`.
-
-    Returns
-    -------
-    DataFrame
-        One row per block.
-
-    Raises
-    ------
-    EinschaltError
-        The output cannot be written, or the engine is gone; blocks that are done stay.
+    ``progress`` is called after each block with a :class:`BatchNews`. Where the output
+    cannot be written or the engine is gone, blocks that are done stay.
     """
     marks = {"schema": 1, "program": "einschalt", "blocks": plan.marks}
     write_text(plan.output / MARKS, sealed_text(marks))
@@ -260,21 +205,7 @@ def run_batch(plan, engine, *, progress=None):
 
 @contextmanager
 def batch_folder(output):
-    """Make the folder of a batch, and keep other batches out of it.
-
-    Parameters
-    ----------
-    output : str or Path
-
-    Yields
-    ------
-    Path
-
-    Raises
-    ------
-    FileError
-        It cannot be written, it holds a block, or another batch runs in it.
-    """
+    """Make the folder of a batch, and keep other batches out of it."""
     refuse_block_folder(output)
     folder = make_folder(output)
     with locked(folder):
@@ -283,22 +214,12 @@ def batch_folder(output):
 
 @dataclass(frozen=True)
 class BatchNews:
-    """What a batch tells after each block.
+    """What a batch tells after each block."""
 
-    Attributes
-    ----------
-    row : dict
-        Of the table of blocks.
-    n_done, n_all : int
-        Of the blocks to be computed.
-    seconds_left : float or None
-        By the sizes of what is done and what is left.
-    """
-
-    row: dict
+    row: dict  # of the table of blocks
     n_done: int
-    n_all: int
-    seconds_left: float | None
+    n_all: int  # blocks to be computed
+    seconds_left: float | None  # by the sizes of what is done and what is left
 
 
 def _silent(_news):

@@ -1,14 +1,9 @@
 """The table of all blocks of a batch, as CSV, Parquet and HTML."""
 
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.output_folder import (
-    InputFiles,
-    Output,
-    write_folder,
-)
-from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
 from einschalt.interfaces.files.result_folder import DECIMALS
+from einschalt.interfaces.files.tables_by_suffix import write_in_both_formats
 from einschalt.interfaces.files.written_files import (
     BLOCKS,
     MARKS,
@@ -34,17 +29,7 @@ NAMES = frozenset(("blocks.csv", "blocks.parquet", "blocks.html", PROVENANCE, MA
 
 
 def output_of_batch(tasks=(), *, overwrite=False) -> Output:
-    """Tell what a batch writes into its own folder.
-
-    Parameters
-    ----------
-    tasks : iterable of BlockTask, optional
-    overwrite : bool, optional
-
-    Returns
-    -------
-    Output
-    """
+    """Tell what a batch writes into its own folder."""
     folders = frozenset(task.name.partition("/")[0] for task in tasks)
     inputs = InputFiles(file for task in tasks for file in task.files)
     return Output(Source("batch"), NAMES, inputs, overwrite, folders)
@@ -53,28 +38,15 @@ def output_of_batch(tasks=(), *, overwrite=False) -> Output:
 def write_tables(table, folder, output):
     """Write blocks.csv, blocks.parquet and blocks.html.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
-    folder : Path
-    output : Output
-        Of :func:`output_of_batch`.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written, or somebody else has put files there meanwhile:
-        the tables are in a new one beside it then.
+    Where somebody else has put files there meanwhile, into a new folder beside it.
     """
 
     def write(new):
-        write_csv(table, new / "blocks.csv", decimals=DECIMALS_OF_BLOCKS)
-        write_parquet(table, new / "blocks.parquet")
+        write_in_both_formats({"blocks": table}, new, decimals=DECIMALS_OF_BLOCKS)
         write_text(new / "blocks.html", render_batch(table))
 
     names = names_of_batch(folder).union(_with_result(table))
-    facts = {**provenance_of_tables("batch"), BLOCKS: sorted(names)}
+    facts = {**provenance_of_tables("batch", []), BLOCKS: sorted(names)}
     write_folder(folder, output, facts, write, beside=True)
 
 

@@ -12,27 +12,16 @@ from time import perf_counter
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.block_state import read_json, result_since
 from einschalt.interfaces.batch.block_task import output_of_task
-from einschalt.interfaces.batch.changes_file import (
-    compare_with_previous,
-    read_changes,
-)
+from einschalt.interfaces.batch.changes_file import compare_with_previous, read_changes
 from einschalt.interfaces.batch.failure_file import keep_failure
-from einschalt.interfaces.batch.folder_lock import locked
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
 from einschalt.interfaces.files.block_folder import read_block
+from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import require_free
 from einschalt.interfaces.files.result_folder import write_result
-from einschalt.interfaces.files.written_files import (
-    FAILURE,
-    PROVENANCE,
-    evidence_of,
-)
-from einschalt.pipeline.batch.block_table import (
-    DONE,
-    row_of_failure,
-    row_of_figures,
-)
+from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, evidence_of
+from einschalt.pipeline.batch.block_table import DONE, row_of_failure, row_of_figures
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.progress import Stage
 
@@ -41,22 +30,10 @@ ONE_AT_A_TIME = threading.Lock()
 
 
 def run_block(task) -> dict:
-    """Compute a block, and write its result.
+    """Compute a block, write its result, and give its row of the table of blocks.
 
-    Parameters
-    ----------
-    task : BlockTask
-
-    Returns
-    -------
-    dict
-        Its row of the table of blocks, done or failed.
-
-    Raises
-    ------
-    MemoryError
-        It needs more memory than there is. Whoever runs it decides where it is tried
-        again; what is left of this process is not worth much.
+    Only a MemoryError is raised. Whoever runs it decides where it is tried again; what
+    is left of this process is not worth much.
     """
     started = perf_counter()
     progress = _Progress()
@@ -74,19 +51,7 @@ def run_block(task) -> dict:
 
 
 def row_of_result(task, outcome, provenance) -> dict:
-    """Row of a block whose result is whole.
-
-    Parameters
-    ----------
-    task : BlockTask
-    outcome : {"done", "skipped"}
-    provenance : dict
-        Of its result.
-
-    Returns
-    -------
-    dict
-    """
+    """Row of a block whose result is whole: done or skipped."""
     changes = read_changes(task.folder) if outcome == DONE else None
     return row_of_figures(
         task.name, outcome, provenance["figures"], provenance["seconds"], changes

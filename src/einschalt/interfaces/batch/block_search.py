@@ -12,26 +12,11 @@ TABLE_FILES = ("blocks.csv", "blocks.parquet", "blocks.html")
 
 
 def find_blocks(folder, output=None) -> list[Path]:
-    """Find all blocks below a folder, itself included.
+    """Find all blocks below a folder, itself included, sorted.
 
     Hidden folders and the folder of the results are passed over; links are followed,
     each folder once. A link to a folder above is not: it would bring in blocks that lie
     beside the folder that was named.
-
-    Parameters
-    ----------
-    folder : str or Path
-    output : str or Path, optional
-
-    Returns
-    -------
-    list of Path
-        Sorted.
-
-    Raises
-    ------
-    FileError
-        There is no such folder, or no block in it.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -77,22 +62,9 @@ def _below(folder, not_here):
 def name_blocks(paths) -> dict[str, Path]:
     """Name each block after its folder; after more of its path where that is not one's.
 
-    Parameters
-    ----------
-    paths : iterable of str or Path
-        Folders of blocks, or their block.toml.
-
-    Returns
-    -------
-    dict of str to Path
-        Name, with ``/`` where it has several parts, and folder. No name leads out of
-        the folder of the results, to which it is joined.
-
-    Raises
-    ------
-    SettingsError
-        A block is named twice, two differ in case only, or one is called as the table
-        of the batch is.
+    A name has ``/`` where it has several parts, and none leads out of the folder of the
+    results. Raises where a block is named twice, two differ in case only, or one is
+    called as the table of the batch is.
     """
     folders = [_folder_of(path) for path in paths]
     depth = 1

@@ -24,43 +24,17 @@ LARGEST_FIGURE = 1e15
 
 @dataclass(frozen=True)
 class BlockState:
-    """A block, and what is known of its result.
-
-    Attributes
-    ----------
-    task : BlockTask
-    why : str
-        Why it must be computed; empty where its result is whole and of this input.
-    provenance : dict or None
-        Of a result that is whole, whatever its input was.
-    failure : dict or None
-        Of the last run of this very input, where that failed.
-    has_failed : bool
-        Whether the last run failed or ended in the middle, on this input or on an
-        older one.
-    """
+    """A block, and what is known of its result."""
 
     task: BlockTask
-    why: str
-    provenance: dict | None
-    failure: dict | None
-    has_failed: bool
+    why: str  # it must be computed; empty where its result is whole and of this input
+    provenance: dict | None  # of a result that is whole, whatever its input was
+    failure: dict | None  # of the last run of this very input, where that failed
+    has_failed: bool  # the last run failed or ended in the middle, on whatever input
 
 
 def look_at(name, block, folder, given=None) -> BlockState:
-    """Find out whether a block must be computed.
-
-    Parameters
-    ----------
-    name : str
-    block, folder : Path
-    given : dict, optional
-        Settings that go before those of block.toml.
-
-    Returns
-    -------
-    BlockState
-    """
+    """Find out whether a block must be computed."""
     former = checksum_or_none(folder / PROVENANCE)
     task = replace(task_of(name, block, folder, given or {}), former=former)
     provenance = whole_result(folder)
@@ -82,14 +56,6 @@ def result_since(task) -> dict | None:
 
     A worker that is killed after its last file has told nobody: the block is given to
     another one, which finds the result of the first.
-
-    Parameters
-    ----------
-    task : BlockTask
-
-    Returns
-    -------
-    dict or None
     """
     if checksum_or_none(task.folder / PROVENANCE) == task.former:
         return None

@@ -16,70 +16,31 @@ from einschalt.interfaces.files.written_files import Source, digest
 
 @dataclass(frozen=True)
 class BlockTask:
-    """A block, and where its result belongs.
-
-    Attributes
-    ----------
-    name : str
-    block, folder : Path
-        Of the block, and of its result.
-    given : dict
-        Settings that go before those of block.toml.
-    signature : dict
-        What its result depends on, as it was when the block was looked at: version,
-        settings (None where block.toml cannot be read), and inputs, SHA-256 by table
-        (None of a file that cannot be read).
-    size : int
-        Bytes of the inputs.
-    former : str or None
-        Checksum of the provenance of the result that stood there when the block was
-        looked at.
-    title : str
-        Name of the block, as its block.toml gives it.
-    files : tuple of Path
-        Its inputs, block.toml first.
-    overwrite : bool
-        Whether what else lies in the folder of its result is replaced.
-    is_known : bool
-        Whether the batch has written a result of it before.
-    """
+    """A block, and where its result belongs."""
 
     name: str
     block: Path
-    folder: Path
-    given: dict
+    folder: Path  # of its result
+    given: dict  # settings that go before those of block.toml
+    # what its result depends on, as it was when the block was looked at: version,
+    # settings (None where block.toml cannot be read), and inputs, SHA-256 by table
+    # (None of a file that cannot be read)
     signature: dict
-    size: int
-    former: str | None = None
-    title: str = ""
-    files: tuple[Path, ...] = ()
-    overwrite: bool = False
-    is_known: bool = False
+    size: int  # bytes of the inputs
+    former: str | None = None  # checksum of the provenance that stood there then
+    title: str = ""  # name of the block, as its block.toml gives it
+    files: tuple[Path, ...] = ()  # its inputs, block.toml first
+    overwrite: bool = False  # whether what else lies in the folder is replaced
+    is_known: bool = False  # whether the batch has written a result of it before
 
     def is_of_present_input(self):
-        """Whether nothing has changed since the block was looked at.
-
-        Returns
-        -------
-        bool
-        """
+        """Whether nothing has changed since the block was looked at."""
         now = task_of(self.name, self.block, self.folder, self.given)
         return now.signature == self.signature
 
 
 def task_of(name, block, folder, given) -> BlockTask:
-    """Look at the inputs of a block.
-
-    Parameters
-    ----------
-    name : str
-    block, folder : Path
-    given : dict
-
-    Returns
-    -------
-    BlockTask
-    """
+    """Look at the inputs of a block."""
     files, settings, title = _inputs_of(block)
     if settings is not None:
         settings = settings.updated(given).model_dump(mode="json")
@@ -94,18 +55,7 @@ def task_of(name, block, folder, given) -> BlockTask:
 
 
 def output_of_task(task, inputs=None) -> Output:
-    """Tell what the computation of a block writes.
-
-    Parameters
-    ----------
-    task : BlockTask
-    inputs : InputFiles, optional
-        Files that are not to be written; its own where nothing is said.
-
-    Returns
-    -------
-    Output
-    """
+    """Tell what the computation of a block writes; never its own, or other, inputs."""
     signs = {sign for sign in task.signature["inputs"].values() if sign is not None}
     source = Source("densify", task.title, task.files[:1], digest(sorted(signs)))
     inputs = InputFiles(task.files) if inputs is None else inputs

@@ -39,22 +39,8 @@ CHANGED_POINTS = tables.Schema(
 def compare_with_previous(points, folder, into):
     """Write what moved since the run before; keep the points it is compared with.
 
-    A run that is killed after it has put these in place finds them again, and writes
-    the same.
-
-    Parameters
-    ----------
-    points : DataFrame
-        Of the new result.
-    folder : Path
-        Of the result before, whose files still stand there.
-    into : Path
-        Folder in which the new result is written.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
+    ``folder`` has the result before, ``into`` gets the new one. A run that is killed
+    after it has put these in place finds them again, and writes the same.
     """
     before = whole_result(folder)
     is_whole = before is not None and POINTS in before["outputs"]
@@ -68,18 +54,7 @@ def compare_with_previous(points, folder, into):
 
 
 def read_changes(folder):
-    """Read what moved since the run before.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the result.
-
-    Returns
-    -------
-    DataFrame or None
-        point_id, change, moved_total [m]; None where nothing was compared.
-    """
+    """Read what moved [m] since the run before; None where nothing was compared."""
     return _sound(read_csv, folder / CHANGES, CHANGED_POINTS)
 
 

@@ -28,15 +28,7 @@ NOTE_OF_WRITING = (
 
 
 def keep_failure(task, row, error):
-    """Write failure.json, where that is possible.
-
-    Parameters
-    ----------
-    task : BlockTask
-    row : dict
-        Of the table of blocks.
-    error : Exception
-    """
+    """Write failure.json, where that is possible."""
     content = {
         "schema": 1,
         "program": "einschalt",

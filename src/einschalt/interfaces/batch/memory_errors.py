@@ -16,19 +16,7 @@ SAID = (
 
 
 def lack_of_memory(error, stage) -> MemoryError | None:
-    """Tell a lack of memory from other faults.
-
-    Parameters
-    ----------
-    error : Exception
-    stage : str
-        In which it came up.
-
-    Returns
-    -------
-    MemoryError or None
-        With the attribute ``stage``, which it keeps between processes.
-    """
+    """Tell a lack of memory from other faults; its ``stage`` goes along with it."""
     cause = error
     while cause is not None:
         if _says_it(cause):

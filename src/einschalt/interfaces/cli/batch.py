@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from einschalt.interfaces.cli.exits import print_error, with_exit_status
-from einschalt.interfaces.cli.paths import given_path, output_option, overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Overwrite, Quiet, Results, given_path
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -16,8 +16,6 @@ EXAMPLES = (
     "einschalt batch BLOCKS --output out --scheduler tcp://10.0.0.5:8786",
 )
 
-MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
-
 
 def _flag(name, text):
     return Annotated[bool, typer.Option(name, help=text)]
@@ -25,6 +23,7 @@ def _flag(name, text):
 
 @with_exit_status
 @with_settings_options("that of each block.toml")
+@done_in_work
 def batch(
     folder: Annotated[
         Path,
@@ -34,7 +33,7 @@ def batch(
             help="Folder below which the blocks lie.",
         ),
     ],
-    output: Annotated[Path, output_option("Folder for the results.")],
+    output: Results,
     *,
     workers: Annotated[
         int | None,
@@ -60,11 +59,9 @@ def batch(
     ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
-    overwrite: Annotated[bool, overwrite_option()] = False,
+    overwrite: Overwrite = False,
     given: dict,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
-    ] = False,
+    quiet: Quiet = False,
 ):
     """Compute every block below a folder, and say what became of each.
 
@@ -78,20 +75,3 @@ def batch(
     failed, 2 when the call is wrong or the folder cannot be written, 130 when
     interrupted.
     """
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.batch import run_blocks  # noqa: PLC0415
-
-    which = _mode(resume=resume, only_failed=only_failed, everything=everything)
-    where = {"scheduler": scheduler, "workers": workers, "memory_gb": memory}
-    how = {"is_dry_run": dry_run, "is_quiet": quiet}
-    run_blocks(folder, output, given, where, which, overwrite=overwrite, **how)
-
-
-def _mode(**flags):
-    asked = [name for name, is_asked in flags.items() if is_asked]
-    if len(asked) > 1:
-        names = ("--" + name.replace("_", "-") for name in asked)
-        said = " and ".join(names).replace("--everything", "--all")
-        print_error(f"einschalt: {said} exclude each other. Give one of them.")
-        raise typer.Exit(2)
-    return MODES[asked[0]] if asked else "changed"

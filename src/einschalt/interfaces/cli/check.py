@@ -1,11 +1,7 @@
 """``einschalt check``: everything that is wrong with a block's input, at once."""
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from einschalt.interfaces.cli.exits import with_exit_status
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Block
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -18,21 +14,11 @@ EXAMPLES = (
 @with_settings_options(
     "that of block.toml", ("crs_accuracy_m", "crs_operation", "grids")
 )
-def check(
-    block: Annotated[
-        Path,
-        typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
-    ],
-    *,
-    given: dict,
-):
+@done_in_work
+def check(block: Block, *, given: dict):
     """Say everything that is wrong with a block's input.
 
     On a terminal as a table; in a pipe one line for each problem, which begins with
     problem, model (it cannot be used, the others can) or note. The exit status is 2
     where anything is wrong.
     """
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.check import print_problems  # noqa: PLC0415
-
-    print_problems(block, given)

@@ -1,12 +1,11 @@
 """``einschalt densify``: a block's coordinates, with tables, map and report."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option, overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Block, Overwrite, Quiet, Results
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -18,12 +17,10 @@ EXAMPLES = (
 
 @with_exit_status
 @with_settings_options("that of block.toml")
+@done_in_work
 def densify(
-    block: Annotated[
-        Path,
-        typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
-    ],
-    output: Annotated[Path, output_option("Folder for the results.")],
+    block: Block,
+    output: Results,
     *,
     given: dict,
     ellipse_scale: Annotated[
@@ -33,10 +30,8 @@ def densify(
             help="How much larger the ellipses are drawn in block.gpkg.",
         ),
     ] = None,
-    overwrite: Annotated[bool, overwrite_option()] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")
-    ] = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
 ):
     """Compute a block's points, and how good they are.
 
@@ -46,8 +41,3 @@ def densify(
     is refused. Models that fail do not stop the others; they are said, and the exit
     status is 0.
     """
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.densify import densify_folder  # noqa: PLC0415
-
-    options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
-    densify_folder(block, output, given, **options, is_quiet=quiet)

@@ -3,6 +3,7 @@
 import functools
 import os
 import sys
+from importlib import import_module
 
 import typer
 
@@ -16,16 +17,8 @@ INTERRUPTED = 130
 def with_exit_status(command):
     """End a command with a message and a status instead of a traceback.
 
-    Parameters
-    ----------
-    command : callable
-
-    Returns
-    -------
-    callable
-        With the signature of the command. An :class:`EinschaltError`, or an error of
-        the operating system, ends with status 2, an interruption with 130; a fault of
-        the program keeps its traceback.
+    An :class:`EinschaltError`, or an error of the operating system, ends with status 2,
+    an interruption with 130; a fault of the program keeps its traceback.
     """
 
     @functools.wraps(command)
@@ -46,13 +39,22 @@ def with_exit_status(command):
     return run
 
 
-def print_out(text=""):
-    """Print to standard output; a reader that has gone away is no fault.
+def done_in_work(command):
+    """Give a command, of options and help alone, the function of its name in ``work/``.
 
-    Parameters
-    ----------
-    text : str, optional
+    That is imported when the command runs, so that help does not wait for it.
     """
+
+    @functools.wraps(command)
+    def run(**options):
+        name = command.__name__
+        getattr(import_module(f"{__package__}.work.{name}"), name)(**options)
+
+    return run
+
+
+def print_out(text=""):
+    """Print to standard output; a reader that has gone away is no fault."""
     try:
         typer.echo(text)
         sys.stdout.flush()
@@ -64,12 +66,7 @@ def print_out(text=""):
 
 
 def print_error(text):
-    """Print to standard error.
-
-    Parameters
-    ----------
-    text : str
-    """
+    """Print to standard error."""
     try:
         # a name from a file must not steer the terminal
         lines = [printable(line) for line in str(text).split("\n")]

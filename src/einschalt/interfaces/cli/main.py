@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from einschalt.interfaces.cli.examples import examples
 from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_error
 
 # each with the first line of its help, so that the list imports none of them
@@ -56,12 +55,18 @@ class CommandsOnDemand(TyperGroup):
             formatter.write_dl(list(COMMANDS.items()))
 
 
+def _examples(*calls):
+    """Epilog of a help text; the mark keeps it from being wrapped."""
+    lines = "\n".join(f"  {call}" for call in calls)
+    return f"\b\nExamples:\n{lines}"
+
+
 def _imported(name):
     module = import_module(f"einschalt.interfaces.cli.{name}")
     alone = typer.Typer(**HOW)
     alone.command(
         name,
-        epilog=examples(*module.EXAMPLES),
+        epilog=_examples(*module.EXAMPLES),
         # planning has an answer where nothing is asked: Kovarik's own tables
         no_args_is_help=name != "plan",
         context_settings=HOW["context_settings"],
@@ -82,7 +87,7 @@ def _print_version(is_asked: bool):
 
 
 @app.callback(
-    epilog=examples(
+    epilog=_examples(
         "einschalt simulate --output out/block",
         "einschalt check out/block",
         "einschalt densify out/block --output out/result",

@@ -1,12 +1,13 @@
 """``einschalt orient``: relative orientation; dangerous surfaces before a flight."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option, overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Overwrite, Results, optional
 
 EXAMPLES = (
     "einschalt orient y_parallaxes.csv --base 92 --output out",
@@ -18,27 +19,15 @@ EXAMPLES = (
 )
 
 
-def _option(kind, text, *, panel):
-    return Annotated[
-        kind | None, typer.Option(show_default=False, help=f"{panel}: {text}")
-    ]
-
-
-def _parallaxes(kind, text):
-    return _option(kind, text, panel="Parallaxes")
-
-
-def _images(kind, text):
-    return _option(kind, text, panel="Images")
-
-
-def _terrain(kind, text):
-    return _option(kind, text, panel="Terrain")
+_parallaxes = partial(optional, "Parallaxes")
+_images = partial(optional, "Images")
+_terrain = partial(optional, "Terrain")
 
 
 @with_exit_status
+@done_in_work
 def orient(
-    output: Annotated[Path, output_option("Folder for the results.")],
+    output: Results,
     measurements: Annotated[
         Path | None,
         typer.Argument(
@@ -88,7 +77,7 @@ def orient(
     wing: _terrain(
         float, "points 3 to 6 from the base in the image [mm] (default: 100)."
     ) = None,
-    overwrite: Annotated[bool, overwrite_option()] = False,
+    overwrite: Overwrite = False,
 ):
     """Orient image pairs, and say which are near a dangerous surface.
 
@@ -103,8 +92,3 @@ def orient(
     six-point models Krames' construction. Results of the same tables are replaced; a
     folder with anything else is refused. Models that fail do not stop the others.
     """
-    asked = dict(locals())
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.orient import orient_pairs  # noqa: PLC0415
-
-    orient_pairs(**asked)

@@ -1,12 +1,13 @@
 """``einschalt plan``: what precision a flight will give, before it is flown."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Overwrite, optional
 
 EXAMPLES = (
     "einschalt plan",
@@ -41,18 +42,15 @@ def _values(text, *names):
 
 def _number(text, *names):
     return Annotated[
-        float | None,
-        typer.Option(*names, show_default="that of the camera", help=text),
+        float | None, typer.Option(*names, show_default="that of the camera", help=text)
     ]
 
 
-def _expect(text):
-    return Annotated[
-        float | None, typer.Option(show_default=False, help=f"Expect: {text}.")
-    ]
+_expect = partial(optional, "Expect", float)
 
 
 @with_exit_status
+@done_in_work
 def plan(
     context: typer.Context,
     scale_number: _values(
@@ -130,10 +128,10 @@ def plan(
             help="Expected precision of one block, by propagation on its layout.",
         ),
     ] = False,
-    high_scale_number: _expect("scale number of the high flight") = None,
-    high_m_g_um: _expect("measuring error in the high flight [µm]") = None,
-    width: _expect("extent of the area from west to east [m]") = None,
-    height: _expect("extent of the area from south to north [m]") = None,
+    high_scale_number: _expect("scale number of the high flight.") = None,
+    high_m_g_um: _expect("measuring error in the high flight [µm].") = None,
+    width: _expect("extent of the area from west to east [m].") = None,
+    height: _expect("extent of the area from south to north [m].") = None,
     terrain: Annotated[
         Path | None,
         typer.Option(
@@ -157,7 +155,7 @@ def plan(
             "with --expect the map of precision."
         ),
     ] = None,
-    overwrite: Annotated[bool, overwrite_option()] = False,
+    overwrite: Overwrite = False,
 ):
     """Say what precision a flight will give, before it is flown.
 
@@ -169,14 +167,3 @@ def plan(
     precision of one block with all that its points share; with --terrain dangerous
     surfaces as well.
     """
-    options = dict(locals())
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.plan import plan_flight  # noqa: PLC0415
-
-    plan_flight(options, _typed(context))
-
-
-def _typed(context):
-    """Names of the options that were written on the command line."""
-    source = context.get_parameter_source
-    return [name for name in context.params if source(name).name == "COMMANDLINE"]

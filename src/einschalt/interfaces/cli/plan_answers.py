@@ -21,35 +21,18 @@ from einschalt.pipeline.planning.text import describe_table
 class Answer:
     """A text, and how to make the rest of it.
 
-    Attributes
-    ----------
-    text : str
-    tables : callable
-        Gives a dict of name to DataFrame; the first is the one that a single file
-        holds.
-    figures : callable
-        Gives a dict of name to Figure; the first is the one that a single file holds.
-    scale_numbers : sequence of float
-        Image scales that are in question, for the terrain.
+    ``tables`` gives DataFrames and ``figures`` Figures by name; the first is the one
+    that a single file holds.
     """
 
     text: str
     tables: Callable
     figures: Callable
-    scale_numbers: Sequence[float]
+    scale_numbers: Sequence[float]  # in question, for the terrain
 
 
 def tables(asked: Asked) -> Answer:
-    """Answer with the tables of Kovarik's diagrams.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer with the tables of Kovarik's diagrams."""
     flight = asked.flight
     preset = flight.preset
     axes = {

@@ -17,16 +17,7 @@ HALF_TO_THRICE = (0.5, 3.0)
 
 
 def search(asked: Asked) -> Answer:
-    """Answer with the plans that reach a precision, the best held against its layout.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer with the plans that reach a precision, the best laid out as a check."""
     frame = _frame_of(asked)
     found = find_plans(
         *(asked["target"], _choices_of(asked), frame),
@@ -38,14 +29,13 @@ def search(asked: Asked) -> Answer:
     except EinschaltError as error:
         # the plans are what was asked for; the check of the best comes on top
         said = wrapped(f"The best plan cannot be laid out: {error}", indent="  ")
-        return _plans_alone(found, said)
+        tables, scales = {"plans": found.plans}, _scales_of(found.nearest)
+        text = f"{found.summary()}\n\n{said}"
+        return Answer(text, lambda: tables, lambda: _figure_of(found), scales)
 
     def figures():
-        # imported when figures are drawn: matplotlib takes its time
-        from einschalt.interfaces.reports.plans_figure import plans_figure  # noqa: PLC0415
-
         return {
-            "plans": plans_figure(found, checked),
+            **_figure_of(found, checked),
             "precision_map": _map_of(checked.expected),
         }
 
@@ -61,16 +51,11 @@ def _scales_of(plan):
     return [float(plan["scale_number"]), float(plan["high_scale_number"])]
 
 
-def _plans_alone(found, said):
-    def figures():
-        # imported when figures are drawn: matplotlib takes its time
-        from einschalt.interfaces.reports.plans_figure import plans_figure  # noqa: PLC0415
+def _figure_of(found, checked=None):
+    # imported when figures are drawn: matplotlib takes its time
+    from einschalt.interfaces.reports.plans_figure import plans_figure  # noqa: PLC0415
 
-        return {"plans": plans_figure(found)}
-
-    text = f"{found.summary()}\n\n{said}"
-    tables = {"plans": found.plans}
-    return Answer(text, lambda: tables, figures, _scales_of(found.nearest))
+    return {"plans": plans_figure(found, checked)}
 
 
 def _frame_of(asked):
@@ -103,29 +88,14 @@ def _choices_of(asked):
 
 def _usual_scales(preset):
     """Scales from half of the preset's smallest to thrice its largest, rounded."""
-    low, high = (
-        factor * edge
-        for factor, edge in zip(
-            HALF_TO_THRICE,
-            (min(preset.scale_numbers), max(preset.scale_numbers)),
-            strict=True,
-        )
-    )
+    half, thrice = HALF_TO_THRICE
+    low, high = half * min(preset.scale_numbers), thrice * max(preset.scale_numbers)
     ratio = (high / low) ** (1.0 / (SEARCHED_SCALES - 1))
     return tuple(round(low * ratio**i, -2) for i in range(SEARCHED_SCALES))
 
 
 def layout(asked: Asked) -> Answer:
-    """Answer with the expected precision of one block, over its area.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer with the expected precision of one block, over its area."""
     expected = expect_precision(_design_of(asked))
     unshifted = _without_shift(expected)
     text = f"{expected.summary()}\n\n{describe_effort(expected)}"

@@ -12,19 +12,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIG
 
 
 def with_terrain(given, file, asked: Asked) -> Answer:
-    """Add the dangerous surfaces of a terrain to an answer.
-
-    Parameters
-    ----------
-    given : Answer
-    file : Path
-        model_id, h1 … h6 [m].
-    asked : Asked
-
-    Returns
-    -------
-    Answer
-    """
+    """Add the dangerous surfaces of a terrain (model_id, h1 … h6 [m]) to an answer."""
     raw = read_table(file, TERRAIN_HEIGHTS)
     checked = check_table(raw, TERRAIN_HEIGHTS, source=file.name)
     raise_problems(checked.problems)

@@ -48,25 +48,6 @@ class PlannedFlight(NamedTuple):
 def numbers(option, texts, usual):
     """Read the values of an option that may be given several times.
 
-    Parameters
-    ----------
-    option : str
-        Its name, for messages.
-    texts : list of str or None
-    usual : sequence of float
-        What holds where it was not given.
-
-    Returns
-    -------
-    list of float
-
-    Raises
-    ------
-    SettingsError
-        A part is no number, or a range has no steps.
-
-    Examples
-    --------
     >>> numbers("--scale-number", ["6000:8000:1000", "12000"], ())
     [6000.0, 7000.0, 8000.0, 12000.0]
     """
@@ -105,23 +86,7 @@ def _number(option, text, expected=NUMBERS):
 
 
 def flight_of(options) -> PlannedFlight:
-    """Put a camera and what was given in its place together, and check them.
-
-    Parameters
-    ----------
-    options : dict
-        ``camera, kind, edge``; ``image_format`` (text) and ``principal_distance`` [mm],
-        ``forward_overlap``, ``side_overlap``, None where the camera's holds.
-
-    Returns
-    -------
-    PlannedFlight
-
-    Raises
-    ------
-    SettingsError
-        A value is not sensible; in the unit in which it was given.
-    """
+    """Put a camera and what was given in its place [mm] together, and check them."""
     preset = CAMERAS[options["camera"]]
     sides, distance = preset.image_format, preset.principal_distance
     if options["image_format"] is not None:
@@ -152,24 +117,8 @@ def _in_metres(name, length_mm):
 
 
 def costs_of(text) -> PlanCosts:
-    """Read costs that are given as ``image=10,model=20``.
+    """Read costs; what is not named costs what it usually does.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    PlanCosts
-        What is not named costs what it usually does.
-
-    Raises
-    ------
-    SettingsError
-        A part is no cost of something known.
-
-    Examples
-    --------
     >>> costs_of("model=35").model
     35.0
     """
@@ -185,22 +134,12 @@ def costs_of(text) -> PlanCosts:
 
 @dataclass(frozen=True)
 class Asked:
-    """What was asked on the command line.
+    """What was asked on the command line."""
 
-    Attributes
-    ----------
-    question : {"tables", "target", "expect"}
-    options : dict
-        Values of all options by name.
-    flight : PlannedFlight
-    unused : tuple of str
-        Options that were written and do not count for this question.
-    """
-
-    question: str
-    options: dict
+    question: str  # one of QUESTIONS
+    options: dict  # values of all options by name
     flight: PlannedFlight
-    unused: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()  # written, and do not count for this question
 
     def __getitem__(self, name):
         """Value of an option."""
@@ -224,24 +163,7 @@ class Asked:
 
 
 def asked_of(options, typed) -> Asked:
-    """Find out which question is asked, and what does not count for it.
-
-    Parameters
-    ----------
-    options : dict
-        Values of all options by name.
-    typed : sequence of str
-        Names of those that were written.
-
-    Returns
-    -------
-    Asked
-
-    Raises
-    ------
-    SettingsError
-        The camera, or what was given in its place, is not sensible.
-    """
+    """Find out which question is asked, and what was typed that does not count."""
     question = "expect" if options["expect"] else "tables"
     if options["target"] is not None:
         question = "target"

@@ -8,22 +8,9 @@ from einschalt.foundations.display_names import printable
 from einschalt.interfaces.cli.exits import print_error
 
 
-@contextmanager
 def stage_progress(*, is_quiet):
-    """Show the stages of a computation while they run.
-
-    Parameters
-    ----------
-    is_quiet : bool
-        Show nothing.
-
-    Yields
-    ------
-    callable
-        To be called with the title of a stage and the fraction that is done.
-    """
-    with _shown(_line, is_quiet=is_quiet) as show:
-        yield show
+    """Give what shows the title of a stage and the fraction that is done."""
+    return _shown(_line, is_quiet=is_quiet)
 
 
 @contextmanager
@@ -64,18 +51,7 @@ def _bar():
 
 @contextmanager
 def batch_progress(*, is_quiet):
-    """Show the blocks of a batch as they are finished, and when it will end.
-
-    Parameters
-    ----------
-    is_quiet : bool
-        Show nothing.
-
-    Yields
-    ------
-    callable
-        To be called with the news after each block.
-    """
+    """Give what shows the blocks of a batch as they finish, and when it will end."""
     with _shown(_text, is_quiet=is_quiet) as show:
         yield lambda news: show(batch_line(news), news.n_done / news.n_all)
 
@@ -85,19 +61,7 @@ def _text(text, _fraction):
 
 
 def batch_line(news, now=None):
-    """Write what became of a block, and when all will have been computed.
-
-    Parameters
-    ----------
-    news : BatchNews
-    now : datetime, optional
-        On the clock of the one who waits; the present time where left out.
-
-    Returns
-    -------
-    str
-        One line.
-    """
+    """Write what became of a block, and when all will have been computed."""
     row = news.row
     reason = f": {row['reason']}" if row["outcome"] == "failed" else ""
     said = printable(f"{row['block']} {row['outcome']}{reason}")

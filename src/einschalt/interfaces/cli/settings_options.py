@@ -16,18 +16,9 @@ PLACE = "given"  # argument of a command in whose place the options stand
 def with_settings_options(show_default, names=tuple(Settings.model_fields)):
     """Give a command one option for each field of Settings.
 
-    Parameters
-    ----------
-    show_default : str
-        What help says of an option that is left out.
-    names : sequence of str, optional
-        Of the fields; all where left out.
-
-    Returns
-    -------
-    callable
-        Decorates a command with an argument ``given``: the options stand in its place,
-        and it receives those that were given, a dict by name.
+    They stand in the place of its argument ``given``, and it receives those that were
+    given, a dict by name. ``show_default``: what help says of one that is left out;
+    ``names``: of the fields.
     """
 
     def decorate(command):

@@ -1,12 +1,13 @@
 """``einschalt simulate``: a block whose truth is known, as a folder."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option, overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import optional, output_option, overwrite_option
 
 EXAMPLES = (
     "einschalt simulate --output out/simulated",
@@ -23,22 +24,12 @@ Measurement = Literal["machine", "parallaxes", "images"]
 Transformation = Literal["affine", "helmert", "rigid", "helmert_3d"]
 
 
-def _option(kind, text, *names, panel):
-    return Annotated[
-        kind | None,
-        typer.Option(*names, show_default=False, help=f"{panel}: {text}"),
-    ]
-
-
-def _geometry(kind, text, *names):
-    return _option(kind, text, *names, panel="Geometry")
-
-
-def _noise(kind, text, *names):
-    return _option(kind, text, *names, panel="Noise")
+_geometry = partial(optional, "Geometry")
+_noise = partial(optional, "Noise")
 
 
 @with_exit_status
+@done_in_work
 def simulate(
     output: Annotated[Path, output_option("Folder for the block.")],
     preset: Annotated[
@@ -110,40 +101,3 @@ def simulate(
     repetitions.csv is written: for each seed the true error of the new points, and the
     error that is claimed.
     """
-    geometry = {
-        "width": width,
-        "height": height,
-        "point_spacing": point_spacing,
-        "high_scale_number": high_scale_number,
-        "low_scale_number": low_scale_number,
-        "forward_overlap": forward_overlap,
-        "side_overlap": side_overlap,
-        "n_coverages": n_coverages,
-        "n_check": n_check,
-        "measurement": measurement,
-        "transformation": transformation,
-    }
-    noise = {
-        "control_standard_error": control_standard_error,
-        "high_m_g_um": high_m_g_um,
-        "low_m_g_um": low_m_g_um,
-        "film_affinity": film_affinity,
-        "high_gross_error_share": gross_errors,
-        "low_gross_error_share": gross_errors,
-        "high_gross_error_um": gross_error_um,
-        "low_gross_error_um": gross_error_um,
-        "network_strain": network_strain,
-    }
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work import simulate as work  # noqa: PLC0415
-
-    design = work.chosen_design(preset, _given(geometry), _given(noise))
-    if repeat is not None:
-        where = (scheduler, workers)
-        work.repeat_design(design, repeat, seed, where, output, overwrite=overwrite)
-        return
-    work.simulate_folder(design, seed, output, overwrite=overwrite)
-
-
-def _given(options):
-    return {name: value for name, value in options.items() if value is not None}

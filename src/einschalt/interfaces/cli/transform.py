@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.exits import with_exit_status
-from einschalt.interfaces.cli.paths import output_option, overwrite_option
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import Overwrite, Results
 
 EXAMPLES = (
     "einschalt transform model_points.csv ground_points.csv --output out",
@@ -16,6 +16,7 @@ EXAMPLES = (
 
 
 @with_exit_status
+@done_in_work
 def transform(
     model_points: Annotated[
         Path,
@@ -33,7 +34,7 @@ def transform(
             "also weight.",
         ),
     ],
-    output: Annotated[Path, output_option("Folder for the results.")],
+    output: Results,
     kind: Annotated[
         Literal["affine", "helmert", "rigid", "helmert_3d"],
         typer.Option(help="Transformation of every model."),
@@ -45,7 +46,7 @@ def transform(
             show_default="the points of MODEL_POINTS",
         ),
     ] = None,
-    overwrite: Annotated[bool, overwrite_option()] = False,
+    overwrite: Overwrite = False,
 ):
     """Fit one transformation per model, and transform points.
 
@@ -54,8 +55,3 @@ def transform(
     else is refused.
     Residuals are transformed less given. Models that fail do not stop the others.
     """
-    # imported when the command runs, so that help does not wait for it
-    from einschalt.interfaces.cli.work.transform import transform_tables  # noqa: PLC0415
-
-    files = (model_points, ground_points, apply)
-    transform_tables(*files, output, kind, overwrite=overwrite)

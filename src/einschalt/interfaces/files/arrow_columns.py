@@ -4,18 +4,7 @@ import pyarrow as pa
 
 
 def column_as_arrow(series):
-    """Turn a column into one Arrow array of numbers, truth values or text.
-
-    Parameters
-    ----------
-    series : Series
-
-    Returns
-    -------
-    pyarrow.Array
-        Missing values are null; categories become text; a column of mixed kinds
-        becomes text.
-    """
+    """Turn a column into one Arrow array; missing is null, mixed kinds are text."""
     try:
         values = pa.array(series, from_pandas=True)
     except (pa.ArrowInvalid, pa.ArrowTypeError):

@@ -41,23 +41,11 @@ REMEDIES = {
 
 @contextmanager
 def replacing(path):
-    """Write a file under a hidden name, and give it its own name at the end.
+    """Give a hidden place to write a file whole; at the end it gets its own name.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file as it shall be called; an older one is replaced, also where it is a
-        link, whose target stays.
-
-    Yields
-    ------
-    Path
-        Where to write: a new name in the same folder, with the same suffix.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written, or the disk is full. Nothing has changed then.
+    The hidden file lies in the same folder and has the same suffix. An older file is
+    replaced, also where it is a link, whose target stays. On a FileError (the folder
+    cannot be written, the disk is full) nothing has changed.
     """
     path = Path(path)
     # a link is replaced itself: what it leads to may be anything
@@ -75,18 +63,7 @@ def replacing(path):
 
 @contextmanager
 def said_as_file_error(path):
-    """Turn what the operating system refuses into a FileError.
-
-    Parameters
-    ----------
-    path : str or Path
-        What is being written, said in the message.
-
-    Raises
-    ------
-    FileError
-        With the reason of the operating system and a remedy.
-    """
+    """Turn what the operating system refuses into a FileError with a remedy."""
     try:
         yield
     except OSError as error:
@@ -99,54 +76,18 @@ def said_as_file_error(path):
 
 
 def write_bytes(path, data):
-    """Write bytes whole or not at all.
-
-    Parameters
-    ----------
-    path : str or Path
-    data : bytes
-
-    Raises
-    ------
-    FileError
-        As for :func:`replacing`.
-    """
+    """Write bytes whole or not at all."""
     with replacing(path) as hidden:
         hidden.write_bytes(data)
 
 
 def write_text(path, text):
-    r"""Write text as UTF-8, lines ending with ``\n``, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or Path
-    text : str
-
-    Raises
-    ------
-    FileError
-        As for :func:`replacing`.
-    """
+    r"""Write text as UTF-8, lines ending with ``\n``, whole or not at all."""
     write_bytes(path, text.encode("utf-8"))
 
 
 def make_folder(folder) -> Path:
-    """Make a folder with its parents, where it does not exist.
-
-    Parameters
-    ----------
-    folder : str or Path
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    FileError
-        It cannot be made, or a file has its name.
-    """
+    """Make a folder with its parents, where it does not exist."""
     folder = Path(folder)
     with said_as_file_error(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -154,30 +95,15 @@ def make_folder(folder) -> Path:
 
 
 def hidden_name(name):
-    """Name under which something is written until it is whole.
-
-    Parameters
-    ----------
-    name : str
-        That it will have.
-
-    Returns
-    -------
-    str
-        Of this process, and of no other file.
-    """
+    """Name, of this process alone, under which something is written until whole."""
     return f"{_own_prefix()}-{secrets.token_hex(4)}-{name}"
 
 
 def remove_leftovers(folder):
     """Remove hidden files and folders of runs that were killed.
 
-    One goes only if it bears our pattern and its process is gone; where that cannot
-    be known (another computer, Windows), only after a day.
-
-    Parameters
-    ----------
-    folder : Path
+    One goes only if it bears our pattern and its process is gone; where that cannot be
+    known (another computer, Windows), only after a day.
     """
     with os.scandir(folder) as entries:
         names = [entry.name for entry in entries if LEFTOVER.match(entry.name)]

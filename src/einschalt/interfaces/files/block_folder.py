@@ -4,11 +4,11 @@ Reading looks at everything before it complains: each file, each table, and how 
 tables that are right fit each other (:func:`find_problems`).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.display_names import as_unicode
@@ -32,11 +32,7 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
-from einschalt.interfaces.files.input_files import (
-    is_there,
-    read_once,
-    require_file,
-)
+from einschalt.interfaces.files.input_files import is_there, read_once, require_file
 from einschalt.interfaces.files.points_of_systems import (
     bring,
     demand_of,
@@ -54,47 +50,20 @@ from einschalt.pipeline.block.check import check_block
 
 @dataclass(frozen=True, eq=False)
 class BlockFindings:
-    """Everything that is wrong with a block folder.
+    """Everything that is wrong with a block folder."""
 
-    Attributes
-    ----------
-    problems : tuple of EinschaltError
-        What stops the computation.
-    model_problems : tuple of EinschaltError
-        Models that will be rows of ``failures``.
-    notes : tuple of str
-        What was ignored, filled in or reprojected.
-    block : Block or None
-        None where there are problems.
-    """
-
-    problems: tuple[EinschaltError, ...]
-    model_problems: tuple[EinschaltError, ...]
-    notes: tuple[str, ...]
-    block: Block | None
+    problems: tuple[EinschaltError, ...]  # stop the computation
+    model_problems: tuple[EinschaltError, ...]  # will be rows of ``failures``
+    notes: tuple[str, ...]  # what was ignored, filled in or reprojected
+    block: Block | None  # None where there are problems
 
 
 def read_block(path, given=None, *, kind=Block):
-    """Read a block.
+    """Read a block as ``kind``, Block or a class derived from it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder, or its block.toml.
-    given : Mapping, optional
-        Settings that go before those of block.toml.
-    kind : type, optional
-        The class to be built, Block or one that is derived from it.
-
-    Returns
-    -------
-    Block
-        Its tables keep the line of their file as index.
-
-    Raises
-    ------
-    EinschaltError
-        What is wrong; several faults come together in a BlockError.
+    ``path`` is the folder, or its block.toml; ``given``: settings that go before those
+    in it. The tables keep the line of their file as index. Several faults come together
+    in a BlockError.
     """
     found = find_problems(path, given, kind=kind)
     raise_problems(found.problems)
@@ -102,21 +71,7 @@ def read_block(path, given=None, *, kind=Block):
 
 
 def find_problems(path, given=None, *, kind=Block) -> BlockFindings:
-    """Look for everything that is wrong with a block, without raising.
-
-    Parameters
-    ----------
-    path : str or Path
-        The folder, or its block.toml.
-    given : Mapping, optional
-        Settings that go before those of block.toml.
-    kind : type, optional
-        The class of the block.
-
-    Returns
-    -------
-    BlockFindings
-    """
+    """Look for everything that is wrong with a block, without raising."""
     try:
         path = _block_file(path)
         file = read_once(path, path.name)
@@ -134,7 +89,8 @@ def find_problems(path, given=None, *, kind=Block) -> BlockFindings:
             pass  # all that is wrong is collected below, with what was noted
         else:
             return BlockFindings((), tuple(block.model_problems), block.notes, block)
-    found = check_block(_Draft(**fields), frozenset(toml.said))
+    # a Block cannot be had yet, but its fields can be looked at
+    found = check_block(SimpleNamespace(**fields), frozenset(toml.said))
     text = file.data.decode("utf-8-sig")
     problems = [with_row(p, text, toml.source) for p in (*problems, *found.problems)]
     notes = (*fields["notes"], *found.notes)
@@ -166,26 +122,6 @@ def _block_file(path):
         if is_there(path):
             raise
         raise error.with_facts(found="there is no such folder or file") from None
-
-
-@dataclass
-class _Draft:
-    """What :func:`check_block` looks at, where a Block cannot be had yet."""
-
-    low_flight: Flight | None = None
-    control_points: pd.DataFrame | None = None
-    high_flight: Flight | None = None
-    approximate_points: pd.DataFrame | None = None
-    approximate_m_0_m: float | None = None
-    crs: str | None = None
-    name: str = "block"
-    settings: object = None
-    sources: dict = field(default_factory=dict)
-    checksums: dict = field(default_factory=dict)
-    files: tuple[Path, ...] = ()
-    notes: tuple[str, ...] = ()
-    may_be_unmeasured: bool = False
-    shared_errors_m: dict = field(default_factory=dict)
 
 
 class _Reading:

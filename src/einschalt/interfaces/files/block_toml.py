@@ -18,11 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import (
-    BlockError,
-    EinschaltError,
-    SettingsError,
-)
+from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
 from einschalt.pipeline.settings import Settings, setting_problem
@@ -69,10 +65,7 @@ class ControlPointsSection(_Section):
     file: str = Field(description="a text: the name of a table")
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     standard_error_m: float | None = Field(
-        default=None,
-        gt=0,
-        le=10,
-        description="a number above 0, at most 10 metres",
+        default=None, gt=0, le=10, description="a number above 0, at most 10 metres"
     )
     shared_error_m: float | None = _shared_error()
     may_be_unmeasured: bool = Field(default=False, description="true or false")
@@ -141,25 +134,13 @@ SECTIONS = {
 
 @dataclass(eq=False)
 class BlockToml:
-    """What block.toml says.
+    """What block.toml says."""
 
-    Attributes
-    ----------
-    source : str
-        What the file is called in messages.
-    sections : dict
-        Each section that the file has; keys that are wrong are None in it.
-    settings : Settings
-    problems : list of EinschaltError
-    said : set of (str, str)
-        Section and key of what ``problems`` tells, the key being empty where it is
-        the whole section.
-    """
-
-    source: str
-    sections: dict = field(default_factory=dict)
+    source: str  # what the file is called in messages
+    sections: dict = field(default_factory=dict)  # keys that are wrong are None
     settings: Settings = field(default_factory=Settings)
     problems: list[EinschaltError] = field(default_factory=list)
+    # section and key (empty: the whole section) of what the problems tell
     said: set[tuple[str, str]] = field(default_factory=set)
 
     def say(self, problem, section, key=""):
@@ -169,22 +150,7 @@ class BlockToml:
 
 
 def read_block_toml(path) -> BlockToml:
-    """Read block.toml.
-
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-
-    Returns
-    -------
-    BlockToml
-        Its ``problems`` tell of unknown keys, missing keys and values of a wrong kind.
-
-    Raises
-    ------
-    FileError, SettingsError
-        The file is missing or no TOML.
-    """
+    """Read block.toml; what is no TOML is raised, other faults are ``problems``."""
     source = Path(path).name
     text = read_text_bytes(path, source).decode("utf-8")
     given = _parsed(text, source)
@@ -224,24 +190,9 @@ def _parsed(text, source):
 
 
 def parse_toml(text, source):
-    """Parse TOML that may be made to harm.
+    """Parse TOML that may be made to harm: too long, too deep, too long a number.
 
-    Parameters
-    ----------
-    text : str
-    source : str
-        What the file is called in messages.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    SettingsError
-        It is too long, nested too deeply, or holds a number that is too long.
-    tomllib.TOMLDecodeError
-        It is no TOML.
+    What is no TOML raises tomllib's own TOMLDecodeError.
     """
     if len(text) > LONGEST_TOML:
         raise SettingsError(
@@ -356,18 +307,7 @@ def _stray(name, value, source):
 def with_row(problem, text, source):
     """Add the line of block.toml that a problem is about, where it can be found.
 
-    Parameters
-    ----------
-    problem : EinschaltError
-        With ``section`` or ``key``, or both.
-    text : str
-        The file.
-    source : str
-        Its name; problems of other files are given back as they are.
-
-    Returns
-    -------
-    EinschaltError
+    Problems of other files are given back as they are.
     """
     is_placed = problem.section is not None or problem.key is not None
     if not is_placed or problem.file != source or problem.row is not None:
@@ -385,37 +325,13 @@ def with_row(problem, text, source):
 
 
 def write_block_toml(path, sections):
-    """Write block.toml, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or Path
-    sections : dict of str to dict
-        Keys that are None, and sections without keys, are left out.
-
-    Raises
-    ------
-    FileError
-        The file cannot be written.
-    """
+    """Write block.toml without keys that are None, and without empty sections."""
     known = {name: _known(fields) for name, fields in sections.items()}
     write_text(path, tomli_w.dumps({k: keys for k, keys in known.items() if keys}))
 
 
 def write_keys(path, fields):
-    """Write a TOML file without sections, whole or not at all.
-
-    Parameters
-    ----------
-    path : str or Path
-    fields : Mapping
-        Keys that are None are left out.
-
-    Raises
-    ------
-    FileError
-        The file cannot be written.
-    """
+    """Write a TOML file without sections, and without keys that are None."""
     write_text(path, tomli_w.dumps(_known(fields)))
 
 

@@ -24,26 +24,10 @@ from einschalt.interfaces.files.written_files import Source
 
 
 def write_block(block, folder, *, suffix=".csv", overwrite=False):
-    """Write a block so that ``read_block`` gives it back.
+    """Write a block so that ``read_block`` gives it back; block.toml comes last.
 
-    Parameters
-    ----------
-    block : Block
-        Where it has ``truth`` (a simulated block), that is written beside.
-    folder : str or Path
-        Made where it does not exist; block.toml comes last.
-    suffix : str, optional
-        ``.csv`` or ``.parquet``.
-    overwrite : bool, optional
-        Replace files that have the names of the block's, but never one that the block
-        was read from.
-
-    Raises
-    ------
-    OutputError
-        A file is there already, or the block was read from it.
-    FileError
-        The folder cannot be written.
+    The ``truth`` of a simulated block is written beside. ``overwrite`` replaces files
+    that have the names of the block's, but never one that the block was read from.
     """
     names = _file_names(block, suffix)
     require_block_place(folder, names, overwrite=overwrite)
@@ -53,20 +37,7 @@ def write_block(block, folder, *, suffix=".csv", overwrite=False):
 
 
 def require_block_place(folder, names=(BLOCK_FILE,), *, overwrite=False):
-    """Refuse to write where a block, or a table of one of its names, stands.
-
-    Parameters
-    ----------
-    folder : str or Path
-    names : iterable of str, optional
-        Files of the block, as far as they are known.
-    overwrite : bool, optional
-
-    Raises
-    ------
-    OutputError
-        A file is there already.
-    """
+    """Refuse to write where a block, or a table of one of its names, stands."""
     for name in () if overwrite else names:
         if os.path.lexists(Path(folder) / name):
             raise OutputError(

@@ -132,26 +132,7 @@ CONVENTIONS = {
 
 
 def camera_of(keys, section="camera", file=None) -> Camera:
-    """Camera of the keys of a section.
-
-    Parameters
-    ----------
-    keys : dict
-        With ``convention``.
-    section : str, optional
-        Said in messages.
-    file : str, optional
-        Said in messages.
-
-    Returns
-    -------
-    Camera
-
-    Raises
-    ------
-    SettingsError, BlockError
-        Keys are unknown or missing, or have a value that no camera has.
-    """
+    """Camera of the keys of a section; section and file are said in messages."""
     convention = keys.get("convention")
     if not is_choice(convention, CONVENTIONS):
         said = "missing" if convention is None else f"unknown: {described(convention)}"
@@ -177,23 +158,7 @@ def camera_of(keys, section="camera", file=None) -> Camera:
 
 
 def read_camera(path, source=None) -> Camera:
-    """Read a camera from a file of its own.
-
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-    source : str, optional
-        What the file is called in messages.
-
-    Returns
-    -------
-    Camera
-
-    Raises
-    ------
-    FileError, SettingsError, BlockError
-        The file is missing or no TOML, or its keys are not those of a camera.
-    """
+    """Read a camera from a file of its own; ``source`` is its name in messages."""
     source = source or str(path)
     try:
         keys = parse_toml(read_text_bytes(path, source).decode("utf-8"), source)
@@ -207,16 +172,5 @@ def read_camera(path, source=None) -> Camera:
 
 
 def write_camera(path, camera):
-    """Write a camera so that :func:`read_camera` gives it back.
-
-    Parameters
-    ----------
-    path : str or Path
-    camera : Camera
-
-    Raises
-    ------
-    FileError
-        The file cannot be written.
-    """
+    """Write a camera so that :func:`read_camera` gives it back."""
     write_keys(path, camera.given)

@@ -10,16 +10,7 @@ from einschalt.theory.adjustment.ellipses import Ellipses, ellipse_outlines
 
 
 def require_scale(ellipse_scale):
-    """Refuse a factor with which no ellipse can be drawn.
-
-    Parameters
-    ----------
-    ellipse_scale : float or None
-
-    Raises
-    ------
-    SettingsError
-    """
+    """Refuse a factor with which no ellipse can be drawn."""
     if ellipse_scale is None or 0.0 < ellipse_scale < np.inf:
         return
     raise SettingsError(
@@ -32,16 +23,7 @@ def require_scale(ellipse_scale):
 def ellipse_layer(result, ellipse_scale=None) -> Layer:
     """Draw the confidence ellipses of a result, so much larger that they are seen.
 
-    Parameters
-    ----------
-    result : DensificationResult
-    ellipse_scale : float, optional
-        A round factor where nothing is said.
-
-    Returns
-    -------
-    Layer
-        Without rows where the errors were not propagated.
+    A round factor where no scale is said; no rows where the errors were not propagated.
     """
     table = result.ellipses.merge(result.points[["point_id", "role"]], on="point_id")
     xy = table[["easting", "northing"]].to_numpy(dtype=float)

@@ -44,18 +44,7 @@ MODEL_KEY = ["flight", "coverage", "model_id"]
 def write_geopackage(result, path, *, ellipse_scale=None):
     """Write a result as GeoPackage, whole or not at all.
 
-    Parameters
-    ----------
-    result : DensificationResult
-    path : str or Path
-    ellipse_scale : float, optional
-        How much larger the confidence ellipses are drawn; a round factor that makes
-        them visible where nothing is said.
-
-    Raises
-    ------
-    FileError
-        The file cannot be written.
+    Without ``ellipse_scale`` a round factor makes the confidence ellipses visible.
     """
     # imported when a file is written: GDAL takes its time
     import pyogrio  # noqa: PLC0415
@@ -137,18 +126,8 @@ def _as_arrow(layer):
 def distinct_names(names):
     """Tell column names apart that SQLite, which ignores case, takes for one.
 
-    Parameters
-    ----------
-    names : iterable of str
+    The second of two equal names, and those that GDAL keeps for itself, bear a number.
 
-    Returns
-    -------
-    list of str
-        The second of two equal names, and those that GDAL keeps for itself, bear a
-        number.
-
-    Examples
-    --------
     >>> distinct_names(["x", "X", "fid"])
     ['x', 'X_2', 'fid_2']
     """

@@ -27,22 +27,8 @@ HEAD_BYTES = 2**20  # in which a file must have said something
 def require_file(path, source, *, taken=()):
     """See that a file is there and can be read.
 
-    Parameters
-    ----------
-    path : str or Path
-    source : str
-        What the file is called in messages.
-    taken : iterable of str, optional
-        Files that are named elsewhere, and thus cannot have been meant.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    FileError
-        It is missing, a folder, or may not be read.
+    ``source`` is its name in messages; files in ``taken`` are named elsewhere, and thus
+    cannot have been meant.
     """
     path = Path(path)
     if "\0" in str(path):
@@ -56,10 +42,7 @@ def require_file(path, source, *, taken=()):
         raise _missing(path, source, set(taken))
     if stat.S_ISDIR(mode):
         raise FileError(
-            "is a folder",
-            expected="a file",
-            remedy="Name the file in it",
-            file=source,
+            "is a folder", expected="a file", remedy="Name the file in it", file=source
         )
     if not stat.S_ISREG(mode):
         # a device or a pipe may never end, or never begin
@@ -97,16 +80,7 @@ def _refused(error, source):
 
 
 def is_there(path):
-    """Whether there is something of that name, be it readable or not.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    bool
-    """
+    """Whether there is something of that name, be it readable or not."""
     try:
         return path.exists()
     except OSError:  # the system refuses to look, or to take such a name
@@ -143,13 +117,6 @@ class ReadFile(os.PathLike):
     """A file that was read once: what is signed for is what is understood.
 
     Every reader takes it in place of the path.
-
-    Attributes
-    ----------
-    path : Path
-    source : str
-        What the file is called in messages.
-    data : bytes
     """
 
     path: Path
@@ -161,23 +128,11 @@ class ReadFile(os.PathLike):
         return str(self.path)
 
     def checksum(self):
-        """SHA-256 of what was read.
-
-        Returns
-        -------
-        str
-            64 hexadecimal digits.
-        """
+        """SHA-256 of what was read, in hexadecimal digits."""
         return hashlib.sha256(self.data).hexdigest()
 
     def require_unchanged(self):
-        """See that the file still holds what was read.
-
-        Raises
-        ------
-        ChangedFileError
-            Another program has written it since: what was read may be half of each.
-        """
+        """Raise where another program has written the file since it was read."""
         try:
             is_same = checksum(self.path) == self.checksum()
         except OSError:  # it is gone, or is being replaced
@@ -192,24 +147,7 @@ class ReadFile(os.PathLike):
 
 
 def read_once(path, source) -> ReadFile:
-    """Read a file as a whole.
-
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-        What was read before is not read again.
-    source : str
-        What the file is called in messages.
-
-    Returns
-    -------
-    ReadFile
-
-    Raises
-    ------
-    FileError
-        It is missing, a folder, or may not be read.
-    """
+    """Read a file as a whole; what was read before is not read again."""
     if isinstance(path, ReadFile):
         return path
     path = require_file(path, source)
@@ -220,24 +158,7 @@ def read_once(path, source) -> ReadFile:
 
 
 def read_text_bytes(path, source):
-    """Read a text file, and see that it is UTF-8.
-
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-    source : str
-        What the file is called in messages.
-
-    Returns
-    -------
-    bytes
-        Without a byte order mark; not empty.
-
-    Raises
-    ------
-    FileError
-        It is missing, empty, binary, or in another encoding.
-    """
+    """Read a text file that is UTF-8 and not empty, without a byte order mark."""
     data = read_once(path, source).data
     for signature, (found, remedy) in SIGNATURES.items():
         if data.startswith(signature):
@@ -254,9 +175,7 @@ def read_text_bytes(path, source):
     # blanks of Unicode as well
     if not data[:HEAD_BYTES].decode("utf-8", errors="replace").strip():
         raise FileError(
-            "the file is empty",
-            remedy="Fill it, or name another file",
-            file=source,
+            "the file is empty", remedy="Fill it, or name another file", file=source
         )
     if not data.isascii():
         _require_utf8(data, source)
@@ -284,32 +203,13 @@ def _line_of(data, place):
 
 
 def checksum(path):
-    """SHA-256 of a file.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """SHA-256 of a file, in hexadecimal digits."""
     with Path(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def checksum_or_none(path):
-    """SHA-256 of a file; None where it is missing, or cannot be read.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    str or None
-    """
+    """SHA-256 of a file; None where it is missing, or cannot be read."""
     try:
         # a device or a pipe may never end
         return checksum(path) if path.is_file() else None

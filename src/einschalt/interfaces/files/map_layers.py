@@ -22,19 +22,9 @@ class Layer:
 
 
 def exaggeration(xy, shift):
-    """Choose a round factor that makes small vectors visible on the map of a block.
+    """Choose a round factor that makes vectors [m] visible on the map of points [m].
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        Points of the block [m].
-    shift : ndarray, shape (n_vectors, 2)
-        Vectors [m].
-
-    Returns
-    -------
-    float
-        1, 2 or 5 times a power of ten; 1 where there is nothing to enlarge.
+    1, 2 or 5 times a power of ten; 1 where there is nothing to enlarge.
     """
     xy = xy[np.isfinite(xy).all(axis=1)]
     length = np.hypot(*shift[np.isfinite(shift).all(axis=1)].T)

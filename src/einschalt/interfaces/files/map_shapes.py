@@ -5,64 +5,25 @@ import pyarrow as pa
 
 
 def points(xy):
-    """Write points.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n, 2)
-        NaN gives a missing geometry, here and below.
-
-    Returns
-    -------
-    pyarrow.BinaryArray
-    """
+    """Write points (n, 2); NaN gives a missing geometry, here and below."""
     return _as_wkb(_shapes("points", xy))
 
 
 def lines(xy):
-    """Write lines.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n, n_vertices, 2)
-
-    Returns
-    -------
-    pyarrow.BinaryArray
-    """
+    """Write lines (n, n_vertices, 2)."""
     return _as_wkb(_shapes("linestrings", xy))
 
 
 def polygons(xy):
-    """Write polygons of one ring each.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n, n_vertices, 2)
-        The first vertex need not be repeated.
-
-    Returns
-    -------
-    pyarrow.BinaryArray
-    """
+    """Write polygons of one ring each (n, n_vertices, 2), not closed."""
     return _as_wkb(_shapes("polygons", xy))
 
 
 def hulls(xy, group, n_groups):
-    """Write the convex hulls of groups of points.
+    """Write the convex hulls of points (n_points, 2) by their ascending group.
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-    group : ndarray of int, shape (n_points,)
-        The group of each point, ascending.
-    n_groups : int
-
-    Returns
-    -------
-    pyarrow.BinaryArray
-        Length n_groups; rings run anticlockwise from the westernmost vertex. Missing
-        where the points of a group enclose nothing.
+    Rings run anticlockwise from the westernmost vertex; missing where the points of a
+    group enclose nothing.
     """
     import shapely  # noqa: PLC0415 - loaded when a file is written
 

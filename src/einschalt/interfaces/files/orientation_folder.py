@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.tables_by_suffix import write_in_both_formats
 from einschalt.interfaces.reports.krames_figure import krames_figure
 from einschalt.interfaces.reports.parallax_figure import parallax_figure
 from einschalt.stages.relative_orientation.residual_parallaxes import (
@@ -35,84 +34,30 @@ UNFIT = re.compile(r"[^\w.-]+")
 
 
 def write_forecast(forecast, folder):
-    """Write the verdicts on the models of a planned flight.
-
-    Parameters
-    ----------
-    forecast : SurfaceForecast
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write the verdicts on the models of a planned flight."""
     tables = {"dangerous_surface": forecast.models.reset_index()}
     _write(folder, tables, forecast.summary())
 
 
 def write_parallax_orientation(oriented, y_parallaxes, folder):
-    """Write orientations from y-parallaxes.
-
-    Parameters
-    ----------
-    oriented : ParallaxOrientation
-    y_parallaxes : DataFrame
-        The measurements that it comes from.
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write orientations from y-parallaxes, with the measurements behind them."""
     keys = _keys(oriented.models, oriented.has_coverages)
-    tables = {
-        "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
-        "parameters": _beside(keys, oriented.parameters),
-        "cofactors": _long(keys, oriented.adjustment.cofactor, ELEMENTS[oriented.case]),
-        "residuals": oriented.residuals,
-        "contradiction": _beside(keys, oriented.contradiction),
-        "dangerous_surface": _beside(keys, oriented.dangerous_surface),
-        "failures": oriented.failures,
-    }
-    _write(folder, tables, oriented.summary())
+    cofactors = _long(keys, oriented.adjustment.cofactor, ELEMENTS[oriented.case])
+    more = {"contradiction": _beside(keys, oriented.contradiction)}
+    _write_tables(folder, oriented, keys, cofactors, more)
     points = parallaxes_of_parallaxes(oriented, y_parallaxes)
     _write_figure(folder, oriented, points, oriented.models["base"], keys)
     _write_krames_figures(folder, oriented, y_parallaxes)
 
 
 def write_image_orientation(oriented, principal_distance, folder):
-    """Write orientations from image coordinates.
-
-    Parameters
-    ----------
-    oriented : ImageOrientation
-    principal_distance : float
-        [mm]
-    folder : Path
-        It exists.
-
-    Raises
-    ------
-    FileError
-        The folder cannot be written.
-    """
+    """Write orientations from image coordinates; principal distance [mm]."""
     keys = _keys(oriented.models, "coverage" in oriented.residuals)
     elements = oriented.elements
-    tables = {
-        "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
-        "parameters": _beside(keys, oriented.parameters),
-        "cofactors": _long(keys, elements.cofactor, elements.estimated),
-        "residuals": oriented.residuals,
-        "model_points": oriented.model_points,
-        "model_precision": oriented.model_precision,
-        "dangerous_surface": _beside(keys, oriented.dangerous_surface),
-        "failures": oriented.failures,
-    }
-    _write(folder, tables, oriented.summary())
+    cofactors = _long(keys, elements.cofactor, elements.estimated)
+    names = ("model_points", "model_precision")
+    more = {name: getattr(oriented, name) for name in names}
+    _write_tables(folder, oriented, keys, cofactors, more)
     points = parallaxes_of_images(oriented, principal_distance)
     base = points.groupby("model", sort=False)["base"].first()
     base = base.reindex(labels(oriented.models, "coverage" in keys))
@@ -140,10 +85,21 @@ def _long(keys, matrices, names):
     return rows.join(pd.DataFrame(values, columns=list(names)))
 
 
+def _write_tables(folder, oriented, keys, cofactors, more):
+    """Write what both ways give, and the further tables of one."""
+    tables = {
+        "models": oriented.models[[*keys, *oriented.models.columns.drop(KEYS)]],
+        "parameters": _beside(keys, oriented.parameters),
+        "cofactors": cofactors,
+        "residuals": oriented.residuals,
+        "dangerous_surface": _beside(keys, oriented.dangerous_surface),
+        "failures": oriented.failures,
+    }
+    _write(folder, tables | more, oriented.summary())
+
+
 def _write(folder, tables, summary):
-    for name, table in tables.items():
-        write_csv(table, folder / f"{name}.csv")
-        write_parquet(table, folder / f"{name}.parquet")
+    write_in_both_formats(tables, folder)
     write_text(folder / "summary.txt", f"{summary}\n")
 
 

@@ -15,7 +15,6 @@ from functools import cached_property
 from pathlib import Path
 
 from einschalt.foundations.errors import EinschaltError, OutputError, name_some
-from einschalt.interfaces.batch.folder_lock import LOCK, locked
 from einschalt.interfaces.files.atomic import (
     LEFTOVER,
     hidden_name,
@@ -25,7 +24,8 @@ from einschalt.interfaces.files.atomic import (
     write_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.folder_lock import LOCK, locked
+from einschalt.interfaces.files.input_files import checksum, checksum_or_none
 from einschalt.interfaces.files.written_files import (
     COMING,
     FORMER,
@@ -52,12 +52,7 @@ OR_OVERWRITE = f"{NAME_ANOTHER}, or give --overwrite (in Python overwrite=True)"
 
 
 class InputFiles:
-    """Files that a run reads, known by what they are and not by how they are called.
-
-    Parameters
-    ----------
-    paths : iterable of str or Path
-    """
+    """Files that a run reads, known by what they are and not by how they are called."""
 
     def __init__(self, paths=()):
         self.paths = tuple(Path(path) for path in paths)
@@ -72,22 +67,17 @@ class InputFiles:
         return known
 
     def has(self, path):
-        """Whether a path leads to one of them: itself, by a link, or a hard link.
-
-        Parameters
-        ----------
-        path : Path
-
-        Returns
-        -------
-        bool
-        """
+        """Whether a path leads to one of them: itself, by a link, or a hard link."""
         if os.path.realpath(path) in self._identities:
             return True
         try:
             return _identity(path.stat()) in self._identities
         except OSError:
             return False
+
+    def signed(self):
+        """Name and SHA-256 of each, for provenance.json."""
+        return [{"file": p.name, "sha256": checksum_or_none(p)} for p in self.paths]
 
 
 def _identity(status):
@@ -97,30 +87,15 @@ def _identity(status):
 
 @dataclass(frozen=True)
 class Output:
-    """What a command is about to write.
-
-    Attributes
-    ----------
-    source : Source
-        What the results are of.
-    names : frozenset of str
-        Files that it may write, as far as that is known before.
-    inputs : InputFiles
-        Files that it reads.
-    overwrite : bool
-        Replace what lies there, inputs excepted.
-    folders : frozenset of str
-        Folders in it that are known: those of the blocks of a batch.
-    is_known : bool
-        The batch that made the folder says so. Where a run was interrupted, or its
-        provenance.json is lost, files are known by their names then.
-    """
+    """What a command is about to write."""
 
     source: Source
-    names: frozenset
+    names: frozenset  # files that it may write, as far as that is known before
     inputs: InputFiles
-    overwrite: bool = False
-    folders: frozenset = frozenset()
+    overwrite: bool = False  # replace what lies there, inputs excepted
+    folders: frozenset = frozenset()  # known ones in it: of the blocks of a batch
+    # the batch that made the folder says so: where a run was interrupted, or its
+    # provenance.json is lost, files are known by their names then
     is_known: bool = False
 
 
@@ -128,18 +103,7 @@ def refuse_block_folder(folder, inputs=None):
     """Refuse a folder that holds a block as the place for results.
 
     Tables of a block and of a result have the same names: its measurements would be
-    overwritten.
-
-    Parameters
-    ----------
-    folder : str or Path
-    inputs : InputFiles, optional
-        Of which the first is the block's own file, whatever its name.
-
-    Raises
-    ------
-    OutputError
-        It holds a block.
+    overwritten. The first of the inputs is the block's own file, whatever its name.
     """
     folder = Path(folder)
     own = inputs.paths[:1] if inputs is not None else ()
@@ -163,16 +127,8 @@ def _is_same_folder(one, other):
 def require_free(folder, output):
     """Refuse a folder in which something would be lost; nothing is written.
 
-    Parameters
-    ----------
-    folder : str or Path
-    output : Output
-
-    Raises
-    ------
-    OutputError
-        An input would be replaced; it holds what einschalt did not write, or results
-        of something else, and ``overwrite`` was not said.
+    An input would be replaced; or it holds what einschalt did not write, or results of
+    something else, and ``overwrite`` was not said.
     """
     folder = Path(folder)
     if not os.path.lexists(folder):
@@ -215,21 +171,7 @@ def _names_in(folder):
 
 
 def refuse_input(path, inputs, *, is_overwriting=False):
-    """Refuse to replace what the run reads.
-
-    Parameters
-    ----------
-    path : Path
-        To be written.
-    inputs : InputFiles
-    is_overwriting : bool, optional
-        The user said so, which does not count here.
-
-    Raises
-    ------
-    OutputError
-        It is one of the inputs, by whatever name.
-    """
+    """Refuse to replace what the run reads, also where the user says overwrite."""
     if inputs.has(path):
         never = "; --overwrite does not replace inputs" if is_overwriting else ""
         raise OutputError(
@@ -309,16 +251,7 @@ def _may_lie(folder, name, output):
 def held_folder(folder, output):
     """Keep a folder for a run that computes first, and writes at its end.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Made where it does not exist; removed again where nothing was written.
-    output : Output
-
-    Raises
-    ------
-    OutputError
-        As for :func:`require_free`, or another run has the folder.
+    It is made where it does not exist, and removed again where nothing was written.
     """
     folder = Path(folder)
     require_free(folder, output)
@@ -335,27 +268,12 @@ def held_folder(folder, output):
 
 
 def write_folder(folder, output, facts, write: Callable, *, beside=False):
-    """Write results, all of them or none.
+    """Write results, all of them or none; on an error older files are as they were.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Made where it does not exist.
-    output : Output
-    facts : dict or None
-        What provenance.json says beside ``outputs``; None of a block, which has none.
-    write : callable
-        Writes all files into the folder that it is given.
-    beside : bool, optional
-        Where the folder must be refused, write into a new one beside it, so that what
-        was computed is not lost, and say so.
-
-    Raises
-    ------
-    OutputError
-        As for :func:`require_free`; with ``beside`` it says where the results are.
-    FileError
-        The folder cannot be written. Files that were there are as they were.
+    ``facts`` is what provenance.json says beside ``outputs``, None of a block, which
+    has none. ``write`` writes all files into the folder that it is given. With
+    ``beside``, where the folder must be refused, the results go into a new one beside
+    it, so that nothing is lost, and the OutputError says so.
     """
     folder = Path(folder)
     try:
@@ -411,12 +329,7 @@ def _write(folder, output, facts, write):
 
 @contextmanager
 def said_of(folder, staging):
-    """Tell errors of the place where a file belongs, not of where it is prepared.
-
-    Parameters
-    ----------
-    folder, staging : Path
-    """
+    """Tell errors of the place where a file belongs, not of where it is prepared."""
     try:
         yield
     except EinschaltError as error:

@@ -30,27 +30,10 @@ LONGEST_SAID = 200
 
 
 def read_parquet(path, schema, *, source=None):
-    """Read a Parquet table.
+    """Read all columns of a Parquet table; its index is the row, counted from 1.
 
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-    schema : Schema
-        Tells numbers from names; the values are checked by ``check_table``.
-    source : str, optional
-        What the file is called in messages.
-
-    Returns
-    -------
-    DataFrame
-        All columns of the file, names as text, numbers as float; without values those
-        that the schema does not know. The index is the row, counted from 1.
-
-    Raises
-    ------
-    FileError
-        The file is missing, truncated or no Parquet file, or so small a file would
-        unpack to so large a table that it can be no table of points.
+    Names are text, numbers float, columns that the schema does not know have no values.
+    A file that would unpack to a table too large to be one of points is refused.
     """
     source = source or Path(path).name
     data = read_once(path, source).data
@@ -186,19 +169,7 @@ def _whole_as_text(column):
 
 
 def write_parquet(frame, path):
-    """Write a table as Parquet, whole or not at all.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        The index is not written.
-    path : str or Path
-
-    Raises
-    ------
-    FileError
-        The file cannot be written.
-    """
+    """Write a table without its index as Parquet, whole or not at all."""
     table = pa.table(
         [column_as_arrow(frame.iloc[:, place]) for place in range(frame.shape[1])],
         names=[str(name) for name in frame.columns],

@@ -31,37 +31,13 @@ LAYERS = ("models", "residual_vectors", "ellipses", "points")
 
 
 def style_of(layer):
-    """Look of a layer: a file that QGIS loads, changes and saves.
-
-    Parameters
-    ----------
-    layer : str
-        One of ``LAYERS``.
-
-    Returns
-    -------
-    str
-        QML, as in ``styles/<layer>.qml``.
-    """
+    """Look of a layer as QML, a file that QGIS loads, changes and saves."""
     file = Path(__file__).with_name("styles") / f"{layer}.qml"
     return file.read_text(encoding="utf-8")
 
 
 def add_styles(path, date):
-    """Give the layers of a GeoPackage their default styles.
-
-    Parameters
-    ----------
-    path : Path
-        Holds the ``LAYERS``, with their geometries in ``geom``.
-    date : str
-        Said as the time of the change, ISO 8601.
-
-    Raises
-    ------
-    sqlite3.Error
-        The file cannot be written.
-    """
+    """Give the ``LAYERS`` of a GeoPackage their default styles, dated in ISO 8601."""
     with closing(sqlite3.connect(path)) as database, database:
         database.execute(CREATE)
         database.execute(REGISTER, (date,))

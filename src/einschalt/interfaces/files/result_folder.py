@@ -140,18 +140,7 @@ DECIMALS = {
 
 
 def output_of(block, *, overwrite=False, is_known=False) -> Output:
-    """Tell what densifying a block writes, and from what.
-
-    Parameters
-    ----------
-    block : Block
-    overwrite, is_known : bool, optional
-        As :class:`Output` has them.
-
-    Returns
-    -------
-    Output
-    """
+    """Tell what densifying a block writes, and from what."""
     signs = sorted(set(block.checksums.values()))
     inputs = digest(signs) if block.files else None
     source = Source("densify", block.name, block.files[:1], inputs)
@@ -169,33 +158,12 @@ def write_result(
     beside=False,
     write_more=None,
 ):
-    """Write everything that a result holds.
+    """Write everything that a result holds, or nothing.
 
-    Parameters
-    ----------
-    result : DensificationResult
-    folder : str or Path
-        Made where it does not exist; files of an older result of the same block are
-        replaced, all of them or none.
-    ellipse_scale : float, optional
-        How much larger the confidence ellipses are drawn in block.gpkg.
-    overwrite : bool, optional
-        Replace what else lies there, inputs of the block excepted.
-    is_known : bool, optional
-        A batch has written results of the block there before.
-    beside : bool, optional
-        Write into a new folder beside it where it is refused, and say so.
-    write_more : callable, optional
-        Writes further files into the folder that it is given.
-
-    Raises
-    ------
-    OutputError
-        Something would be lost: an input, files of the user, results of another block.
-    FileError
-        The folder cannot be written. Files that were there are as they were.
-    SettingsError
-        The scale is not positive.
+    An older result of the same block is replaced. ``ellipse_scale``: how much larger
+    the ellipses are drawn in block.gpkg. ``is_known``: a batch has written results of
+    the block there before. ``write_more`` writes further files into the folder that it
+    is given. ``overwrite`` and ``beside`` as in :func:`write_folder`.
     """
     require_scale(ellipse_scale)
     assessment = result.assessment  # its time is part of what provenance.json tells

@@ -3,7 +3,6 @@
 import os
 import shutil
 import stat
-from dataclasses import dataclass
 from pathlib import Path
 
 from einschalt.foundations.errors import OutputError
@@ -26,115 +25,40 @@ from einschalt.interfaces.files.written_files import Source, digest
 from einschalt.interfaces.provenance import provenance_of_tables
 
 
-@dataclass(frozen=True)
-class TableResults:
-    """Results of a command that reads single tables, and the folder that is theirs.
-
-    Attributes
-    ----------
-    folder : Path
-    output : Output
-    """
-
-    folder: Path
-    output: Output
-
-    def write(self, write, *arguments):
-        """Write them, as :func:`write_folder` does.
-
-        Parameters
-        ----------
-        write : callable
-            Takes the arguments, and the folder in which it writes.
-        *arguments
-        """
-        source = self.output.source
-        facts = provenance_of_tables(source.command, source.files)
-        write_folder(
-            self.folder,
-            self.output,
-            facts,
-            lambda new: write(*arguments, new),
-            beside=True,
-        )
-
-
-def results_of_tables(command, files, names, folder, *, overwrite=False):
+def output_of_tables(command, files, names, folder, *, overwrite=False):
     """Tell what a command writes that reads tables, and refuse a folder at once.
 
-    Parameters
-    ----------
-    command : str
-    files : iterable of Path or None
-        That it reads; results of the same files may replace each other.
-    names : iterable of str
-        Files that it may write.
-    folder : Path
-    overwrite : bool, optional
-
-    Returns
-    -------
-    TableResults
-
-    Raises
-    ------
-    OutputError
-        Something would be lost in the folder.
+    Results of the same files may replace each other.
     """
     files = tuple(file for file in files if file is not None)
     inputs = digest(str(checksum_or_none(file)) for file in files)
     source = Source(command, ", ".join(f.name for f in files), files, inputs)
     output = Output(source, frozenset(names), InputFiles(files), overwrite)
     require_free(folder, output)
-    return TableResults(folder, output)
+    return output
 
 
 def output_of_question(command, asked, names=(), files=(), *, overwrite=False):
     """Tell what a command writes whose results come from its options.
 
-    Parameters
-    ----------
-    command : str
-    asked : dict
-        Options: only the same ones give the same results.
-    names : iterable of str, optional
-        Files that it may write, as far as they are known.
-    files : iterable of Path, optional
-        That it reads.
-    overwrite : bool, optional
-
-    Returns
-    -------
-    Output
+    Only the same ones, in ``asked``, give the same results.
     """
     said = digest(f"{name} = {value}" for name, value in sorted(asked.items()))
     source = Source(command, said)
     return Output(source, frozenset(names), InputFiles(files), overwrite)
 
 
-def write_file(path, write, inputs, *, overwrite=False):
-    """Write a single file; an older one only where it stays the same, or is given up.
+def write_tables_of(output, folder, write):
+    """Write all files of a command, or a new folder beside one that is refused."""
+    facts = provenance_of_tables(output.source.command, output.inputs.signed())
+    write_folder(folder, output, facts, write, beside=True)
 
-    Parameters
-    ----------
-    path : Path
-    write : callable
-        Writes it under the path that it is given.
-    inputs : InputFiles
-        That are never replaced.
-    overwrite : bool, optional
-        Replace what lies there.
 
-    Raises
-    ------
-    OutputError
-        Another file lies there, or an input.
-    FileError
-        It cannot be written.
-    """
+def write_file(path, output, write):
+    """Write a single file; an older one stays, unless it is equal or given up."""
     path = Path(path)
     folder = Path(os.path.realpath(path.parent))
-    refuse_input(path, inputs, is_overwriting=overwrite)
+    refuse_input(path, output.inputs, is_overwriting=output.overwrite)
     staging = folder / hidden_name("new")
     with said_as_file_error(path):
         remove_leftovers(folder)
@@ -143,7 +67,8 @@ def write_file(path, write, inputs, *, overwrite=False):
         whole = staging / path.name
         with said_of(path.parent, staging):
             write(whole)
-        if not overwrite and os.path.lexists(path) and not _is_equal(path, whole):
+        is_taken = not output.overwrite and os.path.lexists(path)
+        if is_taken and not _is_equal(path, whole):
             raise OutputError(
                 "there is a file of this name, which would be lost",
                 expected="a new name",

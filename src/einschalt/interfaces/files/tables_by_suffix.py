@@ -12,25 +12,7 @@ WRITTEN_SUFFIXES = (".csv", ".parquet")
 
 
 def read_table(path, schema, *, source=None):
-    """Read a CSV or Parquet table.
-
-    Parameters
-    ----------
-    path : str, Path or ReadFile
-    schema : Schema
-    source : str, optional
-        What the file is called in messages.
-
-    Returns
-    -------
-    DataFrame
-        As :func:`read_csv` and :func:`read_parquet` give it.
-
-    Raises
-    ------
-    EinschaltError
-        The suffix is unknown, or the file cannot be read.
-    """
+    """Read a table as :func:`read_csv` or :func:`read_parquet` does."""
     source = source or Path(path).name
     suffix = _known_suffix(path, source, CSV_SUFFIXES + PARQUET_SUFFIXES)
     read = read_csv if suffix in CSV_SUFFIXES else read_parquet
@@ -38,21 +20,16 @@ def read_table(path, schema, *, source=None):
 
 
 def write_table(frame, path):
-    """Write a CSV or Parquet table, every number with all its digits.
-
-    Parameters
-    ----------
-    frame : DataFrame
-    path : str or Path
-        Its suffix is .csv or .parquet.
-
-    Raises
-    ------
-    FileError
-        The suffix is another one, or the file cannot be written.
-    """
+    """Write a table as .csv or .parquet, every number with all its digits."""
     suffix = _known_suffix(path, Path(path).name, WRITTEN_SUFFIXES)
     (write_csv if suffix == ".csv" else write_parquet)(frame, path)
+
+
+def write_in_both_formats(tables, folder, *, decimals=None):
+    """Write each table by its name, as .csv with so many decimals and as .parquet."""
+    for name, table in tables.items():
+        write_csv(table, folder / f"{name}.csv", decimals=decimals)
+        write_parquet(table, folder / f"{name}.parquet")
 
 
 def _known_suffix(path, source, known):

@@ -36,38 +36,18 @@ PROGRAM = "einschalt"
 
 @dataclass(frozen=True)
 class Source:
-    """What results come from, by which they are told from those of another block.
-
-    Attributes
-    ----------
-    command : str
-        That writes them.
-    name : str
-        Of the block, or of what was asked.
-    files : tuple of Path
-        That tell where it comes from: block.toml, or the tables; none for a script.
-    inputs : str or None
-        Digest of the content of all inputs.
-    """
+    """What results come from, by which they are told from those of another block."""
 
     command: str
-    name: str = ""
-    files: tuple[Path, ...] = ()
-    inputs: str | None = None
+    name: str = ""  # of the block, or of what was asked
+    files: tuple[Path, ...] = ()  # block.toml, or the tables; none for a script
+    inputs: str | None = None  # digest of the content of all inputs
 
     def origin(self, folder):
-        """Describe it as it stands in provenance.json.
+        """Describe it as it stands in the provenance.json of results in a folder.
 
-        Parameters
-        ----------
-        folder : Path
-            Of the results.
-
-        Returns
-        -------
-        dict
-            ``command, name, place, inputs``; ``place`` is a digest of the way from the
-            results to the block, which names no folder.
+        ``place`` is a digest of the way from the results to the block, which names no
+        folder.
         """
         ways = [_way(path, folder) for path in self.files]
         return {
@@ -79,17 +59,7 @@ class Source:
 
 
 def digest(texts) -> str:
-    """Short digest of texts, in their order.
-
-    Parameters
-    ----------
-    texts : iterable of str
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Digest of texts, in their order: 16 hexadecimal digits."""
     data = "\0".join(texts).encode("utf-8", errors="surrogatepass")
     return hashlib.sha256(data).hexdigest()[:16]
 
@@ -105,16 +75,8 @@ def _way(path, folder):
 def is_same_source(one, other) -> bool:
     """Whether results are of the same block, perhaps of other input or settings.
 
-    Parameters
-    ----------
-    one, other : dict
-        Of :meth:`Source.origin`.
-
-    Returns
-    -------
-    bool
-        The block lies where it lay; or it lies elsewhere, has the same name, and not a
-        byte of its input is another one.
+    The block lies where it lay; or it lies elsewhere, has the same name, and not a byte
+    of its input is another one.
     """
     if one["command"] != other["command"]:
         return False
@@ -129,17 +91,7 @@ def is_same_source(one, other) -> bool:
 
 
 def sealed_text(content) -> str:
-    """JSON of a file that is to be recognised as ours.
-
-    Parameters
-    ----------
-    content : dict
-
-    Returns
-    -------
-    str
-        With a ``seal``: whoever changes anything makes it his own file.
-    """
+    """JSON with a ``seal``: whoever changes anything makes it his own file."""
     content = json.loads(as_unicode(json.dumps(content, ensure_ascii=False)))
     whole = {**content, SEAL: _seal(content)}
     return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
@@ -154,46 +106,18 @@ def _seal(content):
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of the files that einschalt wrote into a folder.
-
-    Attributes
-    ----------
-    folder : Path
-    checksums : dict of str to set of str
-        What each file may hold, by name.
-    origin : dict or None
-        What the results are of; None where there is no sign of results.
-    """
+    """What is known of the files that einschalt wrote into a folder."""
 
     folder: Path
-    checksums: dict
-    origin: dict | None
+    checksums: dict  # what each file may hold, a set by name
+    origin: dict | None  # None where there is no sign of results
 
     def vouches_for(self, name):
-        """Whether a file is there as einschalt has written it.
-
-        Parameters
-        ----------
-        name : str
-
-        Returns
-        -------
-        bool
-        """
+        """Whether a file is there as einschalt has written it."""
         return self.checksum_of(name) is not None
 
     def checksum_of(self, name):
-        """SHA-256 of a file that is there as einschalt has written it.
-
-        Parameters
-        ----------
-        name : str
-
-        Returns
-        -------
-        str or None
-            None of a file that is missing, a link, changed, or of somebody else.
-        """
+        """SHA-256 of a file; None if missing, a link, changed, or of somebody else."""
         known = self.checksums.get(name, ())
         path = self.folder / name
         try:
@@ -206,27 +130,13 @@ class Evidence:
         return found if found in known else None
 
     def present(self):
-        """Files that are there as einschalt has written them, with their SHA-256.
-
-        Returns
-        -------
-        dict of str to str
-        """
+        """SHA-256 by name of the files that are there as einschalt wrote them."""
         found = {name: self.checksum_of(name) for name in self.checksums}
         return {name: sign for name, sign in found.items() if sign is not None}
 
 
 def evidence_of(folder) -> Evidence:
-    """Look for what einschalt has written into a folder.
-
-    Parameters
-    ----------
-    folder : str or Path
-
-    Returns
-    -------
-    Evidence
-    """
+    """Look for what einschalt has written into a folder."""
     folder = Path(folder)
     checksums, origins = {}, []
     for name in SELF_EVIDENT:
@@ -245,15 +155,8 @@ def evidence_of(folder) -> Evidence:
 def is_interrupted(folder) -> bool:
     """Whether results were being put in place, or nothing says any more what they are.
 
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    bool
-        A list of an exchange of files is there; or provenance.json is missing, or cut
-        off, so that it is no JSON.
+    A list of an exchange of files is there; or provenance.json is missing, or cut off,
+    so that it is no JSON.
     """
     if any(_own_file(folder / name)[1] is not None for name in (COMING, FORMER)):
         return True
@@ -272,15 +175,7 @@ def is_interrupted(folder) -> bool:
 def names_of_batch(folder) -> frozenset:
     """Names of the blocks whose results a batch has put below its folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the batch.
-
-    Returns
-    -------
-    frozenset of str
-        By its own provenance.json, and while it runs by its marks.
+    By its own provenance.json, and while it runs by its marks.
     """
     names = set()
     for name in (PROVENANCE, MARKS):

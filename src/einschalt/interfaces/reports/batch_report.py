@@ -2,7 +2,6 @@
 
 from urllib.parse import quote
 
-import jinja2
 import numpy as np
 import pandas as pd
 
@@ -14,26 +13,15 @@ from einschalt.foundations.typesetting import (
     length_column,
     seconds,
 )
+from einschalt.interfaces.reports.page_templates import TEMPLATES
 from einschalt.pipeline.batch.block_table import DONE, FAILED, SKIPPED
 
 
 def render_batch(table) -> str:
-    """Render the table of a batch.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`einschalt.pipeline.batch.block_table.blocks_table`.
-
-    Returns
-    -------
-    str
-        A page in UTF-8 without any external resource; names in it are escaped, and
-        lead to the reports of the blocks.
-    """
+    """Render the table of a batch: a page without external resources, names escaped."""
     failed = table[table["outcome"] == FAILED]
     moved = table[table["n_moved"].fillna(0) > 0]
-    return _TEMPLATES.get_template("batch.html.j2").render(
+    return TEMPLATES.get_template("batch.html.j2").render(
         verdict=_verdict(table),
         headline=_headline(table),
         failed=[_failure(row) for row in failed.itertuples()],
@@ -72,23 +60,20 @@ def _moved(moved):
 def _blocks(table):
     kinds = [table[f"standard_error_{k}"] for k in ("total", "paper", "internal")]
     unit, texts = length_column(np.concatenate(kinds))
+    names = [f"{name} [{unit}]" for name in ("propagated", "paper", "internal")]
     parts = [texts[k * len(table) : (k + 1) * len(table)] for k in range(3)]
-    columns = (
-        *("block", "outcome", "points"),
-        *(f"{name} [{unit}]" for name in ("propagated", "paper", "internal")),
-        *("suspects", "failed models", "time"),
-    )
-    rows = zip(
-        [_link(row) for row in table.itertuples()],
-        table["outcome"],
-        map(_whole, table["n_points"]),
-        *parts,
-        map(_whole, table["n_suspects"]),
-        map(_whole, table["n_failed_models"]),
-        [MISSING if np.isnan(time) else seconds(time) for time in table["seconds"]],
-        strict=True,
-    )
-    return {"columns": columns, "rows": list(rows)}
+    times = [MISSING if np.isnan(time) else seconds(time) for time in table["seconds"]]
+    columns = {
+        "block": map(_link, table.itertuples()),
+        "outcome": table["outcome"],
+        "points": map(_whole, table["n_points"]),
+        **dict(zip(names, parts, strict=True)),
+        "suspects": map(_whole, table["n_suspects"]),
+        "failed models": map(_whole, table["n_failed_models"]),
+        "time": times,
+    }
+    rows = list(zip(*columns.values(), strict=True))
+    return {"columns": tuple(columns), "rows": rows}
 
 
 def _link(row):
@@ -109,12 +94,3 @@ def _failure(row):
 
 def _words(name):
     return printable(name).partition("_")[2].replace("_", " ") or printable(name)
-
-
-_TEMPLATES = jinja2.Environment(
-    loader=jinja2.PackageLoader("einschalt.interfaces.reports"),
-    autoescape=True,
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)

@@ -2,10 +2,14 @@
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
-from einschalt.interfaces.reports.map_sheet import INK, STYLE, WIDTH_IN, svg_of
+from einschalt.interfaces.reports.map_sheet import (
+    INK,
+    STYLE,
+    WIDTH_IN,
+    svg_figure,
+    svg_of,
+)
 
 EXPECTED = "#c9d6db"
 OBSERVED = "#b4430b"
@@ -13,34 +17,18 @@ HEIGHT_IN = 2.3
 SPREAD = 2.0  # standard deviations of the draws to either side
 
 
-class _Sheet:
-    """A figure of its own, in the form that is written as SVG."""
-
-    def __init__(self):
-        self.figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), layout="constrained")
-        FigureCanvasSVG(self.figure)
-        self.axes = self.figure.add_subplot()
-
-
 def correlogram_figure(result) -> str:
     """Draw the correlation of residuals by distance over what the claim predicts.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no correlation was computed.
+    An ``<svg>`` element; empty where no correlation was computed.
     """
     field = result.claim.residuals
     if field is None or not len(field.correlogram.distance):
         return ""
     observed, expected = field.correlogram, field.expected
     with mpl.rc_context(STYLE):
-        sheet = _Sheet()
-        axes, distance = sheet.axes, expected.distance
+        figure = svg_figure((WIDTH_IN, HEIGHT_IN), layout="constrained")
+        axes, distance = figure.add_subplot(), expected.distance
         mean = expected.correlation.mean(axis=1)
         spread = SPREAD * expected.correlation.std(axis=1, ddof=1)
         axes.fill_between(
@@ -66,4 +54,4 @@ def correlogram_figure(result) -> str:
         )
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, fontsize=8)
-        return svg_of(sheet, "correlogram", "Correlation of residuals by distance")
+        return svg_of(figure, "correlogram", "Correlation of residuals by distance")

@@ -13,17 +13,7 @@ MOST_DRAWN_AS_PATHS = 2500
 
 
 def draw_ellipses(sheet, table, exaggeration, colour):
-    """Draw ellipses about points of a map.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    table : DataFrame
-        Rows of ``result.ellipses``.
-    exaggeration : float
-        How much larger they are drawn.
-    colour : str
-    """
+    """Draw rows of ``result.ellipses``, so much larger, about points of a map."""
     axes_km = table[["semi_major", "semi_minor"]].to_numpy() * exaggeration / 1e3
     azimuth = table["azimuth_gon"].to_numpy() * RADIANS_PER_GON
     place_km = table[["easting", "northing"]].to_numpy() / 1e3
@@ -44,39 +34,24 @@ def draw_ellipses(sheet, table, exaggeration, colour):
 def evenly_thinned(table):
     """Choose at most so many points that their ellipses can be told apart.
 
-    Parameters
-    ----------
-    table : DataFrame
-        easting, northing.
-
-    Returns
-    -------
-    DataFrame
-        One point of each cell of a grid, where there are too many.
+    One point of each cell of a grid, where there are too many.
     """
     if len(table) <= MOST_ELLIPSES:
         return table
     xy = table[["easting", "northing"]].to_numpy(dtype=float)
+    return table.iloc[one_of_each_cell(xy, MOST_ELLIPSES)]
+
+
+def one_of_each_cell(xy, most):
+    """Choose, by row, one place of each cell of a grid of about so many cells."""
     extent = np.ptp(xy, axis=0)
-    cell = np.sqrt(extent.prod() / MOST_ELLIPSES) or extent.max() / MOST_ELLIPSES
+    cell = np.sqrt(extent.prod() / most) or extent.max() / most
     cells = np.floor((xy - xy.min(axis=0)) / (1.05 * cell)).astype(int)
-    _, chosen = np.unique(cells, axis=0, return_index=True)
-    return table.iloc[chosen]
+    return np.unique(cells, axis=0, return_index=True)[1]
 
 
 def ellipse_exaggeration(sheet, table):
-    """Round factor at which an ellipse hardly reaches its neighbour.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    table : DataFrame
-        Rows of ``result.ellipses``.
-
-    Returns
-    -------
-    float
-    """
+    """Round factor at which an ellipse hardly reaches its neighbour."""
     largest = float(table["semi_major"].quantile(0.95))
     area_m2 = np.prod(sheet.size_in) * sheet.m_per_in**2
     reach_m = 0.7 * np.sqrt(area_m2 / len(table))
@@ -84,16 +59,6 @@ def ellipse_exaggeration(sheet, table):
 
 
 def ellipse_label(result, exaggeration):
-    """Say what ellipses are drawn, and how large.
-
-    Parameters
-    ----------
-    result : DensificationResult
-    exaggeration : float
-
-    Returns
-    -------
-    str
-    """
+    """Say what ellipses are drawn, and how large."""
     percent = number(100.0 * result.settings.confidence, 3).removesuffix(".0")
     return f"{percent} % confidence ellipses × {exaggeration:g}"

@@ -7,8 +7,6 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE
 
 ORDERED = ("#10315f", "#0092a8", "#d58600", "#8a1538", "#9b3fe0")
@@ -32,18 +30,7 @@ SHEET_STYLE = {
 
 
 def figure_bytes(figure, kinds=tuple(FIGURE_FORMATS)):
-    """Write a figure.
-
-    Parameters
-    ----------
-    figure : Figure
-    kinds : iterable of {"png", "svg"}
-
-    Returns
-    -------
-    dict of str to bytes
-        By kind. The same figure gives the same bytes.
-    """
+    """Bytes of a figure by kind; the same figure gives the same bytes."""
     files = {}
     with mpl.rc_context(SHEET_STYLE):
         for kind in kinds:
@@ -53,45 +40,8 @@ def figure_bytes(figure, kinds=tuple(FIGURE_FORMATS)):
     return files
 
 
-def write_figure(draw, file):
-    """Write a figure in the format that the suffix of its file names.
-
-    Parameters
-    ----------
-    draw : callable
-        Gives the Figure; not called where the suffix is unknown.
-    file : Path
-
-    Raises
-    ------
-    FileError
-        The suffix is none of .png and .svg, or the file cannot be written.
-    """
-    kind = file.suffix.lower().removeprefix(".")
-    if kind not in FIGURE_FORMATS:
-        raise FileError(
-            f"the suffix {file.suffix!r} is none of a figure",
-            expected=" or ".join(f".{known}" for known in FIGURE_FORMATS),
-            remedy=f"Write {file.stem or 'plan'}.png",
-            file=file.name,
-        )
-    write_bytes(file, figure_bytes(draw(), (kind,))[kind])
-
-
 def panels(n_rows, n_columns, size):
-    """Make a figure of equal panels.
-
-    Parameters
-    ----------
-    n_rows, n_columns : int
-    size : tuple of float
-        [inch]
-
-    Returns
-    -------
-    figure : Figure
-    axes : ndarray of Axes, shape (n_rows · n_columns,)
-    """
+    """Make a figure of equal panels, its size in inches; the axes are (n_panels,)."""
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
@@ -105,14 +55,8 @@ def panels(n_rows, n_columns, size):
 def label_ends(panel, labels, height_in):
     """Write labels beside the right ends of curves, none over another.
 
-    Parameters
-    ----------
-    panel : Axes
-        Its limits are set.
-    labels : list of (float, str, str)
-        Height of the end, text, colour; those that are not finite are left out.
-    height_in : float
-        Of the panel, roughly [inch].
+    Labels are (height of the end, text, colour), those that are not finite are left
+    out; the limits of the panel are set, its height in inches is a rough one.
     """
     low, high = panel.get_ylim()
     shown = sorted(label for label in labels if np.isfinite(label[0]))
@@ -130,20 +74,8 @@ def label_ends(panel, labels, height_in):
 
 
 def apart(places, gap):
-    """Move places as little as it takes to have a gap between neighbours.
+    """Move growing places as little as it takes to have a gap between neighbours.
 
-    Parameters
-    ----------
-    places : sequence of float
-        Growing.
-    gap : float
-
-    Returns
-    -------
-    list of float
-
-    Examples
-    --------
     >>> apart([1.0, 1.5, 9.0], 1.0)
     [0.75, 1.75, 9.0]
     """
@@ -168,30 +100,12 @@ def _top(group, gap):
 
 
 def note(panel, text, place, **more):
-    """Write a small grey remark into a panel.
-
-    Parameters
-    ----------
-    panel : Axes
-    text : str
-    place : tuple of float
-        In data.
-    **more
-        Of ``Axes.annotate``.
-    """
+    """Write a small grey remark into a panel, at a place in its data."""
     panel.annotate(text, place, **{"color": EDGE, "fontsize": SMALL, **more})
 
 
 def headline(figure, title, text):
-    """Write what a figure shows above it.
-
-    Parameters
-    ----------
-    figure : Figure
-    title : str
-    text : str
-        How to read it.
-    """
+    """Write what a figure shows above it, and how to read it."""
     # empty lines keep the room in which the text stands
     room = "\n" * (text.count("\n") + 1)
     figure.suptitle(

@@ -17,6 +17,7 @@ from einschalt.interfaces.reports.ellipses_on_map import (
     ellipse_exaggeration,
     ellipse_label,
     evenly_thinned,
+    one_of_each_cell,
 )
 from einschalt.interfaces.reports.map_sheet import (
     INK,
@@ -38,20 +39,12 @@ POINTS_PER_IN = 72.0
 
 
 def block_map(result) -> str:
-    """Draw the points by role, and vectors that show their errors.
+    """Draw the points by role, and vectors that show their errors, as SVG.
 
     Vectors at control and check points are densified − given, with confidence ellipses
     of the densified points; at new points they are the difference of the first two
-    coverages. Their exaggeration is stated, and is that of the ellipses.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no point has coordinates.
+    coverages. Their exaggeration is stated, and is that of the ellipses. Empty where no
+    point has coordinates.
     """
     points = _located(result.points)
     if points.empty:
@@ -70,22 +63,14 @@ def block_map(result) -> str:
             draw_ellipses(sheet, ellipses, exaggeration, NEW)
         draw_lengths(sheet, exaggeration)
         draw_key(sheet, _markers(points), [(v.label, v.colour) for v in vectors])
-        return svg_of(sheet, "map", "Map of the block with residual vectors")
+        return svg_of(sheet.figure, "map", "Map of the block with residual vectors")
 
 
 def precision_figure(result) -> str:
     """Draw the total error of the new points over the block, and its histogram.
 
-    It is the propagated one where there is one, else that of the paper.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where no new point has a standard error.
+    The propagated one where there is one, else that of the paper; empty where no new
+    point has a standard error.
     """
     points = _located(result.points)
     claim = result.assessment.credible.column
@@ -106,7 +91,7 @@ def precision_figure(result) -> str:
         )
         _draw_histogram(sheet, error_cm, drawn, claim)
         _draw_new_ellipses(sheet, result, points)
-        return svg_of(sheet, "precision", f"{claim} over the block")
+        return svg_of(sheet.figure, "precision", f"{claim} over the block")
 
 
 def _draw_new_ellipses(sheet, result, points):
@@ -228,10 +213,7 @@ def _thinned(what, place_km, vector_m):
     n_all, most = len(place_km), MOST_VECTORS[role]
     if n_all <= most:
         return _Vectors(f"{role} points: {kind}", colour, place_km, vector_m)
-    size = np.ptp(place_km, axis=0)
-    cell = np.sqrt(size.prod() / most) * 1.05 or size.max() / most * 1.05
-    cells = np.floor((place_km - place_km.min(axis=0)) / cell).astype(int)
-    _, chosen = np.unique(cells, axis=0, return_index=True)
+    chosen = one_of_each_cell(place_km, most)
     label = f"{role} points, 1 in {number(n_all / len(chosen))}: {kind}"
     return _Vectors(label, colour, place_km[chosen], vector_m[chosen])
 

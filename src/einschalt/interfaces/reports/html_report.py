@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import jinja2
 import numpy as np
 from markupsafe import Markup
 
@@ -12,10 +11,10 @@ from einschalt.foundations.typesetting import (
     fixed,
     length,
     length_column,
-    number,
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
+from einschalt.interfaces.reports.page_templates import TEMPLATES
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.summary.sections import flights, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
@@ -41,17 +40,9 @@ class Cut(NamedTuple):
 
 
 def render(result) -> str:
-    """Render the report of a densification.
+    """Render the report of a densification as a page without external resources.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        A page in UTF-8 without any external resource. All names in it are escaped.
-        The same result gives the same page.
+    All names in it are escaped. The same result gives the same page.
     """
     # imported when a report is rendered: matplotlib takes half a second
     from einschalt.interfaces.reports.figures import (  # noqa: PLC0415
@@ -62,7 +53,7 @@ def render(result) -> str:
     told = result.assessment
     claimed = told.credible.column
     set_sections = sections(told)
-    return _TEMPLATES.get_template("report.html.j2").render(
+    return TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
         sources={
             table: within_block(source)
@@ -142,19 +133,21 @@ def _known_points(points, claimed):
     miss = np.hypot(points["difference_easting"], points["difference_northing"])
     order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
     shown = points.loc[order]
-    names = ("easting", "northing", "total", "claimed")
-    metres = [
-        shown["difference_easting"],
-        shown["difference_northing"],
-        miss.loc[order],
-        shown[claimed],
-    ]
+    metres = {
+        "easting": shown["difference_easting"],
+        "northing": shown["difference_northing"],
+        "total": miss.loc[order],
+        "claimed": shown[claimed],
+    }
     # one unit for all four, so that a row can be read across
-    unit, texts = length_column(np.concatenate(metres))
-    parts = [texts[k * len(shown) : (k + 1) * len(shown)] for k in range(len(names))]
-    columns = ("point", "role", *(f"{name} [{unit}]" for name in names))
-    rows = zip(map(printable, shown["point_id"]), shown["role"], *parts, strict=True)
-    return Cut(columns, list(rows), _cut(len(points), len(shown), "points", "largest"))
+    unit, texts = length_column(np.concatenate(list(metres.values())))
+    parts = (texts[k * len(shown) : (k + 1) * len(shown)] for k in range(len(metres)))
+    columns = {
+        "point": map(printable, shown["point_id"]),
+        "role": shown["role"],
+        **{f"{name} [{unit}]": part for name, part in zip(metres, parts, strict=True)},
+    }
+    return _cut(columns, len(points), "points", "largest")
 
 
 def _spread_points(points, claim_column):
@@ -163,26 +156,15 @@ def _spread_points(points, claim_column):
     shown = points.nlargest(MOST_SPREAD_POINTS, "spread_total", keep="first")
     spread = length_column(shown["spread_total"])
     claimed = length_column(shown[claim_column])
-    columns = (
-        "point",
-        "role",
-        "models",
-        "coverages",
-        f"spread [{spread.unit}]",
-        f"claimed [{claimed.unit}]",
-    )
-    rows = list(
-        zip(
-            map(printable, shown["point_id"]),
-            shown["role"],
-            map(_whole, shown["n_models"]),
-            map(_whole, shown["n_coverages"]),
-            spread.texts,
-            claimed.texts,
-            strict=True,
-        )
-    )
-    return Cut(columns, rows, _cut(len(points), len(rows), "points", "largest"))
+    columns = {
+        "point": map(printable, shown["point_id"]),
+        "role": shown["role"],
+        "models": map(_whole, shown["n_models"]),
+        "coverages": map(_whole, shown["n_coverages"]),
+        f"spread [{spread.unit}]": spread.texts,
+        f"claimed [{claimed.unit}]": claimed.texts,
+    }
+    return _cut(columns, len(points), "points", "largest")
 
 
 def _models(result):
@@ -196,32 +178,16 @@ def _models(result):
         )
         shown = models.loc[order.index[:WORST_MODELS]]
     m_0, s_0 = length_column(shown["m_0"]), length_column(shown["s_0"])
-    columns = (
-        "flight",
-        "coverage",
-        "model",
-        "fit",
-        "points",
-        "redundancy",
-        f"m_0 [{m_0.unit}]",
-        f"s_0 [{s_0.unit}]",
-        "state",
-    )
-    rows = list(
-        zip(
-            [flight.removesuffix("_flight") for flight in shown["flight"]],
-            map(printable, shown["coverage"]),
-            map(printable, shown["model_id"]),
-            [_words(kind) for kind in shown["transformation"]],
-            map(_whole, shown["n_points"]),
-            map(_whole, shown["redundancy"]),
-            m_0.texts,
-            s_0.texts,
-            map(_state, is_usable.loc[shown.index], shown["reason"]),
-            strict=True,
-        )
-    )
-    return Cut(columns, rows, _cut(len(models), len(rows), "models", "worst"))
+    columns = {
+        **_names(shown),
+        "fit": map(_words, shown["transformation"]),
+        "points": map(_whole, shown["n_points"]),
+        "redundancy": map(_whole, shown["redundancy"]),
+        f"m_0 [{m_0.unit}]": m_0.texts,
+        f"s_0 [{s_0.unit}]": s_0.texts,
+        "state": map(_state, is_usable.loc[shown.index], shown["reason"]),
+    }
+    return _cut(columns, len(models), "models", "worst")
 
 
 def _orientations(result):
@@ -233,22 +199,24 @@ def _orientations(result):
     )
     shown = order.head(WORST_ORIENTATIONS)
     sigma = length_column(shown["sigma_0"].astype(float) * METRES_PER_MM)
-    columns = (
-        *("flight", "coverage", "model", "verdict", "points"),
-        *(f"sigma_0 [{sigma.unit}]", "omega, times flat", "reason"),
-    )
-    cells = zip(
-        [flight.removesuffix("_flight") for flight in shown["flight"]],
-        map(printable, shown["coverage"]),
-        map(printable, shown["model_id"]),
-        shown["verdict"],
-        map(_whole, shown["n_points"]),
-        sigma.texts,
-        [fixed(factor, 1) for factor in shown["inflation"]],
-        map(printable, shown["reason"]),
-        strict=True,
-    )
-    return Cut(columns, list(cells), _cut(len(rows), len(shown), "models", "worst"))
+    columns = {
+        **_names(shown),
+        "verdict": shown["verdict"],
+        "points": map(_whole, shown["n_points"]),
+        f"sigma_0 [{sigma.unit}]": sigma.texts,
+        "omega, times flat": [fixed(factor, 1) for factor in shown["inflation"]],
+        "reason": map(printable, shown["reason"]),
+    }
+    return _cut(columns, len(rows), "models", "worst")
+
+
+def _names(rows):
+    """Columns that name a model."""
+    return {
+        "flight": [flight.removesuffix("_flight") for flight in rows["flight"]],
+        "coverage": map(printable, rows["coverage"]),
+        "model": map(printable, rows["model_id"]),
+    }
 
 
 def _state(is_usable, reason):
@@ -257,26 +225,23 @@ def _state(is_usable, reason):
 
 def _failures(result):
     failures = result.failures
-    shown = failures.head(MOST_FAILURES)
-    rows = [
-        (
-            failure.flight.removesuffix("_flight"),
-            printable(failure.coverage),
-            printable(failure.model_id),
-            _words(failure.stage.partition("_")[2] or failure.stage),
-            printable(failure.reason),
-            printable(failure.remedy),
-        )
-        for failure in shown.fillna("").itertuples()
-    ]
-    columns = ("flight", "coverage", "model", "stage", "reason", "remedy")
-    return Cut(columns, rows, _cut(len(failures), len(rows), "failures", "first"))
+    shown = failures.head(MOST_FAILURES).fillna("")
+    columns = {
+        **_names(shown),
+        "stage": [_words(s.partition("_")[2] or s) for s in shown["stage"]],
+        "reason": map(printable, shown["reason"]),
+        "remedy": map(printable, shown["remedy"]),
+    }
+    return _cut(columns, len(failures), "failures", "first")
 
 
-def _cut(n_all, n_shown, noun, which):
-    if n_shown == n_all:
-        return ""
-    return f"The {which} {n_shown} of {n_all} {noun}; the others stand in the tables."
+def _cut(columns, n_all, noun, which):
+    """Table of columns by their headings, which says how many rows it leaves out."""
+    rows, said = list(zip(*columns.values(), strict=True)), ""
+    if len(rows) < n_all:
+        shown = f"The {which} {len(rows)} of {n_all} {noun}"
+        said = f"{shown}; the others stand in the tables."
+    return Cut(tuple(columns), rows, said)
 
 
 def _words(name):
@@ -285,13 +250,3 @@ def _words(name):
 
 def _whole(value):
     return MISSING if not np.isfinite(value) else fixed(float(value), 0)
-
-
-_TEMPLATES = jinja2.Environment(
-    loader=jinja2.PackageLoader("einschalt.interfaces.reports"),
-    autoescape=True,
-    undefined=jinja2.StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
-_TEMPLATES.filters["number"] = number

@@ -11,9 +11,6 @@ from html import escape
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
@@ -23,7 +20,14 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE, svg_of
+from einschalt.interfaces.reports.map_sheet import (
+    EDGE,
+    FAINT,
+    INK,
+    STYLE,
+    svg_figure,
+    svg_of,
+)
 from einschalt.stages.results import row_of_model
 from einschalt.theory.relative_orientation.six_points import number_six_points
 
@@ -39,34 +43,18 @@ FARTHEST = 2.5
 
 
 def krames_figure(oriented, y_parallaxes, model_id, coverage=None) -> str:
-    """Draw the construction of a model's fundamental points.
+    """Draw the construction of a model's fundamental points as an ``<svg>`` element.
 
-    Parameters
-    ----------
-    oriented : ParallaxOrientation
-    y_parallaxes : DataFrame
-        The parallaxes that were oriented.
-    model_id : str
-    coverage : str, optional
-        Needed where two coverages have a model of that name.
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element.
-
-    Raises
-    ------
-    GeometryError
-        The model does not have three points in each of the planes x = 0 and x = base.
-    TableError
-        There is no such model, or there is one in each of several coverages.
+    ``coverage`` is needed where two coverages have a model of that name. GeometryError
+    where the model does not have three points in each of the planes x = 0 and x = base.
     """
     construction = _Construction.of(oriented, y_parallaxes, model_id, coverage)
     with mpl.rc_context(STYLE):
-        sheet = _sheet(construction)
+        figure = _drawn(construction)
         name = shortened(construction.model_id)
-        return svg_of(sheet, "krames", f"Krames' construction for model {escape(name)}")
+        return svg_of(
+            figure, "krames", f"Krames' construction for model {escape(name)}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,29 +137,21 @@ class _Construction:
         return points * (along / (self.y**2 + self.z**2))[..., None]
 
 
-@dataclass(frozen=True, eq=False)
-class _ConstructionSheet:
-    figure: Figure
-    axes: tuple[Axes, Axes]
-
-
-def _sheet(construction):
+def _drawn(construction):
     """Both planes side by side, in one scale."""
     low, high = _extent(construction)
     wide = (WIDTH_IN - LEFT_IN - RIGHT_IN - GAP_IN) / 2.0
     tall = min(wide * (high[1] - low[1]) / (high[0] - low[0]), LARGEST_IN)
     sheet = np.array([WIDTH_IN, tall + TOP_IN + FOOT_IN])
-    figure = Figure(figsize=tuple(sheet))
-    FigureCanvasSVG(figure)
-    axes = []
+    figure = svg_figure(tuple(sheet))
     for plane in range(2):
         corner = np.array([LEFT_IN + plane * (wide + GAP_IN), FOOT_IN])
         box = (*(corner / sheet), *(np.array([wide, tall]) / sheet))
-        axes.append(figure.add_axes(box))
-        _draw_frame(axes[-1], low, high, is_left=plane == 0)
-        _draw_plane(axes[-1], construction, plane)
+        axes = figure.add_axes(box)
+        _draw_frame(axes, low, high, is_left=plane == 0)
+        _draw_plane(axes, construction, plane)
     _draw_foot(figure, construction, sheet)
-    return _ConstructionSheet(figure, tuple(axes))
+    return figure
 
 
 def _extent(construction):

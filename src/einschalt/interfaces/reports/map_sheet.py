@@ -41,27 +41,13 @@ BAR_IN = 0.95
 
 @dataclass(frozen=True, eq=False)
 class MapSheet:
-    """A figure with a map, and room below it.
-
-    Attributes
-    ----------
-    figure : Figure
-    axes : Axes
-        The map, in kilometres.
-    below : tuple of float
-        Left, bottom, width and height of the room below the map, as parts of the
-        figure.
-    width_m : float
-        Width of the map on the ground [m].
-    size_in : ndarray, shape (2,)
-        Width and height of the map on the sheet [inch].
-    """
+    """A figure with a map, and room below it."""
 
     figure: Figure
-    axes: Axes
-    below: tuple[float, float, float, float]
-    width_m: float
-    size_in: np.ndarray
+    axes: Axes  # the map, in kilometres
+    below: tuple[float, float, float, float]  # the room, in parts of the figure
+    width_m: float  # of the map on the ground [m]
+    size_in: np.ndarray  # (2,), of the map on the sheet [inch]
 
     @property
     def m_per_in(self):
@@ -70,25 +56,12 @@ class MapSheet:
 
 
 def map_sheet(points, *, foot_in=0.05) -> MapSheet:
-    """Make a sheet for a map of points: equal scale in both axes, north up.
-
-    Parameters
-    ----------
-    points : DataFrame
-        easting, northing [m], at least one row.
-    foot_in : float, optional
-        Height that stays free at the foot of the sheet [inch].
-
-    Returns
-    -------
-    MapSheet
-    """
+    """Make a sheet for a map of points [m]: equal scale in both axes, north up."""
     low, high = _extent_km(points[["easting", "northing"]].to_numpy(dtype=float) / 1e3)
     size = (high - low) * (LARGEST_MAP_IN / (high - low)).min()
     bottom_in = foot_in + BELOW_IN + GAP_IN
     height_in = size[1] + TOP_IN + bottom_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    FigureCanvasSVG(figure)
+    figure = svg_figure((WIDTH_IN, height_in))
     sheet = np.array([WIDTH_IN, height_in])
     axes = figure.add_axes((*(np.array([LEFT_IN, bottom_in]) / sheet), *(size / sheet)))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -102,6 +75,13 @@ def map_sheet(points, *, foot_in=0.05) -> MapSheet:
     below = np.array([[LEFT_IN, foot_in], [LARGEST_MAP_IN[0], BELOW_IN]]) / sheet
     width_m = float(high[0] - low[0]) * 1e3
     return MapSheet(figure, axes, tuple(below.ravel()), width_m, size)
+
+
+def svg_figure(size_in, **options):
+    """Figure that is written as SVG."""
+    figure = Figure(figsize=size_in, **options)
+    FigureCanvasSVG(figure)
+    return figure
 
 
 def _extent_km(place_km):
@@ -133,14 +113,7 @@ def round_down(value):
 
 
 def draw_lengths(sheet, exaggeration):
-    """Draw the scale bars of map and vectors below the map.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    exaggeration : float
-        Length of a vector on the map over its length on the ground.
-    """
+    """Draw the scale bars of map and (exaggerated) vectors below the map."""
     axes = _key_axes(sheet)
     metres_per_in = sheet.m_per_in
     ground_m = round_down(BAR_IN * metres_per_in)
@@ -154,25 +127,20 @@ def draw_lengths(sheet, exaggeration):
         ),
     )
     for bottom, (metres, wide, what) in zip((0.42, 0.12), bars, strict=True):
-        axes.plot([0.0, wide], [bottom, bottom], color=INK, linewidth=1.4)
-        for end in (0.0, wide):
-            tick = [bottom - 0.04, bottom + 0.04]
-            axes.plot([end, end], tick, color=INK, linewidth=0.8)
-        text = f"{length(metres)} ({what})"
-        axes.text(wide + 0.1, bottom, text, va="center", fontsize=FONT)
+        draw_bar(axes, bottom, wide, f"{length(metres)} ({what})")
+
+
+def draw_bar(axes, bottom, wide, text, *, color=INK, linewidth=1.4):
+    """Draw a scale bar on axes in inches, and say what it is."""
+    axes.plot([0.0, wide], [bottom, bottom], color=color, linewidth=linewidth)
+    for end in (0.0, wide):
+        tick = [bottom - 0.04, bottom + 0.04]
+        axes.plot([end, end], tick, color=color, linewidth=0.8)
+    axes.text(wide + 0.1, bottom, text, va="center", fontsize=FONT)
 
 
 def draw_key(sheet, markers, lines):
-    """Draw the key of markers and vectors below the map.
-
-    Parameters
-    ----------
-    sheet : MapSheet
-    markers : list of (str, str, str)
-        Label, marker, colour.
-    lines : list of (str, str)
-        Label, colour.
-    """
+    """Draw the key of markers (label, marker, colour) and lines (label, colour)."""
     axes = _key_axes(sheet)
     for row, (label, marker, colour) in enumerate(markers):
         face, size = (colour, 3.0) if marker == "o" else ("white", 5.0)
@@ -203,24 +171,15 @@ def _key_axes(sheet):
     return axes
 
 
-def svg_of(sheet, name, title) -> str:
-    """Write a sheet as an ``<svg>`` element for a page.
+def svg_of(figure, name, title) -> str:
+    """Write a figure as an ``<svg>`` element for a page.
 
-    Parameters
-    ----------
-    sheet : MapSheet
-    name : str
-        What its ids start with, so that two figures of one page do not share any.
-    title : str
-        Said to those who cannot see the figure.
-
-    Returns
-    -------
-    str
+    Its ids start with ``name``, so that two figures of one page do not share any; the
+    title is said to those who cannot see the figure.
     """
     buffer = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    sheet.figure.savefig(buffer, format="svg", dpi=RASTER_DPI, metadata=nothing)
+    figure.savefig(buffer, format="svg", dpi=RASTER_DPI, metadata=nothing)
     text = buffer.getvalue()
     text = text[text.index("<svg") :].rstrip()
     text = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", text)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
@@ -23,7 +22,9 @@ from einschalt.interfaces.reports.map_sheet import (
     INK,
     STYLE,
     WIDTH_IN,
+    draw_bar,
     round_down,
+    svg_figure,
     svg_of,
 )
 
@@ -48,18 +49,10 @@ UM_PER_MM = 1e3
 def parallax_figure(points, models) -> str:
     """Draw the residual parallaxes of the models with the largest ones.
 
-    Parameters
-    ----------
-    points : DataFrame
-        model, point_id, x, y (in plan, x along the base, origin in the left projection
-        centre) [mm], residual [mm], standard_error of the residual [mm] or NaN.
-    models : DataFrame
-        model, base, sigma_0 [mm], verdict.
-
-    Returns
-    -------
-    str
-        An ``<svg>`` element; empty where there are no residuals.
+    ``points``: model, point_id, x, y (in plan, x along the base, origin in the left
+    projection centre), residual, standard_error of the residual or NaN; ``models``:
+    model, base, sigma_0, verdict; all in mm. An ``<svg>`` element; empty where there
+    are no residuals.
     """
     points = points[np.isfinite(points["residual"])]
     models = models[models["model"].isin(points["model"])]
@@ -73,7 +66,7 @@ def parallax_figure(points, models) -> str:
         for place, model in enumerate(chosen.itertuples()):
             _draw_panel(sheet, place, model, by_model[model.model])
         _draw_foot(sheet, points, n_shown=len(chosen), n_all=len(models))
-        return svg_of(sheet, "parallaxes", "Residual parallaxes of the models")
+        return svg_of(sheet.figure, "parallaxes", "Residual parallaxes of the models")
 
 
 def _chosen(points, models):
@@ -114,8 +107,7 @@ def _sheet(points, models):
     n_columns, scale = _best_grid(len(models), size)
     n_rows = math.ceil(len(models) / n_columns)
     panel = size * scale
-    figure = Figure(figsize=(WIDTH_IN, n_rows * (panel[1] + TITLE_IN) + FOOT_IN))
-    FigureCanvasSVG(figure)
+    figure = svg_figure((WIDTH_IN, n_rows * (panel[1] + TITLE_IN) + FOOT_IN))
     middle = (low + high) / 2.0
     low, high = middle - size / 2.0, middle + size / 2.0
     exaggeration = _exaggeration(points["residual"].abs().to_numpy() / size[1])
@@ -281,8 +273,4 @@ def _draw_bars(sheet, axes):
         ),
     )
     for bottom, wide, text, colour in bars:
-        axes.plot([0.0, wide], [bottom, bottom], color=colour, linewidth=1.6)
-        for end in (0.0, wide):
-            tick = [bottom - 0.04, bottom + 0.04]
-            axes.plot([end, end], tick, color=colour, linewidth=0.8)
-        axes.text(wide + 0.1, bottom, text, va="center", fontsize=FONT)
+        draw_bar(axes, bottom, wide, text, color=colour, linewidth=1.6)

@@ -29,15 +29,8 @@ HEAD_IN = 0.5
 def diagrams_figure(table):
     """Draw diagrams 1 to 3, and 4 for each pair of m_0 and m_g.
 
-    Parameters
-    ----------
-    table : PrecisionTable
-
-    Returns
-    -------
-    Figure
-        With the first five spacings, diagram 3 for the first two m_0, and diagram 4 for
-        the first eight pairs.
+    The first five spacings, diagram 3 for the first two m_0, diagram 4 for the first
+    eight pairs.
     """
     m_0s = table.axes["m_0"][:MOST_M_0]
     pairs = [(a, b) for b in table.axes["m_g_um"] for a in table.axes["m_0"]]

@@ -20,18 +20,7 @@ CHOSEN = "#8a1538"
 
 
 def plans_figure(search, checked=None):
-    """Draw cost against precision.
-
-    Parameters
-    ----------
-    search : PlanSearch
-    checked : CheckedPlan, optional
-        The plan that holds on its own layout.
-
-    Returns
-    -------
-    Figure
-    """
+    """Draw cost against precision; ``checked`` is the plan that holds on its layout."""
     with mpl.rc_context(SHEET_STYLE):
         figure, (panel,) = panels(1, 1, SIZE_IN)
         headline(

@@ -28,15 +28,7 @@ SHOWN = (0.0, 0.98)
 def precision_map_figure(expected, unshifted=None):
     """Draw the expected precision over the area, and from the middle to the edge.
 
-    Parameters
-    ----------
-    expected : ExpectedPrecision
-    unshifted : ExpectedPrecision, optional
-        The same with coverages that are not shifted: what shifting gains.
-
-    Returns
-    -------
-    Figure
+    ``unshifted`` has coverages that are not shifted: what shifting gains.
     """
     figures = expected.figures
     shown = [("expected", figures.mean, expected, "standard_error_total")]

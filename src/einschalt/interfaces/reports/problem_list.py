@@ -11,18 +11,7 @@ COLUMNS = ("file", "row", "id", "found", "expected", "remedy")
 
 
 def problem_lines(found) -> list[str]:
-    """One whole message a line: nothing is cut, so that it can be searched.
-
-    Parameters
-    ----------
-    found : object
-        With ``problems``, ``model_problems`` and ``notes``.
-
-    Returns
-    -------
-    list of str
-        Each begins with what it is: problem, model (it cannot be used) or note.
-    """
+    """One whole message a line, after what it is: nothing is cut, for searching."""
     return [
         f"{kind}: {_one_line(message)}"
         for kind, messages in (
@@ -35,17 +24,7 @@ def problem_lines(found) -> list[str]:
 
 
 def problem_tables(found) -> Group:
-    """Tables for a terminal; long texts are folded, not cut.
-
-    Parameters
-    ----------
-    found : object
-        With ``problems``, ``model_problems`` and ``notes``.
-
-    Returns
-    -------
-    rich.console.Group
-    """
+    """Tables for a terminal; long texts are folded, not cut."""
     tables = [
         _table(title, problems)
         for title, problems in (
@@ -59,17 +38,7 @@ def problem_tables(found) -> Group:
 
 
 def conclusion(found) -> str:
-    """Say how much is wrong.
-
-    Parameters
-    ----------
-    found : object
-        With ``problems`` and ``model_problems``.
-
-    Returns
-    -------
-    str
-    """
+    """Say how much is wrong."""
     n_problems, n_models = len(found.problems), len(found.model_problems)
     said = [count(n_problems, "problem")] if n_problems else []
     if n_models:

@@ -2,11 +2,9 @@
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
 from einschalt.foundations.typesetting import lengths
-from einschalt.interfaces.reports.map_sheet import EDGE, STYLE, MapSheet, svg_of
+from einschalt.interfaces.reports.map_sheet import EDGE, STYLE, svg_figure, svg_of
 from einschalt.pipeline.summary.sections.error_sources import share_text, source_name
 
 SIZE_IN = (7.4, 2.6)
@@ -40,13 +38,10 @@ def sources_figure(result) -> str:
     if block.empty or not block["share"].sum() > 0.0:
         return ""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=SIZE_IN)
-        FigureCanvasSVG(figure)
+        figure = svg_figure(SIZE_IN)
         _draw_block(figure.add_axes((0.10, 0.84, 0.88, 0.14)), block)
         _draw_classes(figure.add_axes((0.10, 0.20, 0.88, 0.48)), result, block)
-        size = np.array(SIZE_IN)
-        sheet = MapSheet(figure, figure.axes[0], (0.0, 0.0, 1.0, 1.0), 1.0, size)
-        return svg_of(sheet, "sources", "Sources of the error of the new points")
+        return svg_of(figure, "sources", "Sources of the error of the new points")
 
 
 def _draw_block(axes, block):

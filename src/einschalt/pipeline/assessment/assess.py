@@ -27,9 +27,7 @@ from einschalt.pipeline.assessment.facts.known_points import (
     KnownPointFacts,
     known_point_facts,
 )
-from einschalt.pipeline.assessment.facts.model_deformation import (
-    DeformationFacts,
-)
+from einschalt.pipeline.assessment.facts.model_deformation import DeformationFacts
 from einschalt.pipeline.assessment.facts.moves import (
     DistributionFacts,
     IterationFacts,
@@ -69,39 +67,13 @@ from einschalt.pipeline.assessment.tolerance import tolerance_of
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment:
-    """Everything that is to be known of a result besides its tables.
-
-    Attributes
-    ----------
-    block : BlockFacts
-    findings : tuple of Finding
-        The gravest first.
-    credible : CredibleFigure
-        The figure to believe, and why.
-    precision : TwoStepPrecision or SimultaneousPrecision
-        All figures of the new points.
-    claim : Claim
-        Tests of the stated precision against the measurements.
-    known_points : KnownPointFacts
-    flights : tuple of FlightFacts
-    approximations : ApproximationFacts
-    repeated_settings : tuple of RepeatedSettingFacts
-    patterns : PatternFacts
-    error_sources : ErrorSourceFacts or None
-    neighbours : NeighbourFacts or None
-    iterations : IterationFacts or None
-    distribution : DistributionFacts or None
-    tolerance : ToleranceFacts or None
-    deformation : DeformationFacts or None
-    control_strain : SuspectControlFacts, DisplacedControlFacts or None
-        None where it was not asked for, or nothing shows.
-    """
+    """Everything that is to be known of a result besides its tables."""
 
     block: BlockFacts
-    findings: tuple[Finding, ...]
-    credible: CredibleFigure
-    precision: TwoStepPrecision | SimultaneousPrecision
-    claim: Claim
+    findings: tuple[Finding, ...]  # the gravest first
+    credible: CredibleFigure  # the figure to believe, and why
+    precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
+    claim: Claim  # tests of the stated precision against the measurements
     known_points: KnownPointFacts
     flights: tuple[FlightFacts, ...]
     approximations: ApproximationFacts
@@ -113,6 +85,7 @@ class Assessment:
     distribution: DistributionFacts | None
     tolerance: ToleranceFacts | None
     deformation: DeformationFacts | None
+    # None where it was not asked for, or nothing shows
     control_strain: SuspectControlFacts | DisplacedControlFacts | None
 
     def to_dict(self) -> dict:
@@ -121,16 +94,7 @@ class Assessment:
 
 
 def assess(result) -> Assessment:
-    """Judge a result.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    Assessment
-    """
+    """Judge a result."""
     examined = result.examination
     return Assessment(
         block=block_facts(examined),
@@ -143,7 +107,9 @@ def assess(result) -> Assessment:
         patterns=pattern_facts(examined),
         error_sources=error_source_facts(examined),
         neighbours=neighbour_facts(examined),
+        iterations=iteration_facts(examined),
         distribution=distribution_facts(examined),
+        deformation=examined.deformation,
         tolerance=tolerance_facts(
             result.points, tolerance_of(examined.settings), examined.checked
         ),
@@ -161,13 +127,9 @@ def _of_its_way(examined):
 def _(examined: TwoStepExamination):
     return {
         "findings": with_causes(
-            findings_of(examined, TWO_STEP),
-            examined.exchanged_names,
-            is_coupled=False,
+            findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
-        "iterations": iteration_facts(examined),
-        "deformation": None,
         "control_strain": displaced_control_facts(examined),
     }
 
@@ -181,7 +143,5 @@ def _(examined: SimultaneousExamination):
             is_coupled=examined.settings.outliers == "keep",
         ),
         "precision": simultaneous_precision(examined),
-        "iterations": None,
-        "deformation": examined.deformation,
         "control_strain": suspect_control_facts(examined),
     }

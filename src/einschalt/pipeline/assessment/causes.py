@@ -4,92 +4,73 @@ A pair of exchanged names spoils residuals, coverage differences, control and ev
 figure of a block. Each of these is a finding; the pair explains them.
 """
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
-from einschalt.pipeline.assessment.findings.row_keys import MOST_NAMED
+from einschalt.pipeline.assessment.finding import Finding
+from einschalt.pipeline.assessment.findings.kinds import MOST_NAMED, finding
 
 MOST_EXCHANGES = 100
 # what a gross error in a model makes of the points that it holds
-OF_POINTS = frozenset(
-    {
-        "suspect_observations",
-        "gross_measurements",
-        "coverages_that_differ",
-        "points_that_differ",
-        "control_that_contradicts",
-        "control_against_block",
-        "control_set_aside",
-    }
-)
+OF_POINTS = {
+    "suspect_observations",
+    "gross_measurements",
+    "coverages_that_differ",
+    "points_that_differ",
+    "control_that_contradicts",
+    "control_against_block",
+    "control_set_aside",
+}
 # and of a block as a whole
-OF_BLOCK = frozenset(
-    {
-        "adjustment_that_misfits",
-        "claim_that_does_not_stand",
-        "check_points_beyond_claim",
-        "control_points_beyond_claim",
-        "contradicted_propagation",
-        "contradicted_budget",
-    }
-)
+OF_BLOCK = {
+    "adjustment_that_misfits",
+    "claim_that_does_not_stand",
+    "check_points_beyond_claim",
+    "control_points_beyond_claim",
+    "contradicted_propagation",
+    "contradicted_budget",
+}
 # and of the flight that the model belongs to
-OF_FLIGHT = frozenset({"wrong_measuring_errors", "high_flight_that_misfits"})
+OF_FLIGHT = {"wrong_measuring_errors", "high_flight_that_misfits"}
 
 
 def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
-    """Put causes first, and say which findings they explain.
+    """Put causes before findings, and mark those that they explain: ``explained_by``.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-        In their order.
-    exchanges : sequence of ExchangedNames
-        That were found; without any the findings stay as they are.
-    is_coupled : bool
-        Whether every model reaches every point, as in one adjustment that keeps gross
-        errors: then consequences are not bound to the points of the model.
-
-    Returns
-    -------
-    tuple of Finding
-        The cause, with the codes of what it ``explains`` among its facts, then all
-        others in their order, with ``explained_by``.
+    Where ``is_coupled``, every model reaches every point, as in one adjustment that
+    keeps gross errors: consequences are then not bound to the points of the model.
     """
     if not exchanges:
         return tuple(findings)
     points = {point for exchange in exchanges for point in exchange.model_points}
     models = {(exchange.flight, exchange.model_id) for exchange in exchanges}
     marked = tuple(
-        replace(finding, explained_by="exchanged_names")
-        if _follows(finding, points, models, is_coupled=is_coupled)
-        else finding
-        for finding in findings
+        replace(each, explained_by="exchanged_names")
+        if _follows(each, points, models, is_coupled=is_coupled)
+        else each
+        for each in findings
     )
     explained = tuple(f.code for f in marked if f.explained_by)
     return (_exchanged_names(exchanges, explained), *marked)
 
 
-def _follows(finding, points, models, *, is_coupled):
-    if finding.code in OF_BLOCK:
+def _follows(found, points, models, *, is_coupled):
+    if found.code in OF_BLOCK:
         return True
-    if finding.code == "models_with_large_m_0":
-        return is_coupled or set(finding.facts["models"]) <= models
-    if finding.code in OF_FLIGHT:
-        return is_coupled or set(finding.names) <= {flight for flight, _ in models}
-    if finding.code not in OF_POINTS:
+    if found.code == "models_with_large_m_0":
+        return is_coupled or set(found.facts["models"]) <= models
+    if found.code in OF_FLIGHT:
+        return is_coupled or set(found.names) <= {flight for flight, _ in models}
+    if found.code not in OF_POINTS:
         return False
     # a list that was cut says nothing of the names that it leaves out
-    is_whole = len(finding.names) < MOST_NAMED
-    return is_coupled or (is_whole and set(finding.names) <= points)
+    is_whole = len(found.names) < MOST_NAMED
+    return is_coupled or (is_whole and set(found.names) <= points)
 
 
 def _exchanged_names(exchanges, explained):
     worst = exchanges[0]
-    return Finding(
+    return finding(
         "exchanged_names",
-        Subject.MEASUREMENT,
-        Gravity.GRAVE,
         names=worst.points,
         statistic="m_0 of the model, as measured and with the names put right",
         observed=worst.m_0,
@@ -104,12 +85,6 @@ def _exchanged_names(exchanges, explained):
 
 
 def _facts(exchange):
-    return {
-        "flight": exchange.flight,
-        "coverage": exchange.coverage,
-        "model_id": exchange.model_id,
-        "points": exchange.points,
-        "apart": exchange.apart,
-        "m_0": exchange.m_0,
-        "m_0_exchanged": exchange.m_0_exchanged,
-    }
+    facts = asdict(exchange)
+    del facts["model_points"]  # which may be many
+    return facts

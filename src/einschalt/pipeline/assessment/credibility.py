@@ -41,25 +41,14 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True)
 class CredibleFigure:
-    """The figure of the new points to believe.
+    """The figure of the new points to believe."""
 
-    Attributes
-    ----------
-    value : float
-        TOTAL, root mean square [m]; NaN where none is known.
-    is_lower_bound : bool
-        Whether the points are as good as that or worse, by an unknown amount.
-    column : str
-        Of ``points``: the standard error that is claimed for single points.
-    factor : float
-        By which that column is enlarged for a tolerance: what the measurements exceed
-        it by at least, or s_0 of an adjustment where that is larger; never below 1.
-    reason : Reason
-    """
-
-    value: float
+    value: float  # TOTAL, root mean square [m]; NaN where none is known
+    # whether the points are as good as that or worse, by an unknown amount
     is_lower_bound: bool
-    column: str
+    column: str  # of ``points``: the standard error that is claimed for single points
+    # by which that column is enlarged for a tolerance: what the measurements exceed it
+    # by at least, or s_0 of an adjustment where that is larger; never below 1
     factor: float
     reason: Reason
 
@@ -67,15 +56,8 @@ class CredibleFigure:
 def figure_of_two_steps(examined) -> CredibleFigure:
     """Choose the figure of the two steps to believe.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    CredibleFigure
-        The propagated figure where nothing contradicts it, otherwise the largest that
-        is known, as a lower bound.
+    The propagated figure where nothing contradicts it, otherwise the largest that is
+    known, as a lower bound.
     """
     figures, claim = examined.figures, examined.claim
     # no measurement sees what all points share: it is added to whichever figure
@@ -104,16 +86,9 @@ def figure_of_two_steps(examined) -> CredibleFigure:
 def figure_of_adjustment(examined) -> CredibleFigure:
     """Choose the figure of one adjustment to believe.
 
-    Parameters
-    ----------
-    examined : SimultaneousExamination
-
-    Returns
-    -------
-    CredibleFigure
-        Its own figure, enlarged by s_0 or by the differences at known points where
-        chance does not explain them; as a lower bound where more than the size of the
-        random errors must be wrong, deformed models among it.
+    Its own figure, enlarged by s_0 or by the differences at known points where chance
+    does not explain them; as a lower bound where more than the size of the random
+    errors must be wrong, deformed models among it.
     """
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     known = (examined.known_check, examined.known_control)
@@ -147,16 +122,7 @@ def _reason(total, *, is_refuted, is_enlarged):
 
 
 def is_large_s_0(adjustment) -> bool:
-    """Whether the residuals of an adjustment are larger than chance explains.
-
-    Parameters
-    ----------
-    adjustment : BlockAdjustment
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the residuals of an adjustment are larger than chance explains."""
     if adjustment.redundancy <= 0:
         return False
     limits = ratio_limits(adjustment.redundancy, CLAIM_SIGNIFICANCE, MIN_REPORTED_RATIO)
@@ -164,32 +130,12 @@ def is_large_s_0(adjustment) -> bool:
 
 
 def claimed_column(figures) -> str:
-    """Name the standard error that two steps claim for single points.
-
-    Parameters
-    ----------
-    figures : BlockFigures
-
-    Returns
-    -------
-    str
-        The propagated one where it is known, unless the budget is larger.
-    """
+    """Column that two steps claim: the propagated one, unless the budget is larger."""
     return TOTAL if figures.mean_total >= figures.mean_paper else PAPER
 
 
 def has_credible_propagation(examined) -> bool:
-    """Whether there is a propagated figure that the measurements do not contradict.
-
-    Parameters
-    ----------
-    examined : Examination
-        In two steps.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether two steps have a propagated figure that no measurement contradicts."""
     total = examined.figures.mean_within
     is_explained = largest_measured(examined.figures) <= MIN_REPORTED_RATIO * total
     misfit = high_flight_misfit(examined)
@@ -198,37 +144,18 @@ def has_credible_propagation(examined) -> bool:
 
 
 def largest_measured(figures) -> float:
-    """The larger one of the two figures that see the measurements.
-
-    Parameters
-    ----------
-    figures : BlockFigures
-
-    Returns
-    -------
-    float
-        TOTAL [m]; 0 where neither is known.
-    """
+    """The larger figure of the two that see the measurements, TOTAL [m]; 0 without."""
     return float(np.nanmax([figures.mean_paper, figures.mean_internal, 0.0]))
 
 
 @dataclass(frozen=True)
 class HighFlightMisfit:
-    """How the high flight fits the control points, and how it should.
+    """How the high flight fits the control points, and how it should."""
 
-    Attributes
-    ----------
-    m_0 : float
-        Of all models of the high flight together, TOTAL [m].
-    explained : float
-        What measuring errors, orientations and control points explain of it [m].
-    degrees : int
-        Redundancy of the models.
-    """
-
-    m_0: float
+    m_0: float  # of all models of the high flight together, TOTAL [m]
+    # what measuring errors, orientations and control points explain of it [m]
     explained: float
-    degrees: int
+    degrees: int  # redundancy of the models
 
     @property
     def ratio(self):
@@ -250,15 +177,8 @@ class HighFlightMisfit:
 def high_flight_misfit(examined) -> HighFlightMisfit | None:
     """Compare m_0 of the high flight with what the given errors explain.
 
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    HighFlightMisfit or None
-        None without a high flight, without redundancy, and where the control points
-        have no standard errors.
+    None without a high flight, without redundancy, and where the control points have no
+    standard errors.
     """
     block = examined.block
     if block.high_flight is None or "standard_error_m" not in block.control_points:

@@ -4,12 +4,11 @@ An examination computes when it is asked; :func:`einschalt.pipeline.assessment.a
 judges what comes out. Each way of densification is examined in its own way.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.assessment.credibility import (
@@ -20,9 +19,7 @@ from einschalt.pipeline.assessment.credibility import (
     figure_of_two_steps,
 )
 from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
-from einschalt.pipeline.assessment.evidence.exchanged_names import (
-    find_exchanged_names,
-)
+from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -47,10 +44,9 @@ from einschalt.pipeline.assessment.tolerance import (
 )
 from einschalt.pipeline.densification.iteration import assumed_after_iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
-from einschalt.pipeline.densification.two_steps import (
-    TwoStepSolution,
-    WithoutTwoSteps,
-)
+from einschalt.pipeline.densification.result_tables import of_transformed_flights
+from einschalt.pipeline.densification.solution import Solution
+from einschalt.pipeline.densification.two_steps import TwoStepSolution, WithoutTwoSteps
 from einschalt.stages.error_propagation.error_model import model_of_block
 from einschalt.stages.stage4_error_propagation import propagate_model
 
@@ -60,40 +56,34 @@ RELIABILITY_COLUMNS = [
 ]
 
 
+# of a solution, and of one in two steps
+SOLVED = (*(f.name for f in fields(Solution)), "approximations", "coverages")
+SOLVED_IN_TWO_STEPS = (
+    *("errors", "propagation", "high", "low", "means", "model_points"),
+    *("iteration", "screening"),
+)
+
+
+def forwarding(part, *names):
+    """Decorate a class: it gives what a part of it has under these names."""
+
+    def decorated(kind):
+        for name in names:
+            setattr(kind, name, property(attrgetter(f"{part}.{name}")))
+        return kind
+
+    return decorated
+
+
+@forwarding("solution", *SOLVED)
 @dataclass(frozen=True, eq=False, repr=False)
 class Examination(PrecisionTables):
-    """What can be asked of a solution, whichever way it was computed.
-
-    Attributes
-    ----------
-    solution : Solution
-    """
+    """What can be asked of a solution, whichever way it was computed."""
 
     solution: TwoStepSolution | SimultaneousSolution
 
-    block = property(attrgetter("solution.block"))
-    settings = property(attrgetter("solution.settings"))
-    points = property(attrgetter("solution.points"))
-    models = property(attrgetter("solution.models"))
-    residuals = property(attrgetter("solution.residuals"))
-    orientations = property(attrgetter("solution.orientations"))
-    orientation_residuals = property(attrgetter("solution.orientation_residuals"))
-    orientation_errors = property(attrgetter("solution.orientation_errors"))
-    failures = property(attrgetter("solution.failures"))
-    gross_measurements = property(attrgetter("solution.gross_measurements"))
-    figures = property(attrgetter("solution.figures"))
-    approximations = property(attrgetter("solution.approximations"))
-    coverages = property(attrgetter("solution.coverages"))
-
-    @cached_property
-    def known_check(self):
-        """Check points against what is claimed for them: KnownPoints."""
-        return check_points(self)
-
-    @cached_property
-    def known_control(self):
-        """Control points that the result holds, likewise: KnownPoints."""
-        return control_points(self)
+    known_check = cached_property(check_points)
+    known_control = cached_property(control_points)
 
     @cached_property
     def repeated_settings(self):
@@ -101,20 +91,16 @@ class Examination(PrecisionTables):
         return m_g_of_repeated_settings(self)
 
 
+@forwarding("solution", *SOLVED_IN_TWO_STEPS)
 class TwoStepExamination(Examination):
     """What can be asked of a solution in two steps."""
 
     solution: TwoStepSolution
 
-    errors = property(attrgetter("solution.errors"))
-    propagation = property(attrgetter("solution.propagation"))
-    high = property(attrgetter("solution.high"))
-    low = property(attrgetter("solution.low"))
-    means = property(attrgetter("solution.means"))
-    model_points = property(attrgetter("solution.model_points"))
-    iteration = property(attrgetter("solution.iteration"))
-    screening = property(attrgetter("solution.screening"))
+    credible = cached_property(figure_of_two_steps)
+    checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
+    deformation = None
 
     @cached_property
     def error_model(self):
@@ -162,16 +148,6 @@ class TwoStepExamination(Examination):
         return claimed_column(self.figures)
 
     @cached_property
-    def credible(self):
-        """The figure to believe, and why: CredibleFigure."""
-        return figure_of_two_steps(self)
-
-    @cached_property
-    def checked(self):
-        """The figure that a tolerance is held against: CheckedFigure."""
-        return checked_figure_of_two_steps(self)
-
-    @cached_property
     def claim(self):
         """Tests of the claimed figure against the measurements: Claim."""
         return examine_claim(self)
@@ -205,16 +181,11 @@ class TwoStepExamination(Examination):
     @cached_property
     def reliability(self):
         """How large a gross error must be to be found, in each model by itself."""
-        fits = {"high_flight": self.high and self.high.transformation}
-        fits["low_flight"] = self.low
-        parts = [
-            fit.reliability.assign(flight=name)
-            for name, fit in fits.items()
-            if fit is not None
-        ]
-        return pd.concat(parts, ignore_index=True)[RELIABILITY_COLUMNS]
+        table = of_transformed_flights(self.high, self.low, attrgetter("reliability"))
+        return table[RELIABILITY_COLUMNS]
 
 
+@forwarding("two_step", "exchanged_names", "components", "patterns")
 class SimultaneousExamination(Examination):
     """What can be asked of one adjustment of all models.
 
@@ -223,11 +194,14 @@ class SimultaneousExamination(Examination):
 
     solution: SimultaneousSolution
 
-    adjustment = property(attrgetter("solution.adjustment"))
     screening = property(attrgetter("solution.two_step.screening"))
-    errors = None
+    errors = iteration = None
     left_out_control = None
     claim = UNTESTED
+    adjustment = property(attrgetter("solution.adjustment"))
+    deformation = cached_property(deformation_facts)
+    credible = cached_property(figure_of_adjustment)
+    checked = cached_property(checked_figure_of_adjustment)
 
     def _require_errors(self):
         raise SettingsError(
@@ -239,11 +213,6 @@ class SimultaneousExamination(Examination):
     def two_step(self):
         """Examination of the same block in two steps."""
         return examine(self.solution.two_step)
-
-    @property
-    def exchanged_names(self):
-        """Pairs of points measured under each other's name, as the two steps show."""
-        return self.two_step.exchanged_names
 
     @property
     def held_control(self):
@@ -259,11 +228,6 @@ class SimultaneousExamination(Examination):
         # the paper's budget is that of two steps
         return TOTAL if np.isfinite(self.figures.mean_total) else PAPER
 
-    @cached_property
-    def deformation(self):
-        """Deformations of the models and which way to believe, DeformationFacts."""
-        return deformation_facts(self)
-
     @property
     def is_deformed(self):
         """Whether models are deformed in a way that the adjustment accumulates."""
@@ -275,26 +239,6 @@ class SimultaneousExamination(Examination):
         """Whether control that contradicts all models takes part all the same."""
         control = self.adjustment.control
         return bool((control["is_suspect"] & ~control["is_set_aside"]).any())
-
-    @cached_property
-    def credible(self):
-        """The figure to believe, and why: CredibleFigure."""
-        return figure_of_adjustment(self)
-
-    @cached_property
-    def checked(self):
-        """The figure that a tolerance is held against: CheckedFigure."""
-        return checked_figure_of_adjustment(self)
-
-    @property
-    def components(self):
-        """Sizes of errors that the two steps show, BlockComponents or None."""
-        return self.two_step.components
-
-    @property
-    def patterns(self):
-        """Affinity of film and strain of control as the two steps show them."""
-        return self.two_step.patterns
 
     @property
     def reliability(self):
@@ -322,14 +266,5 @@ EXAMINATIONS = {
 
 
 def examine(solution):
-    """Examination of a solution, of the kind that fits the way it was computed.
-
-    Parameters
-    ----------
-    solution : TwoStepSolution, SimultaneousSolution or WithoutTwoSteps
-
-    Returns
-    -------
-    TwoStepExamination, SimultaneousExamination or NothingExamined
-    """
+    """Examination of a solution, of the kind that fits the way it was computed."""
     return EXAMINATIONS[type(solution)](solution)

@@ -33,42 +33,23 @@ class Gravity(IntEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found, in numbers and names; the words for it stand elsewhere.
+    """What was found, in numbers and names; the words for it stand elsewhere."""
 
-    Attributes
-    ----------
-    code : str
-        Name of the finding, the same in every result.
-    subject : Subject
-    gravity : Gravity
-    names : tuple of str
-        Of the models, points or measurements concerned, the worst first.
-    statistic : str
-        What was compared.
-    observed, expected : float
-        Its value and what was to be expected, in SI units; NaN where there is none.
-    probability : float
-        Of a value this large if the stated precision is correct; NaN where none was
-        computed.
-    untested : str
-        Why it could not be tested, a code; empty where it was tested.
-    remedy : str
-        What to do, a code; empty where there is nothing to do.
-    facts : mapping of str to plain values
-        Everything that the words for this finding need.
-    explained_by : str
-        Code of the cause that explains it; empty where it stands by itself.
-    """
-
-    code: str
+    code: str  # name of the finding, the same in every result
     subject: Subject
     gravity: Gravity = Gravity.WARNING
+    # of the models, points or measurements concerned, the worst first
     names: tuple[str, ...] = ()
-    statistic: str = ""
+    statistic: str = ""  # what was compared
+    # its value and what was to be expected, in SI units; NaN where there is none
     observed: float = np.nan
     expected: float = np.nan
+    # of a value this large if the stated precision is correct; NaN where none was
+    # computed
     probability: float = np.nan
-    untested: str = ""
-    remedy: str = ""
+    untested: str = ""  # why it could not be tested, a code; empty where it was tested
+    remedy: str = ""  # what to do, a code; empty where there is nothing to do
+    # everything that the words for this finding need
     facts: Mapping[str, Any] = field(default_factory=dict)
+    # code of the cause that explains it; empty where it stands by itself
     explained_by: str = ""

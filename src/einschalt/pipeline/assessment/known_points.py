@@ -13,20 +13,12 @@ DIFFERENCES = ["difference_easting", "difference_northing"]
 
 @dataclass(frozen=True, eq=False)
 class KnownPoints:
-    """Densified less given coordinates of known points, against what is claimed.
+    """Densified less given coordinates of known points, against what is claimed."""
 
-    Attributes
-    ----------
-    point_ids : ndarray of object, shape (n_points,)
-    differences : ndarray, shape (n_points, 2)
-        [m]
-    claimed : float
-        Of the differences, since both coordinates have errors: TOTAL, root mean square
-        [m]; NaN where it is not known.
-    """
-
-    point_ids: np.ndarray
-    differences: np.ndarray
+    point_ids: np.ndarray  # shape (n_points,)
+    differences: np.ndarray  # shape (n_points, 2) [m]
+    # of the differences, since both coordinates have errors: TOTAL, root mean square
+    # [m]; NaN where it is not known
     claimed: float
 
     @property
@@ -66,31 +58,13 @@ class KnownPoints:
 
 
 def check_points(examined) -> KnownPoints:
-    """Check points, which entered no fit.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    KnownPoints
-    """
+    """Check points, which entered no fit."""
     points = examined.points
     return _compared(examined, points[points["role"] == "check"])
 
 
 def control_points(examined) -> KnownPoints:
-    """Control points that the result holds.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    KnownPoints
-    """
+    """Control points that the result holds."""
     return _compared(examined, examined.held_control)
 
 

@@ -12,24 +12,11 @@ IS_PLAIN = "is_plain"
 
 
 def plain(value):
-    """Turn a value into dicts, lists, numbers, texts and None.
+    """Turn a value into dicts, lists, numbers, texts and None, as strict JSON has them.
 
-    Parameters
-    ----------
-    value : object
-        Dataclasses become dicts, tables lists of rows, enumerations their values;
-        numbers that are not finite become None. Fields that are marked with
-        ``metadata={"is_plain": False}`` are left out.
-
-    Returns
-    -------
-    object
-        What ``json.dumps(…, allow_nan=False)`` takes.
-
-    Raises
-    ------
-    TypeError
-        There is no plain form of it.
+    Dataclasses become dicts, tables lists of rows, enumerations their values; numbers
+    that are not finite become None. Fields whose metadata have IS_PLAIN false are left
+    out.
 
     Examples
     --------

@@ -14,19 +14,11 @@ from einschalt.pipeline.settings import NO_TOLERANCE
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What an ordinance, or the user, allows.
-
-    Attributes
-    ----------
-    title : str
-    point : float
-        Largest standard error of a point, TOTAL [m].
-    control : float
-        Largest difference at a control point [m]; NaN where none is set.
-    """
+    """What an ordinance, or the user, allows."""
 
     title: str
-    point: float
+    point: float  # largest standard error of a point, TOTAL [m]
+    # largest difference at a control point [m]; NaN where none is set
     control: float = np.nan
 
 
@@ -39,38 +31,18 @@ PRESETS = {
 
 @dataclass(frozen=True)
 class CheckedFigure:
-    """The figure of precision that the tolerance is held against.
+    """The figure of precision that the tolerance is held against."""
 
-    Attributes
-    ----------
-    column : str
-        Of ``points``; empty where no figure is known.
-    factor : float
-        By which it was enlarged, since measurements exceed it.
-    is_supported : bool
-        Whether the measurements leave it standing. Where they do not, the true error
-        is larger by an unknown amount.
-    is_tested : bool
-        Whether any measurement could have contradicted it.
-    """
-
-    column: str
-    factor: float
+    column: str  # of ``points``; empty where no figure is known
+    factor: float  # by which it was enlarged, since measurements exceed it
+    # whether the measurements leave it standing. Where they do not, the true error is
+    # larger by an unknown amount.
     is_supported: bool
-    is_tested: bool
+    is_tested: bool  # whether any measurement could have contradicted it
 
 
 def tolerance_of(settings):
-    """The tolerance that the settings ask for.
-
-    Parameters
-    ----------
-    settings : Settings
-
-    Returns
-    -------
-    Tolerance or None
-    """
+    """The tolerance that the settings ask for, or None."""
     asked = settings.tolerance
     if asked == NO_TOLERANCE:
         return None
@@ -78,17 +50,7 @@ def tolerance_of(settings):
 
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
-    """Take the figure of two steps, with the tests of the claim.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    CheckedFigure
-        The propagated figure, or the larger one of the budget.
-    """
+    """The propagated figure, or the larger one of the budget, as it was tested."""
     figure, claim = examined.credible, examined.claim
     return CheckedFigure(
         figure.column, figure.factor, claim.is_supported, is_tested=bool(claim.tests)
@@ -96,16 +58,9 @@ def checked_figure_of_two_steps(examined) -> CheckedFigure:
 
 
 def checked_figure_of_adjustment(examined) -> CheckedFigure:
-    """Take the figure of one adjustment, never made smaller by s_0.
+    """The figure of one adjustment, never made smaller by s_0.
 
-    Parameters
-    ----------
-    examined : SimultaneousExamination
-
-    Returns
-    -------
-    CheckedFigure
-        It falls where known points or residuals contradict it.
+    It falls where known points or residuals contradict it.
     """
     redundancy, n_check = examined.adjustment.redundancy, examined.figures.n_check
     return CheckedFigure(
@@ -117,19 +72,11 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
 
 
 def with_tolerance(examined):
-    """Judge every point by the tolerance of the settings.
+    """Judge every point by the tolerance of the settings; the same points without one.
 
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    points : DataFrame
-        With ``standard_error_checked`` (the figure that was used, TOTAL [m], enlarged
-        where measurements exceed it) and ``is_within_tolerance``. Nothing passes where
-        the claim does not stand, and no suspect passes. The same points where no
-        tolerance is set.
+    With ``standard_error_checked`` (the figure that was used, TOTAL [m], enlarged where
+    measurements exceed it) and ``is_within_tolerance``. Nothing passes where the claim
+    does not stand, and no suspect passes.
     """
     tolerance = tolerance_of(examined.settings)
     if tolerance is None or examined.points.empty:

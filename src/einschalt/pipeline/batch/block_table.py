@@ -24,13 +24,8 @@ FIGURES = {
 }
 COUNTS = ("n_points", "n_suspects", "n_failed_models", "n_moved")
 COLUMNS = (
-    *TEXT_COLUMNS,
-    *FIGURES,
-    "seconds",
-    "n_suspects",
-    "n_failed_models",
-    "n_moved",
-    "largest_move",
+    *(*TEXT_COLUMNS, *FIGURES, "seconds"),
+    *("n_suspects", "n_failed_models", "n_moved", "largest_move"),
 )
 POSITION = ("point_id", "easting", "northing", "height")
 SAME = 1e-3  # coordinates that differ by less are the same [m]
@@ -44,21 +39,8 @@ LONGEST_REASON = 300  # characters of what libraries say
 def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
     """Row of a block whose result is there.
 
-    Parameters
-    ----------
-    name : str
-    outcome : {"done", "skipped"}
-    figures : Mapping
-        As provenance.json has them; None where one is not known.
-    seconds : float
-        Time of the computation.
-    changes : DataFrame, optional
-        Of :func:`compare_points`; left out where there was nothing to compare with.
-
-    Returns
-    -------
-    dict
-        A row of :func:`blocks_table`.
+    ``figures`` as provenance.json has them; ``changes`` of :func:`compare_points`, left
+    out where there was nothing to compare with.
     """
     row = {column: figures.get(key) for column, key in FIGURES.items()}
     if changes is not None:
@@ -77,21 +59,7 @@ def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
 
 
 def row_of_failure(name, error, stage, seconds=None) -> dict:
-    """Row of a block that failed.
-
-    Parameters
-    ----------
-    name : str
-    error : Exception
-    stage : str
-        In which it came up, where the error does not know it better.
-    seconds : float, optional
-
-    Returns
-    -------
-    dict
-        A row of :func:`blocks_table`.
-    """
+    """Row of a block that failed, in ``stage`` unless the error knows better."""
     reason, remedy = _reason_and_remedy(error)
     return {
         "block": name,
@@ -128,18 +96,9 @@ def _reason_and_remedy(error):
 def blocks_table(rows) -> pd.DataFrame:
     """Table of a batch: one row per block, in the order of the rows.
 
-    Parameters
-    ----------
-    rows : iterable of dict
-
-    Returns
-    -------
-    DataFrame
-        block, outcome, stage, reason, remedy (texts, empty where there is nothing to
-        say), n_points, standard_error_total, standard_error_paper,
-        standard_error_internal (RMS over the new points, TOTAL [m]), seconds,
-        n_suspects, n_failed_models, n_moved (points that moved by more than their
-        standard error since the run before), largest_move [m].
+    Standard errors are RMS over the new points, TOTAL [m]. n_moved counts the points
+    that moved by more than their standard error since the run before, by largest_move
+    [m].
     """
     rows = list(rows)
     columns = {}
@@ -157,20 +116,11 @@ def blocks_table(rows) -> pd.DataFrame:
 def compare_points(points, previous) -> pd.DataFrame:
     """Points that moved by more than their standard error, came, or went.
 
-    Parameters
-    ----------
-    points, previous : DataFrame
-        ``points`` of a result, and of the one before.
-
-    Returns
-    -------
-    DataFrame
-        point_id, change (moved, new, gone), easting, northing (new; of a point that is
-        gone the old ones), moved_easting, moved_northing, moved_total [m],
-        standard_error_total: what the point claims (propagated; where that is not
-        known after Kovarik's budget, else internal). A height that moved by more than
-        its standard error counts as well. A point that claims nothing has moved where
-        its coordinates differ by more than a millimetre.
+    point_id, change, easting, northing (new; of a point that is gone the old ones),
+    moved_easting, moved_northing, moved_total [m], standard_error_total: what the point
+    claims (propagated; where that is not known after Kovarik's budget, else internal).
+    A height that moved by more than its standard error counts as well. A point that
+    claims nothing has moved where its coordinates differ by more than a millimetre.
     """
     # what the earlier result claims must not stand in for what this one does not say
     before = previous[[name for name in POSITION if name in previous]]
@@ -224,48 +174,20 @@ def _is_lifted(both):
 
 @dataclass
 class Expectation:
-    """When a batch will end, from the size of what is done and of what is left.
+    """When a batch will end, from the size of what is done and of what is left."""
 
-    Attributes
-    ----------
-    total : float
-        Size of all that is to be done; any unit.
-    done : float
-    """
-
-    total: float
+    total: float  # size of all that is to be done; any unit
     done: float = 0.0
 
     def seconds_left(self, seconds_so_far):
-        """Seconds until the end, None where nothing can be said yet.
-
-        Parameters
-        ----------
-        seconds_so_far : float
-
-        Returns
-        -------
-        float or None
-        """
+        """Seconds until the end, None where nothing can be said yet."""
         if self.done <= 0.0:
             return None
         return seconds_so_far * max(self.total - self.done, 0.0) / self.done
 
 
 def summarize_batch(table, seconds) -> str:
-    """Write what a batch says at its end.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`blocks_table`.
-    seconds : float
-        Time of the whole run.
-
-    Returns
-    -------
-    str
-    """
+    """Write what a batch says at its end, with the time of the whole run."""
     numbers = table["outcome"].value_counts()
     said = [f"{numbers[o]} {o}" for o in (DONE, SKIPPED, FAILED) if numbers.get(o)]
     lines = [f"{count(len(table), 'block')}: {', '.join(said)} ({duration(seconds)})"]

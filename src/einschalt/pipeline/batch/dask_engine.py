@@ -14,21 +14,11 @@ EXPECTED = "the address of a running Dask scheduler, such as tcp://10.0.0.5:8786
 
 
 class DaskEngine:
-    """Workers of a cluster.
+    """Workers of a cluster, at the address of its ``scheduler``: ``tcp://host:port``.
 
     They import the same version of einschalt, and see the same folders under the same
     paths. What a worker does not answer is given to another one by Dask itself, three
     times.
-
-    Parameters
-    ----------
-    scheduler : str
-        Its address, ``tcp://host:port``.
-
-    Raises
-    ------
-    SettingsError
-        It is no text.
     """
 
     def __init__(self, scheduler):
@@ -38,21 +28,8 @@ class DaskEngine:
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come.
 
-        Parameters
-        ----------
-        function : callable
-        tasks : sequence
-
-        Yields
-        ------
-        Answer
-
-        Raises
-        ------
-        SettingsError
-            Dask is not installed, or no scheduler answers at the address.
-        EngineError
-            The scheduler is gone. What was computed stays.
+        A SettingsError where Dask is not installed, or no scheduler answers at the
+        address; an EngineError where it is gone. What was computed stays.
         """
         distributed = _distributed()
         client = self._connected(distributed)

@@ -48,20 +48,11 @@ class EngineError(EinschaltError):
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of one task.
+    """What became of one task."""
 
-    Attributes
-    ----------
-    place : int
-        Which task, counted from 0.
-    value : object
-        What the function returned.
-    error : Exception or None
-        What it raised instead, or :class:`ProcessEndedError`.
-    """
-
-    place: int
-    value: Any = None
+    place: int  # which task, counted from 0
+    value: Any = None  # what the function returned
+    # what it raised instead, or a ProcessEndedError
     error: Exception | None = None
 
 
@@ -75,22 +66,8 @@ class Engine(Protocol):
 def run_in_order(engine, function, tasks) -> list:
     """Call a function with each task, and give the values in the order of the tasks.
 
-    Parameters
-    ----------
-    engine : Engine
-    function : callable
-        Of one argument, found by its name in a module.
-    tasks : sequence
-
-    Returns
-    -------
-    list
-        The same for every engine and any number of processes.
-
-    Raises
-    ------
-    Exception
-        What the first task that failed (in their order) has raised.
+    The same for every engine and any number of processes; raises what the first task
+    that failed (in their order) has raised.
     """
     tasks = list(tasks)
     answers = sorted(engine.answers(function, tasks), key=lambda answer: answer.place)
@@ -106,19 +83,8 @@ class LocalEngine:
     They are started anew, not forked, so that it works on every system, with threads,
     and without a guard in the calling script. A process that ends without an answer is
     replaced, and so is one whose task found no memory. The task is tried again at the
-    end, alone, when all memory is there for it; then it is given up.
-
-    Parameters
-    ----------
-    n_workers : int, optional
-        How many processes; as many as there are cores where left out.
-    memory_gb : float, optional
-        What each of them may use [GB].
-
-    Raises
-    ------
-    SettingsError
-        No such number of processes, or the system cannot limit memory.
+    end, alone, when all memory is there for it; then it is given up. There are as many
+    as cores unless ``n_workers`` says otherwise; each may use ``memory_gb`` [GB].
     """
 
     def __init__(self, n_workers=None, *, memory_gb=None):
@@ -132,17 +98,7 @@ class LocalEngine:
         self.memory_bytes = None if memory_gb is None else _bytes_of(memory_gb)
 
     def answers(self, function, tasks):
-        """Call the function with each task; yield answers as they come.
-
-        Parameters
-        ----------
-        function : callable
-        tasks : sequence
-
-        Yields
-        ------
-        Answer
-        """
+        """Call the function with each task; yield answers as they come."""
         ended = yield from self._round(function, enumerate(tasks), self.n_workers)
         for _ in range(TRIES_ALONE):
             again = [(answer.place, tasks[answer.place]) for answer in ended]

@@ -22,17 +22,7 @@ NOT_SMALL = 256
 
 
 def limit_memory(n_bytes):
-    """Limit the memory that this process may use.
-
-    Parameters
-    ----------
-    n_bytes : int
-
-    Raises
-    ------
-    SettingsError
-        The system knows no such limit, or grants less.
-    """
+    """Limit the memory that this process may use, or say that the system cannot."""
     try:
         import resource  # noqa: PLC0415 - Windows has no such module
 

@@ -14,20 +14,8 @@ PLANE = ("easting", "northing")
 def axis_problems(frame, crs, source):
     """Points that do not lie where their system is used, most often exchanged axes.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        point_id, easting, northing, as checked.
-    crs : str or None
-        Of the block.
-    source : str
-        File name, said in messages.
-
-    Returns
-    -------
-    problems : list of EinschaltError
-    notes : list of str
-        How many points lie outside either way.
+    Problems, and notes of how many points lie outside either way; ``source`` is the
+    file.
     """
     try:
         return own_axis_problems(frame, read_crs(crs), source) if crs else ([], [])

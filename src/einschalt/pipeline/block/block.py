@@ -17,8 +17,8 @@ from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.errors import raise_problems
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
-from einschalt.pipeline.block.check import Findings, check_block
-from einschalt.pipeline.block.facts import FLIGHTS, TRANSFORMATIONS
+from einschalt.pipeline.block.check import check_block
+from einschalt.pipeline.block.facts import FLIGHTS
 from einschalt.pipeline.settings import Settings
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.interior_orientation import Camera
@@ -108,17 +108,7 @@ class Flight:
         return self.to_fit(self.model_points)
 
     def to_fit(self, model_points):
-        """Model points in metres where the scale is held, else as they are.
-
-        Parameters
-        ----------
-        model_points : DataFrame
-            Of this flight, in ``model_unit``.
-
-        Returns
-        -------
-        DataFrame
-        """
+        """Model points of this flight in metres where the scale is held, else as is."""
         if self.transformation != "rigid":
             return model_points
         factor = METRES_PER_UNIT[self.model_unit]
@@ -142,17 +132,9 @@ class Flight:
         return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
 
     def m_g_um_of(self, model_points):
-        """TOTAL error of each measured point, the mean of its settings [µm].
+        """TOTAL error of each measured point [µm], shape (n_rows,).
 
-        Parameters
-        ----------
-        model_points : DataFrame
-            Of this flight; optionally with ``n_settings``.
-
-        Returns
-        -------
-        ndarray, shape (n_rows,)
-            m_g / √k for k settings.
+        m_g / √k for the mean of k settings, where there is a column ``n_settings``.
         """
         n_settings = np.ones(len(model_points))
         if "n_settings" in model_points:
@@ -160,17 +142,9 @@ class Flight:
         return m_g_of_mean(self.m_g_um, n_settings)
 
     def ground_error_of(self, measured):
-        """Error of each measured coordinate on the ground; m_g is total.
+        """Error of each measured coordinate on the ground, shape (n_rows,) [m].
 
-        Parameters
-        ----------
-        measured : DataFrame
-            Model or image points of this flight; optionally with ``n_settings``.
-
-        Returns
-        -------
-        ndarray, shape (n_rows,)
-            Per coordinate [m].
+        Of model or image points of this flight, per coordinate; m_g is total.
         """
         m_g_um = self.m_g_um_of(measured)
         return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
@@ -312,14 +286,3 @@ class Block:
 def plain_fields(block):
     """Fields of a block or flight as a dict, without copying the tables."""
     return {f.name: getattr(block, f.name) for f in fields(block)}
-
-
-__all__ = [
-    "FLIGHTS",
-    "TRANSFORMATIONS",
-    "Block",
-    "Findings",
-    "Flight",
-    "check_block",
-    "plain_fields",
-]

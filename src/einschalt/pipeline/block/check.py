@@ -12,10 +12,7 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.arguments import is_choice
-from einschalt.foundations.errors import (
-    ConsistencyError,
-    EinschaltError,
-)
+from einschalt.foundations.errors import ConsistencyError, EinschaltError
 from einschalt.foundations.key_columns import is_among, row_codes
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.units import METRES_PER_UNIT
@@ -43,21 +40,11 @@ MODEL_KEY = ["coverage", "model_id"]
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What the check of a block found.
+    """What the check of a block found."""
 
-    Attributes
-    ----------
-    tables : dict
-        Fields of the block, as checked.
-    problems : tuple of EinschaltError
-        What stops the computation.
-    model_problems : tuple of EinschaltError
-        Models that will be rows of ``failures``.
-    notes : tuple of str
-    """
-
-    tables: dict
-    problems: tuple[EinschaltError, ...]
+    tables: dict  # fields of the block, as checked
+    problems: tuple[EinschaltError, ...]  # what stops the computation
+    # models that will be rows of ``failures``
     model_problems: tuple[EinschaltError, ...]
     notes: tuple[str, ...]
 
@@ -65,16 +52,8 @@ class Findings:
 def check_block(block, said=frozenset()) -> Findings:
     """Check facts, tables, and how the tables fit each other.
 
-    Parameters
-    ----------
-    block : object
-        With the attributes of a :class:`~einschalt.pipeline.block.block.Block`.
-    said : set of (str, str), optional
-        Section and key of facts that are known to be wrong or missing.
-
-    Returns
-    -------
-    Findings
+    ``block`` has the attributes of a Block; ``said`` are sections and keys of facts
+    that are known to be wrong or missing.
     """
     check = _Check(block)
     check.problems += check_facts(block, said)

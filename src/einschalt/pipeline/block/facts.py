@@ -42,19 +42,7 @@ ASK_ABOVE = {
 
 
 def check_facts(block, said=frozenset()):
-    """Check everything of a block that is no table.
-
-    Parameters
-    ----------
-    block : object
-        With the attributes of a :class:`~einschalt.pipeline.block.block.Block`.
-    said : set of (str, str), optional
-        Section and key of the facts that are known to be wrong or missing.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Check all of a block that is no table, but for the facts in ``said``."""
     facts = _Facts(block, said)
     facts.system()
     facts.sections()
@@ -110,30 +98,18 @@ class _Facts:
         has_high = self._has("high_flight")
         has_approximate = self._has("approximate_points", "file")
         one = "one of [high_flight] and [approximate_points]"
+        add = "Add the section to block.toml"
         if not has_high and not has_approximate:
-            self._say(
-                "neither a high flight nor approximate points are given",
-                expected=one,
-                remedy="Add the section to block.toml",
-            )
+            found = "neither a high flight nor approximate points are given"
+            self._say(found, expected=one, remedy=add)
         if has_high and has_approximate:
-            self._say(
-                "a high flight and approximate points are both given",
-                expected=one,
-                remedy="Take one of the sections out",
-            )
+            found = "a high flight and approximate points are both given"
+            self._say(found, expected=one, remedy="Take one of the sections out")
         if has_high and not self._has("control_points", "file"):
-            self._say(
-                "a high flight is given without control points",
-                expected="[control_points]",
-                remedy="Add the section to block.toml",
-            )
+            found = "a high flight is given without control points"
+            self._say(found, expected="[control_points]", remedy=add)
         if not self._has("low_flight"):
-            self._say(
-                "no low flight is given",
-                expected="[low_flight]",
-                remedy="Add the section to block.toml",
-            )
+            self._say("no low flight is given", expected="[low_flight]", remedy=add)
         if self.block.approximate_m_0_m is not None:
             self._range("approximate_points", "m_0_m", self.block.approximate_m_0_m)
 
@@ -176,12 +152,8 @@ class _Facts:
     def _base(self, section, value):
         is_sound = value in Range(np.finfo(float).tiny, LARGEST_NUMBER)
         if (section, "base") not in self.said and not is_sound:
-            self._say(
-                f"base = {described(value)}",
-                section,
-                "base",
-                expected="a positive number in model_unit, or a table of bases",
-            )
+            expected = "a positive number in model_unit, or a table of bases"
+            self._say(f"base = {described(value)}", section, "base", expected=expected)
 
     def words(self, name, flight):
         """Compare transformation and unit with the words that are known."""
@@ -196,13 +168,9 @@ class _Facts:
                 continue
             known = [word for word in allowed if word]
             near = get_close_matches(described(value).casefold(), known, n=1)
-            self._say(
-                f"{key} = {described(value)} is unknown",
-                name,
-                key,
-                expected=" or ".join(known),
-                remedy=f"Write {near[0]!r}" if near else "",
-            )
+            found = f"{key} = {described(value)} is unknown"
+            remedy = f"Write {near[0]!r}" if near else ""
+            self._say(found, name, key, expected=" or ".join(known), remedy=remedy)
 
     def parts(self, name, flight):
         """See whether a flight has the tables that it needs together."""
@@ -212,17 +180,12 @@ class _Facts:
 
         if has("model_points") == has("image_points"):
             both = "both given" if has("model_points") else "both missing"
-            self._say(
-                f"model_points and image_points are {both}",
-                name,
-                "model_points",
-                expected="one of the two",
-            )
+            found = f"model_points and image_points are {both}"
+            self._say(found, name, "model_points", expected="one of the two")
         if has("y_parallaxes") and has("image_points"):
             self._say(
                 "y_parallaxes and image_points are both given",
-                name,
-                "y_parallaxes",
+                *(name, "y_parallaxes"),
                 expected="y_parallaxes beside model_points only",
                 remedy=f"Take one of them out of [{name}]",
             )
@@ -237,10 +200,9 @@ class _Facts:
             needs += [("y_parallaxes", "orientation_method")]
         for key, beside in needs:
             if not has(key):
-                self._say(
-                    f"{key} is missing",
-                    name,
-                    key,
-                    expected=f"{key} beside {beside}",
-                    remedy=f"Add {key} = … to [{name}]",
+                expected, remedy = (
+                    f"{key} beside {beside}",
+                    f"Add {key} = … to [{name}]",
                 )
+                found = f"{key} is missing"
+                self._say(found, name, key, expected=expected, remedy=remedy)

@@ -13,19 +13,7 @@ MODEL_KEY = ("coverage", "model_id")
 
 
 def models_without_parallaxes(flight, points_file, parallaxes_file):
-    """Models that are to be oriented, without measured parallaxes.
-
-    Parameters
-    ----------
-    flight : Flight
-        With ``model_points`` and ``y_parallaxes``, as checked.
-    points_file, parallaxes_file : str
-        Said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Models that are to be oriented, without measured parallaxes."""
     keys = [key for key in MODEL_KEY if key in flight.y_parallaxes]
     frame = flight.model_points
     both = pd.concat([frame[keys], flight.y_parallaxes[keys]], ignore_index=True)
@@ -45,19 +33,7 @@ def models_without_parallaxes(flight, points_file, parallaxes_file):
 
 
 def parallax_problems(flight, files):
-    """Bases and parallaxes that cannot have the unit of the models.
-
-    Parameters
-    ----------
-    flight : Flight
-        With ``y_parallaxes`` and ``base``, as checked.
-    files : dict of str to str
-        File names of ``base`` and ``y_parallaxes``.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Bases and parallaxes that cannot have the unit of the models."""
     bases = flight.base["base"] if hasattr(flight.base, "columns") else [flight.base]
     base = float(np.median(np.asarray(bases, dtype=float)))
     parallaxes = flight.y_parallaxes

@@ -19,19 +19,7 @@ SPREAD = "settings_spread"
 
 
 def settings_problems(model_points, file):
-    """Say what is wrong with the settings of a flight's points.
-
-    Parameters
-    ----------
-    model_points : DataFrame
-        As checked, one row for each setting or each point.
-    file : str
-        Said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Say what is wrong with the settings of a flight's points."""
     problems = []
     twice = [n for n in ("n_settings", SPREAD) if n in model_points]
     if tables.SETTING in model_points and twice:
@@ -60,19 +48,10 @@ def settings_problems(model_points, file):
 
 
 def average_settings(model_points):
-    """Take the mean of the settings of each point.
+    """Take the mean of the settings of each point, where rows are settings.
 
-    Parameters
-    ----------
-    model_points : DataFrame
-        As checked. With the column ``setting`` its rows are settings.
-
-    Returns
-    -------
-    DataFrame
-        A row for each point, with n_settings and settings_spread (total, in the unit
-        of the coordinates; NaN where a point was set once), in the order of their
-        first settings; the same table where it has no settings.
+    A row for each point, with n_settings and settings_spread (total, in the unit of the
+    coordinates; NaN where a point was set once), in the order of their first settings.
     """
     if tables.SETTING not in model_points:
         return model_points

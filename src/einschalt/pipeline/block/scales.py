@@ -26,22 +26,7 @@ UNIT_WORDS = {
 
 
 def extent_problems(frame, key, unit, file):
-    """Say of the widest model or image that it cannot have the unit that is named.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        Coordinates x, y of models or images.
-    key : {"model_id", "image_id"}
-    unit : str
-        Of x and y.
-    file : str
-        Said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Say of the widest model or image that it cannot have the unit that is named."""
     keys = [name for name in ("coverage", key) if name in frame]
     groups = frame.groupby(keys, sort=False)[["x", "y"]]
     spread = (groups.transform("max") - groups.transform("min")).max(axis=1)
@@ -75,19 +60,7 @@ def _unit_remedy(widest, has_unit):
 
 
 def coordinate_problems(frame, file):
-    """Ground coordinates that no plane system reaches.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        point_id, easting, northing, as checked.
-    file : str
-        Said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Ground coordinates that no plane system reaches."""
     plan = frame[["easting", "northing"]].to_numpy()
     places = np.flatnonzero((np.abs(plan) > LARGEST_COORDINATE_M).any(axis=1))
     return [
@@ -106,23 +79,7 @@ def coordinate_problems(frame, file):
 def scale_problems(name, scale_number, table, ground, file):
     """Models whose ground points cannot lie in one image of that scale.
 
-    Parameters
-    ----------
-    name : str
-        Of the flight.
-    scale_number : float
-    table : DataFrame
-        coverage, model_id, point_id of the flight.
-    ground : DataFrame
-        point_id, easting, northing.
-    file : str
-        Of the ground points, said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-        None, or one for the flight: the median model is judged, so that a single wrong
-        point does not stop a block.
+    The median model is judged, so that a single wrong point does not stop a block.
     """
     placed = table.merge(ground[["point_id", "easting", "northing"]], on="point_id")
     models = placed.groupby(["coverage", "model_id"])[["easting", "northing"]]
@@ -151,19 +108,7 @@ def _row(frame, place):
 
 
 def standard_error_problems(control, file):
-    """Standard errors of control points that no survey has.
-
-    Parameters
-    ----------
-    control : DataFrame
-        With ``standard_error_m``, as checked.
-    file : str
-        Said in messages.
-
-    Returns
-    -------
-    list of EinschaltError
-    """
+    """Standard errors of control points that no survey has."""
     values = control["standard_error_m"].to_numpy()
 
     def problem(place):

@@ -2,27 +2,14 @@
 
 import numpy as np
 
-from einschalt.stages.coverage_screening import (
-    coverage_differences,
-    screen_coverages,
-)
+from einschalt.stages.coverage_screening import coverage_differences, screen_coverages
 from einschalt.stages.error_propagation.operators import propagate
 
 
 def screen_block(means, errors, settings):
     """Find the points whose low-flight coverages differ by more than they may.
 
-    Parameters
-    ----------
-    means : CoverageMean
-        Of the low flight.
-    errors : PropagatedErrors or None
-        None where the errors cannot be propagated.
-    settings : Settings
-
-    Returns
-    -------
-    CoverageScreening
+    ``errors`` are None where the errors cannot be propagated.
     """
     differences = coverage_differences(means)
     covariance = None
@@ -38,16 +25,8 @@ def screen_block(means, errors, settings):
 def difference_covariance(differences, errors):
     """Covariance of differences of the low flight's coverages, all correlations kept.
 
-    Parameters
-    ----------
-    differences : CoverageDifferences
-    errors : PropagatedErrors
-        Of the means of the same values: the difference takes the place of the mean.
-
-    Returns
-    -------
-    ndarray, shape (n_rows, 2, 2)
-        Easting and northing [m²].
+    Easting and northing [m²], shape (n_rows, 2, 2). ``errors`` are those of the means
+    of the same values: the difference takes the place of the mean.
     """
     n_rows = len(differences.table)
     if n_rows == 0:
@@ -61,16 +40,5 @@ def difference_covariance(differences, errors):
 
 
 def with_suspects(points, screening):
-    """Mark the points whose coverages differ by more than they may.
-
-    Parameters
-    ----------
-    points : DataFrame
-    screening : CoverageScreening
-
-    Returns
-    -------
-    DataFrame
-        With ``is_suspect``.
-    """
+    """Mark the points whose coverages differ by more than they may: ``is_suspect``."""
     return points.assign(is_suspect=points["point_id"].isin(screening.suspects))

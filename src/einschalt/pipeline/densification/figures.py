@@ -61,22 +61,7 @@ class BlockFigures:
 def two_step_figures(
     high, low, means, points, failures, shared_error=0.0
 ) -> BlockFigures:
-    """Collect the figures of the two-step way.
-
-    Parameters
-    ----------
-    high : ApproximateCoordinates or None
-    low : ModelTransformation
-    means : CoverageMean
-    points, failures : DataFrame
-        Of the result.
-    shared_error : float, optional
-        TOTAL [m].
-
-    Returns
-    -------
-    BlockFigures
-    """
+    """Collect the figures of the two-step way."""
     new = points[points["role"] == "new"]
     approximation = np.nan
     if high is not None:
@@ -115,18 +100,7 @@ def _known_points(points):
 def adjusted_figures(adjusted, points, failures, shared_error=0.0) -> BlockFigures:
     """Collect the figures of a simultaneous adjustment.
 
-    Parameters
-    ----------
-    adjusted : BlockAdjustment
-    points, failures : DataFrame
-        Of the result.
-    shared_error : float, optional
-        TOTAL [m].
-
-    Returns
-    -------
-    BlockFigures
-        NaN for those of the paper and of the coverages, which belong to two steps.
+    NaN for those of the paper and of the coverages, which belong to two steps.
     """
     of_flight = adjusted.models["flight"].value_counts()
     new = points[points["role"] == "new"]

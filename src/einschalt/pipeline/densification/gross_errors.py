@@ -29,38 +29,20 @@ COLUMNS = [
 
 @dataclass(frozen=True, eq=False)
 class GrossMeasurements:
-    """Measurements that contradict the other models of their flight.
+    """Measurements that contradict the other models of their flight."""
 
-    Attributes
-    ----------
-    table : DataFrame
-        flight, coverage, model_id, point_id, residual_easting, residual_northing (what
-        the model misses the point by) [m], w, p_value.
-    rows : dict of str to ndarray of bool
-        Of each flight, which of its model points they are.
-    """
-
+    # flight, coverage, model_id, point_id, residual_easting, residual_northing (what
+    # the model misses the point by) [m], w, p_value
     table: pd.DataFrame
-    rows: dict
+    rows: dict  # of each flight, which of its model points they are
 
 
 def find_gross_measurements(block, flights, settings) -> GrossMeasurements:
     """Find the measurements that contradict the other models of their flight.
 
-    Parameters
-    ----------
-    block : Block
-    flights : dict of str to RelativeOrientation
-        Every flight after stage 2.
-    settings : Settings
-        Nothing is looked for with ``outliers = "keep"``.
-
-    Returns
-    -------
-    GrossMeasurements
-        All measurements of a point in the high flight where they contradict each other
-        and none is confirmed, and the only one of a control point. None of a flight
-        that cannot be adjusted simultaneously.
+    All measurements of a point in the high flight where they contradict each other and
+    none is confirmed, and the only one of a control point. None of a flight that cannot
+    be adjusted simultaneously, and none with ``outliers = "keep"``.
     """
     found = [no_gross_measurements()]
     if settings.outliers != "keep":
@@ -82,19 +64,7 @@ def no_gross_measurements():
 
 
 def is_gross(table, flight, model_points):
-    """Tell which rows of a flight are gross errors.
-
-    Parameters
-    ----------
-    table : DataFrame
-        flight, coverage, model_id, point_id of the gross errors.
-    flight : str
-    model_points : DataFrame
-
-    Returns
-    -------
-    ndarray of bool, shape (n_model_points,)
-    """
+    """Tell which rows of a flight are gross errors, shape (n_model_points,)."""
     own = table.loc[table["flight"] == flight, KEY]
     if own.empty:
         return np.zeros(len(model_points), dtype=bool)

@@ -48,24 +48,14 @@ LEAST_MOVE = 0.001  # metres
 
 @dataclass(frozen=True, eq=False)
 class Iteration:
-    """Passes of the low flight, each onto the coordinates of the one before.
+    """Passes of the low flight, each onto the coordinates of the one before."""
 
-    Attributes
-    ----------
-    passes : tuple of LowFlightFit
-        The first onto approximate coordinates.
-    moves : DataFrame
-        iteration (2 is the second pass), largest_move, point_id (where), move_rms
-        (TOTAL, over all points) [m].
-    n_held : int
-        Control points of the low flight, which kept their given coordinates.
-    n_models, n_models_held : int
-        Usable models of the last pass, and those that hold such a point.
-    """
-
-    passes: tuple[LowFlightFit, ...]
+    passes: tuple[LowFlightFit, ...]  # the first onto approximate coordinates
+    # iteration (2 is the second pass), largest_move, point_id (where), move_rms (TOTAL,
+    # over all points) [m]
     moves: pd.DataFrame
-    n_held: int
+    n_held: int  # control points of the low flight, which kept their given coordinates
+    # usable models of the last pass, and those that hold such a point
     n_models: int
     n_models_held: int
 
@@ -76,19 +66,7 @@ class Iteration:
 
 
 def require_iterable(block, settings):
-    """Refuse iterations where they mean nothing.
-
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-
-    Raises
-    ------
-    SettingsError
-        All models are adjusted at once anyway, or the low flight is transformed in
-        space.
-    """
+    """Refuse iterations in one adjustment of all models, and of models in space."""
     if settings.iterations == 1:
         return
     said = f"iterations = {settings.iterations}"
@@ -110,20 +88,8 @@ def require_iterable(block, settings):
 def iterate(block, first, pass_onto, most_passes):
     """Repeat the low flight on its own coordinates, control points held.
 
-    Parameters
-    ----------
-    block : Block
-    first : LowFlightFit
-        Onto approximate coordinates.
-    pass_onto : callable
-        Makes a LowFlightFit of a table of ground points.
-    most_passes : int
-
-    Returns
-    -------
-    Iteration or None
-        None where one pass is all that is asked for. It ends early where no point
-        moves by 1 mm.
+    ``pass_onto`` makes a LowFlightFit of a table of ground points. It ends early where
+    no point moves by 1 mm. None where one pass is all that is asked for.
     """
     if most_passes == 1:
         return None
@@ -200,14 +166,10 @@ class IteratedErrorModel(ErrorModel):
 
     ``ground`` are the coordinates onto which it was fitted, behind which the errors of
     the low flight stand as well.
-
-    Attributes
-    ----------
-    state : dict of str to PointOperator
-        From the sources to these coordinates, all errors of the low flight and all of
-        control, one below the other.
     """
 
+    # from the sources to these coordinates, all errors of the low flight and all of
+    # control, one below the other
     state: dict
 
     @property
@@ -236,20 +198,9 @@ class IteratedErrorModel(ErrorModel):
 def iterated_model(block, model, iteration, low_points):
     """Model of errors of the last pass, from that of the first.
 
-    Parameters
-    ----------
-    block : Block
-    model : ErrorModel
-        Of the first pass.
-    iteration : Iteration or None
-    low_points : DataFrame
-        Model points of the low flight, as they were transformed.
-
-    Returns
-    -------
-    ErrorModel
-        Exact for the passes as they were made: what the low flight was fitted onto
-        depends on the errors of all sources, its own among them.
+    Exact for the passes as they were made: what the low flight was fitted onto depends
+    on the errors of all sources, its own among them. ``low_points`` are the model
+    points of the low flight, as they were transformed.
     """
     if iteration is None:
         return model
@@ -285,9 +236,8 @@ class _Steps:
     def __init__(self, block, axes, low_points):
         self.block, self.axes, self.low_points = block, axes, low_points
         control = block.control_points
-        self.n_low, self.n_control = len(low_points), 0
-        if control is not None:
-            self.n_control = len(control)
+        self.n_low = len(low_points)
+        self.n_control = 0 if control is None else len(control)
         self.own, self.control = (
             selection(np.arange(n), n, axes) for n in (self.n_low, self.n_control)
         )
@@ -360,16 +310,9 @@ class _Steps:
 
 
 def assumed_after_iteration(result):
-    """Model of errors of a block whose errors cannot be propagated.
+    """Model of errors of a block whose errors cannot be propagated, or None.
 
-    Parameters
-    ----------
-    result : TwoStepSolution
-
-    Returns
-    -------
-    ErrorModel or None
-        See :func:`einschalt.stages.error_propagation.error_model.assumed_model`.
+    See :func:`einschalt.stages.error_propagation.error_model.assumed_model`.
     """
     iteration = result.iteration
     if iteration is None:

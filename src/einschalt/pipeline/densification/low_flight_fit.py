@@ -27,47 +27,18 @@ from einschalt.stages.stage5_double_coverage import (
 
 @dataclass(frozen=True, eq=False)
 class LowFlightFit:
-    """What the low flight gives on given ground coordinates.
+    """What the low flight gives on given ground coordinates."""
 
-    Attributes
-    ----------
-    low : ModelTransformation
-        Stage 3.
-    values : DataFrame
-        Every model's value of every point, with its budget.
-    means : CoverageMean
-        Stage 5.
-    """
-
-    low: ModelTransformation
-    values: pd.DataFrame
-    means: CoverageMean
+    low: ModelTransformation  # stage 3
+    values: pd.DataFrame  # every model's value of every point, with its budget
+    means: CoverageMean  # stage 5
 
 
 def transform_low_flight(block, model_points, ground, precision, settings, *, is_gross):
-    """Transform the low flight onto its points.
+    """Transform the low flight onto ground points, check points excepted.
 
-    Parameters
-    ----------
-    block : Block
-    model_points : DataFrame
-        Of the low flight, oriented.
-    ground : DataFrame
-        point_id, easting, northing [, height] [m]; check points take no part.
-    precision : ndarray or None
-        Of each model point, for the tests of residuals.
-    settings : Settings
-    is_gross : ndarray of bool
-        Model points that take no part, row for row.
-
-    Returns
-    -------
-    ModelTransformation
-
-    Raises
-    ------
-    GeometryError
-        Not one model could be transformed.
+    Rows that ``is_gross`` marks take no part either; ``precision`` weighs the tests of
+    residuals. A GeometryError where not one model could be transformed.
     """
     kind = block.low_flight.transformation
     fitted = places_fitted_onto(block, ground["point_id"])
@@ -83,22 +54,9 @@ def average_low_flight(
 ) -> LowFlightFit:
     """Budget and means of the values that the models of the low flight give.
 
-    Parameters
-    ----------
-    block : Block
-    model_points : DataFrame
-        Of the low flight, oriented.
-    low : ModelTransformation
-    settings : Settings
-    is_gross : ndarray of bool
-        Model points that take no part, row for row.
-    covariances : callable, optional
-        Of pairs of model points, for rigorous weights; see
-        :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
-
-    Returns
-    -------
-    LowFlightFit
+    Rows that ``is_gross`` marks take no part; ``covariances`` of pairs of model points
+    are for rigorous weights, see
+    :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
     """
     values = _single_values(block.low_flight, low, model_points)
     usable = values
@@ -111,9 +69,7 @@ def average_low_flight(
 def _single_values(flight, low, model_points):
     values = with_positions(low.values(model_points), model_points)
     values["standard_error_paper"] = error_budget(
-        flight.m_g_um_of(model_points),
-        flight.scale_number,
-        values["m_t"].to_numpy(),
+        flight.m_g_um_of(model_points), flight.scale_number, values["m_t"].to_numpy()
     )
     return values
 

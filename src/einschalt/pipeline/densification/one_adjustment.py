@@ -8,7 +8,7 @@ from einschalt.pipeline.densification.figures import adjusted_figures
 from einschalt.pipeline.densification.gross_errors import no_gross_measurements
 from einschalt.pipeline.densification.result_tables import (
     failures_of,
-    of_oriented_flights,
+    of_orientations,
     with_roles,
 )
 from einschalt.pipeline.densification.simultaneous import (
@@ -32,18 +32,10 @@ from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SimultaneousSolution(Solution):
-    """Points of a block from one adjustment of all its models.
+    """Points of a block from one adjustment of all its models."""
 
-    Attributes
-    ----------
-    adjustment : BlockAdjustment
-        Where points, models and residuals are from.
-    two_step : TwoStepSolution or WithoutTwoSteps
-        The same block in two steps.
-    """
-
-    adjustment: BlockAdjustment
-    two_step: TwoStepSolution | WithoutTwoSteps
+    adjustment: BlockAdjustment  # where points, models and residuals are from
+    two_step: TwoStepSolution | WithoutTwoSteps  # the same block in two steps
 
     single_values = property(attrgetter("two_step.single_values"))
     approximations = property(attrgetter("two_step.approximations"))
@@ -56,23 +48,8 @@ def solve_in_one_adjustment(
 ) -> SimultaneousSolution:
     """Densify a block in one adjustment of all models and the control.
 
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    flights : dict of str to RelativeOrientation
-        Every flight of the block after stage 2.
-    report_progress : callable
-        Called with each :class:`~einschalt.pipeline.progress.Stage`.
-
-    Returns
-    -------
-    SimultaneousSolution
-
-    Raises
-    ------
-    GeometryError
-        Nothing of the block can be determined.
+    ``flights`` after stage 2. A GeometryError where nothing of the block can be
+    determined.
     """
     two_step = _beside(block, settings, flights, report_progress)
     report_progress(Stage.SIMULTANEOUS_ADJUSTMENT)
@@ -82,26 +59,20 @@ def solve_in_one_adjustment(
     points = distribute_adjusted(block, settings, points)
     shared_error = shared_error_of(block, "simultaneous")
     points = with_shared_columns(points, shared_error)
-    failures = failures_of(
-        [
-            *((name, oriented.failures) for name, oriented in flights.items()),
-            ("", adjusted.failures),
-        ]
-    )
+    parts = [(name, oriented.failures) for name, oriented in flights.items()]
+    failures = failures_of([*parts, ("", adjusted.failures)])
     return SimultaneousSolution(
         block=block,
         settings=settings,
         points=points,
         models=adjusted.models,
         residuals=adjusted.residuals,
-        orientations=of_oriented_flights(flights, "orientations"),
-        orientation_residuals=of_oriented_flights(flights, "residuals"),
-        orientation_errors={name: o.errors for name, o in flights.items()},
         failures=failures,
         gross_measurements=no_gross_measurements(),  # all are in the residuals
         figures=adjusted_figures(adjusted, points, failures, shared_error),
         adjustment=adjusted,
         two_step=two_step,
+        **of_orientations(flights),
     )
 
 

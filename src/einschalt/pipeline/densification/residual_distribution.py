@@ -8,17 +8,7 @@ from einschalt.stages.residual_distribution import (
 
 
 def require_control(block, settings):
-    """Refuse a distribution of residuals in a block without control points.
-
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-
-    Raises
-    ------
-    SettingsError
-    """
+    """Refuse a distribution of residuals in a block without control points."""
     if settings.residual_distribution == "none" or block.control_points is not None:
         return
     raise SettingsError(
@@ -30,21 +20,7 @@ def require_control(block, settings):
 
 
 def distributed(block, settings, points, errors):
-    """Points and their covariances after the distribution of residuals, if any.
-
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    points : DataFrame
-        With roles and differences.
-    errors : PropagatedErrors or None
-
-    Returns
-    -------
-    points : DataFrame
-    errors : PropagatedErrors or None
-    """
+    """Points and their errors after the distribution of residuals, if any."""
     if settings.residual_distribution == "none":
         return points, errors
     distribution = distribute_residuals(

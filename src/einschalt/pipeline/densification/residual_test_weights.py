@@ -17,18 +17,8 @@ from einschalt.theory.adjustment.correlated_mean import squared_sizes
 def residual_test_weights(block, flights, high):
     """Weight of each low-flight point in the tests of residuals.
 
-    Parameters
-    ----------
-    block : Block
-    flights : dict of str to RelativeOrientation
-        With the model points of each flight.
-    high : ApproximateCoordinates or None
-
-    Returns
-    -------
-    ndarray, shape (n_model_points,), or None
-        In proportion to 1 / σ², their mean 1; None where nothing tells the points
-        apart.
+    Shape (n_model_points,), in proportion to 1 / σ², their mean 1; None where nothing
+    tells the points apart.
     """
     if high is None:
         return None

@@ -13,17 +13,8 @@ PLAN_AXES = 2
 def with_roles(points, control_points):
     """Say which points are new, control or check, and by how much these are missed.
 
-    Parameters
-    ----------
-    points : DataFrame
-    control_points : DataFrame or None
-        Of the block.
-
-    Returns
-    -------
-    DataFrame
-        With ``role`` before ``is_suspect``, and difference_easting,
-        difference_northing [, difference_height] (densified less given) [m].
+    With ``role`` before ``is_suspect``, and difference_easting, difference_northing
+    [, difference_height] (densified less given) [m].
     """
     names = [n for n in ("easting", "northing", "height") if n in points]
     differences = [f"difference_{name}" for name in names]
@@ -40,18 +31,7 @@ def with_roles(points, control_points):
 
 
 def with_standard_errors(points, errors):
-    """Write the propagated errors before those of the paper.
-
-    Parameters
-    ----------
-    points : DataFrame
-    errors : PropagatedErrors or None
-
-    Returns
-    -------
-    DataFrame
-        The same points where nothing was propagated.
-    """
+    """Write the propagated errors, if any, before those of the paper."""
     if errors is None:
         return points
     covariance = errors.covariance
@@ -70,19 +50,7 @@ def with_standard_errors(points, errors):
 
 
 def of_oriented_flights(flights, table):
-    """A table of stage 2 of all flights that were oriented.
-
-    Parameters
-    ----------
-    flights : dict of str to RelativeOrientation
-    table : str
-        orientations or residuals.
-
-    Returns
-    -------
-    DataFrame
-        With ``flight`` in front; no rows where nothing was oriented.
-    """
+    """Orientations or residuals (``table``) of all flights together."""
     of_flights = {name: getattr(oriented, table) for name, oriented in flights.items()}
     parts = [part.assign(flight=name) for name, part in of_flights.items() if len(part)]
     if not parts:
@@ -91,20 +59,17 @@ def of_oriented_flights(flights, table):
     return _flight_first(pd.concat(parts, ignore_index=True))
 
 
+def of_orientations(flights):
+    """What every solution keeps of stage 2, by the names of its fields."""
+    return {
+        "orientations": of_oriented_flights(flights, "orientations"),
+        "orientation_residuals": of_oriented_flights(flights, "residuals"),
+        "orientation_errors": {name: o.errors for name, o in flights.items()},
+    }
+
+
 def of_transformed_flights(high, low, table_of):
-    """A table of stage 3 of both flights.
-
-    Parameters
-    ----------
-    high : ApproximateCoordinates or None
-    low : ModelTransformation
-    table_of : callable
-        Gives the table of one ModelTransformation.
-
-    Returns
-    -------
-    DataFrame
-    """
+    """A table of stage 3 of both flights, which ``table_of`` takes of each."""
     parts = [table_of(low).assign(flight=LOW)]
     if high is not None:
         parts.insert(0, table_of(high.transformation).assign(flight=HIGH))
@@ -117,18 +82,7 @@ def models_with_parameters(fit):
 
 
 def failures_of(parts):
-    """Failures of several stages in one table.
-
-    Parameters
-    ----------
-    parts : iterable of (str, DataFrame)
-        Flight, and the failures of one of its stages.
-
-    Returns
-    -------
-    DataFrame
-        flight, coverage, model_id, stage, reason, remedy.
-    """
+    """One table of failures from pairs: a flight, and those of one of its stages."""
     filled = [
         table.assign(flight=flight) if flight else table
         for flight, table in parts

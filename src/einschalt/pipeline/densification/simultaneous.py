@@ -41,13 +41,9 @@ HEIGHT_OVER_PLAN = 1.65
 # projection centres over points of a model, to begin with
 CENTRE_OVER_POINT = 3.0
 STANDARD_ERRORS = [
-    "standard_error_easting",
-    "standard_error_northing",
-    "covariance_en",
-    "standard_error_total",
-    "standard_error_height",
-    "covariance_eh",
-    "covariance_nh",
+    *("standard_error_easting", "standard_error_northing", "covariance_en"),
+    *("standard_error_total", "standard_error_height"),
+    *("covariance_eh", "covariance_nh"),
 ]
 DIFFERENCES = ["difference_easting", "difference_northing", "difference_height"]
 ADJUSTED_KINDS = ("affine", "helmert", FILM_AFFINITY, SPATIAL)
@@ -115,15 +111,11 @@ def adjust_block(
     require_choice("flights", flights, tuple(WHICH))
     searched, given = _deformation(deformation)
     significance = _probability(significance)
-    measured = {
-        name: flight for name, flight in block.flights.items() if name in WHICH[flights]
-    }
+    measured = {n: flight for n, flight in block.flights.items() if n in WHICH[flights]}
     if not measured:
         raise SettingsError(
             f"flights = {flights!r}, but the block has no {flights} flight",
-            expected=" or ".join(
-                name.removesuffix("_flight") for name in block.flights
-            ),
+            expected=" or ".join(n.removesuffix("_flight") for n in block.flights),
         )
     families = (*((AFFINITY,) if kind == FILM_AFFINITY else ()), *given)
     options = AdjustmentOptions(
@@ -171,18 +163,7 @@ def _probability(value):
 
 
 def require_adjustable(block):
-    """Refuse what the simultaneous adjustment cannot do.
-
-    Parameters
-    ----------
-    block : Block
-
-    Raises
-    ------
-    SettingsError
-        There is no control, or a flight has models of a kind that is not adjusted
-        simultaneously.
-    """
+    """Refuse blocks without control, and models that are not adjusted at once."""
     _require_control(block)
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     allowed = (*PLANE_KINDS, SPATIAL)
@@ -233,19 +214,7 @@ def _require_control(block):
 
 
 def adjust_flights(block, settings, flights):
-    """Adjust all flights of a block as its settings say.
-
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    flights : dict of str to RelativeOrientation
-        Every flight of the block after stage 2.
-
-    Returns
-    -------
-    BlockAdjustment
-    """
+    """Adjust all flights of a block, after stage 2, as its settings say."""
     kinds = {name: flight.transformation for name, flight in block.flights.items()}
     options = AdjustmentOptions(
         outliers=settings.outliers,
@@ -260,20 +229,10 @@ def adjust_flights(block, settings, flights):
 def point_columns(block, flights, adjusted, two_step):
     """Adjusted points with the columns of every densified point.
 
-    Parameters
-    ----------
-    block : Block
-    flights : dict of str to RelativeOrientation
-    adjusted : BlockAdjustment
-    two_step : TwoStepSolution or WithoutTwoSteps
-
-    Returns
-    -------
-    DataFrame
-        A point is suspect with a residual or with given coordinates that contradict.
-        ``standard_error_paper`` and ``standard_error_internal`` are those of two
-        steps, ``two_step_easting``, ``two_step_northing`` its coordinates. Standard
-        errors are left out where the size of a source of error is not known.
+    A point is suspect with a residual or with given coordinates that contradict.
+    ``standard_error_paper`` and ``standard_error_internal`` are those of two steps,
+    ``two_step_easting``, ``two_step_northing`` its coordinates. Standard errors are
+    left out where the size of a source of error is not known.
     """
     points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
     errors = {name: oriented.errors for name, oriented in flights.items()}
@@ -295,29 +254,14 @@ def _suspects(adjusted):
 
 
 def _of_two_steps(point_id, two_step):
-    names = [
-        *("easting", "northing"),
-        *("standard_error_paper", "standard_error_internal"),
-    ]
+    names = ["easting", "northing", "standard_error_paper", "standard_error_internal"]
     if not two_step.is_possible:
         return pd.DataFrame(np.nan, index=point_id, columns=names)
     return two_step.points.set_index("point_id")[names].reindex(point_id)
 
 
 def unknown_error(block, errors):
-    """Say which source of error has a size that the adjustment does not know.
-
-    Parameters
-    ----------
-    block : Block
-    errors : dict of str to OrientationErrors, ImageErrors or None
-        Of the orientations of each flight.
-
-    Returns
-    -------
-    str
-        Empty where all are known.
-    """
+    """Say which source of error has a size that the adjustment does not know."""
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
     flights = block.flights
@@ -336,18 +280,8 @@ def unknown_error(block, errors):
 def distribute_adjusted(block, settings, points):
     """Distribute the residuals of control, where the settings ask for it.
 
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    points : DataFrame
-        With roles and differences.
-
-    Returns
-    -------
-    DataFrame
-        After a distribution without standard errors: those of before do not hold for
-        the points that were moved.
+    Then without standard errors: those of before do not hold for the points that were
+    moved.
     """
     if settings.residual_distribution == "none":
         return points
@@ -358,37 +292,17 @@ def distribute_adjusted(block, settings, points):
 
 
 def common_terms(flights, families):
-    """Terms that the models of each flight share.
-
-    Parameters
-    ----------
-    flights : sized
-    families : tuple of str
-
-    Returns
-    -------
-    tuple of CommonTerms
-    """
+    """Terms that the models of each flight share."""
     if not families:
         return ()
     return tuple(CommonTerms(place, families) for place in range(len(flights)))
 
 
 def block_tables(block, flights, kinds):
-    """Observations of a block.
+    """Observations of the flights that take part, after stage 2.
 
-    Parameters
-    ----------
-    block : Block
-    flights : dict of str to RelativeOrientation
-        Those that take part, after stage 2: their points, with the errors of their
-        orientations, and the projection centres that spatial models have in common.
-    kinds : dict of str to str
-        affine, helmert or helmert_3d, of each flight.
-
-    Returns
-    -------
-    BlockTables
+    With the errors of their orientations, and the projection centres that spatial
+    models have in common. ``kinds`` of each flight: affine, helmert or helmert_3d.
     """
     measured = []
     for name, flight in flights.items():

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
+from operator import attrgetter
 
 import pandas as pd
 
@@ -23,15 +24,13 @@ from einschalt.pipeline.densification.low_flight_fit import (
     transform_low_flight,
 )
 from einschalt.pipeline.densification.residual_distribution import distributed
-from einschalt.pipeline.densification.residual_test_weights import (
-    residual_test_weights,
-)
+from einschalt.pipeline.densification.residual_test_weights import residual_test_weights
 from einschalt.pipeline.densification.result_tables import (
     HIGH,
     LOW,
     failures_of,
     models_with_parameters,
-    of_oriented_flights,
+    of_orientations,
     of_transformed_flights,
     with_roles,
     with_standard_errors,
@@ -145,17 +144,10 @@ class TwoStepSolution(Solution):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WithoutTwoSteps:
-    """A block whose control is too little for the two steps: its tables have no rows.
-
-    Attributes
-    ----------
-    block : Block
-    reason : str
-        Why the two steps are not possible.
-    """
+    """A block with too little control for two steps: its tables have no rows."""
 
     block: object
-    reason: str
+    reason: str  # why the two steps are not possible
 
     is_possible = False
 
@@ -189,23 +181,8 @@ def no_moves():
 def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolution:
     """Densify a block in two steps.
 
-    Parameters
-    ----------
-    block : Block
-    settings : Settings
-    flights : dict of str to RelativeOrientation
-        Every flight of the block after stage 2.
-    report_progress : callable
-        Called with each :class:`~einschalt.pipeline.progress.Stage`.
-
-    Returns
-    -------
-    TwoStepSolution
-
-    Raises
-    ------
-    GeometryError
-        Not one model of a flight could be used.
+    ``flights`` after stage 2. A GeometryError where not one model of a flight could be
+    used.
     """
     report_progress(Stage.APPROXIMATE_COORDINATES)
     gross = find_gross_measurements(block, flights, settings)
@@ -255,10 +232,8 @@ def _tables(flights, high, last, points, shared_error):
     failures = _failures(flights, high, low)
     return {
         "models": of_transformed_flights(high, low, models_with_parameters),
-        "residuals": of_transformed_flights(high, low, lambda fit: fit.residuals),
-        "orientations": of_oriented_flights(flights, "orientations"),
-        "orientation_residuals": of_oriented_flights(flights, "residuals"),
-        "orientation_errors": {name: o.errors for name, o in flights.items()},
+        "residuals": of_transformed_flights(high, low, attrgetter("residuals")),
+        **of_orientations(flights),
         "failures": failures,
         "figures": two_step_figures(
             high, low, last.means, points, failures, shared_error

@@ -7,7 +7,7 @@ from numbers import Real
 import numpy as np
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.value_ranges import Range
@@ -44,20 +44,8 @@ MOST_COMBINATIONS = 20_000_000
 def checked_axis(name, values):
     """Check one argument that is a number or a sequence of numbers.
 
-    Parameters
-    ----------
-    name : str
-        A key of ``RANGES``.
-    values : float or sequence of float
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    SettingsError
-        Something is no number, or lies outside of what is sensible; or there is none.
+    ``name`` is a key of ``RANGES``. SettingsError where something is no number, lies
+    outside of what is sensible, or is missing.
 
     Examples
     --------
@@ -99,46 +87,17 @@ def _shown(value):
     return f"{float(value):g}" if _is_number(value) else described(value)
 
 
-def checked_number(name, value):
-    """Check one argument that is one number.
-
-    Parameters
-    ----------
-    name : str
-        A key of ``RANGES``.
-    value : float
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    SettingsError
-        It is not one number, or lies outside of what is sensible.
-    """
+def checked_number(name, value) -> float:
+    """Check one argument that is one number."""
     if not _is_number(value):
         raise SettingsError(f"{name} = {value!r}", expected=f"{RANGES[name]}")
     return float(checked_axis(name, value)[0])
 
 
-def checked_choice(name, value, known):
+def checked_choice(name, value, known) -> str:
     """Check one argument that is one of several words.
 
-    Parameters
-    ----------
-    name : str
-    value : str
-    known : iterable of str
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    SettingsError
-        It is none of them; names the nearest.
+    SettingsError where it is none of them, with the nearest.
 
     Examples
     --------
@@ -161,21 +120,8 @@ mid_edge, corner or lattice. Did you mean 'corner'?
 def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
     """Check how models are flown and fitted.
 
-    Parameters
-    ----------
-    kind, edge : str
-    image_format : float or tuple of float
-        Side of the image, or its sides along and across the strip [m].
-    forward_overlap, side_overlap : float
-
-    Returns
-    -------
-    PlannedModel
-
-    Raises
-    ------
-    SettingsError
-        A value is not allowed.
+    ``image_format`` is the side of the image, or its sides along and across the strip
+    [m].
     """
     sides = checked_axis("image_format", image_format)
     if len(sides) > 2:
@@ -192,60 +138,43 @@ def planned_model(kind, edge, image_format, forward_overlap, side_overlap):
     )
 
 
+def flown_model(flown):
+    """Give the planned model of a design or a frame, its edge by the rule of 1971."""
+    sides, overlaps = flown.image_format, (flown.forward_overlap, flown.side_overlap)
+    return planned_model(flown.kind, "kovarik", sides, *overlaps)
+
+
 def require_points(model, scale_number, spacing):
     """Refuse combinations whose models hold too few points to plan anything.
 
-    Parameters
-    ----------
-    model : PlannedModel
-    scale_number, spacing : ndarray
-        Every one is combined with every other.
-
-    Raises
-    ------
-    GeometryError
-        The spacing is larger than a model, or fewer points lie in a model than the
-        transformation needs.
+    Of every scale number with every spacing: one that is larger than a model, or fewer
+    points in a model than the transformation needs, is a GeometryError.
     """
     smallest, widest = float(np.min(scale_number)), float(np.max(spacing))
     along, across = (smallest * side for side in model.extent)
     n_points = float(model.n_points(smallest, widest))
     least = LEAST_POINTS[model.kind]
-    problems = []
     if widest > min(along, across):
-        problems.append(
-            GeometryError(
-                f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
-                f"{along:.4g} x {across:.4g} m",
-                expected="several points in every model",
-                remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
-                "or a larger scale number",
-            )
+        raise GeometryError(
+            f"spacing = {widest:g} m is larger than a model at {scale(smallest)}, "
+            f"{along:.4g} x {across:.4g} m",
+            expected="several points in every model",
+            remedy=f"Give at most {number(min(along, across) / 2.0)} m, "
+            "or a larger scale number",
         )
-    elif n_points < least:
-        problems.append(
-            GeometryError(
-                f"{number(n_points)} points lie in a model at {scale(smallest)} with "
-                f"a spacing of {widest:g} m",
-                expected=f"at least {least} for {model.kind}",
-                remedy="Give a smaller spacing, or a larger scale number",
-            )
+    if n_points < least:
+        raise GeometryError(
+            f"{number(n_points)} points lie in a model at {scale(smallest)} with "
+            f"a spacing of {widest:g} m",
+            expected=f"at least {least} for {model.kind}",
+            remedy="Give a smaller spacing, or a larger scale number",
         )
-    raise_problems(problems)
 
 
 def require_reasonable_size(*axes):
     """Refuse a table that no memory holds.
 
-    Parameters
-    ----------
-    *axes : ndarray
-        Every value of one is combined with every value of the others.
-
-    Raises
-    ------
-    SettingsError
-        There are more than twenty million combinations.
+    Every value of one axis is combined with every value of the others.
     """
     n_combinations = int(np.prod([len(axis) for axis in axes], dtype=float))
     if n_combinations > MOST_COMBINATIONS:

@@ -10,36 +10,22 @@ FILM_M_0 = (0.10, 0.20)
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPreset:
-    """A camera and how it is usually flown.
-
-    Attributes
-    ----------
-    title : str
-    image_format : tuple of float
-        Of the image along and across the strip [m].
-    principal_distance : float
-        [m]
-    pixel_um : float or None
-        Size of a pixel; None for film.
-    forward_overlap, side_overlap : float
-    m_0 : tuple of float
-        Usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
-        else what a high flight of the same camera gives [m].
-    m_g_um : tuple of float
-        Usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
-        Kovarik 1971, for digital images 0.3 pixels in each coordinate.
-    scale_numbers, spacings : tuple of float
-        Of the table that is made where none are asked for; spacings in metres.
-    """
+    """A camera and how it is usually flown."""
 
     title: str
-    image_format: tuple[float, float]
-    principal_distance: float
-    pixel_um: float | None = None
+    image_format: tuple[float, float]  # of the image along and across the strip [m]
+    principal_distance: float  # [m]
+    pixel_um: float | None = None  # size of a pixel; None for film
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
+    # usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
+    # else what a high flight of the same camera gives [m]
     m_0: tuple[float, ...] = FILM_M_0
+    # usual errors of a signalised point, TOTAL, in the image [µm]: for film those of
+    # Kovarik 1971, for digital images 0.3 pixels in each coordinate
     m_g_um: tuple[float, ...] = FILM_M_G_UM
+    # scale_numbers, spacings: of the table that is made where none are asked for;
+    # spacings in metres
     scale_numbers: tuple[float, ...] = FILM_SCALES
     spacings: tuple[float, ...] = FILM_SPACINGS
 

@@ -21,25 +21,13 @@ MOST_TRIED = 6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CheckedPlan(Result):
-    """The cheapest plan that keeps what it promised, or the nearest one.
+    """The cheapest plan that keeps what it promised, or the nearest one."""
 
-    Attributes
-    ----------
-    plan : Series
-        Row of the search.
-    expected : ExpectedPrecision
-    reached : float
-        Error at the place of the target [m].
-    target : float
-        [m]
-    dropped : tuple of str
-        Cheaper plans that do not keep it, with what they come to.
-    """
-
-    plan: pd.Series
+    plan: pd.Series  # row of the search
     expected: ExpectedPrecision
-    reached: float
-    target: float
+    reached: float  # error at the place of the target [m]
+    target: float  # [m]
+    # cheaper plans that do not keep it, with what they come to
     dropped: tuple[str, ...]
 
     @property
@@ -49,10 +37,8 @@ class CheckedPlan(Result):
 
     def summary(self):
         """Return which plan holds, and its expected precision."""
-        verdict = (
-            f"Checked by propagation on a layout: {_in_cm(self.reached)} with "
-            f"{describe_plan(self.plan)}."
-        )
+        found = f"{_in_cm(self.reached)} with {describe_plan(self.plan)}"
+        verdict = f"Checked by propagation on a layout: {found}."
         if not self.is_kept:
             verdict += f" That is more than {_in_cm(self.target)}."
         dropped = [
@@ -66,23 +52,8 @@ class CheckedPlan(Result):
 def check_plans(search, frame, *, most=MOST_TRIED) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
 
-    Parameters
-    ----------
-    search : PlanSearch
-    frame : PlanFrame
-        That of the search.
-    most : int
-        So many plans are tried, in growing precision and cost.
-
-    Returns
-    -------
-    CheckedPlan
-        Where none is kept, the best one that was tried.
-
-    Raises
-    ------
-    EinschaltError
-        Not one of the plans can be laid out.
+    So many as ``most`` are tried, in growing precision and cost; where none is kept,
+    the best of these. EinschaltError where not one can be laid out.
     """
     tried, dropped, problem = [], [], None
     for _, plan in _candidates(search, most).iterrows():
@@ -112,32 +83,13 @@ def _candidates(search, most):
         return search.plans.sort_values("reached", kind="stable").head(most)
     plans = search.feasible
     steps = search.target * (1.0 - 0.05 * np.arange(most))
-    places = [
-        int(np.argmax(within))
-        for within in (plans["reached"].to_numpy() <= step for step in steps)
-        if within.any()
-    ]
+    are_within = [plans["reached"].to_numpy() <= step for step in steps]
+    places = [int(np.argmax(within)) for within in are_within if within.any()]
     return plans.iloc[list(dict.fromkeys(places))]
 
 
 def design_of(plan, frame) -> FlightDesign:
-    """Put a plan of a search down as a design of two flights.
-
-    Parameters
-    ----------
-    plan : Series
-        Row of ``PlanSearch.plans``.
-    frame : PlanFrame
-
-    Returns
-    -------
-    FlightDesign
-
-    Raises
-    ------
-    EinschaltError
-        It cannot be laid out.
-    """
+    """Put a plan of a search down as a design of two flights."""
     m_g_um = float(m_g_of_mean(plan["m_g_um"], plan["n_settings"]))
     return FlightDesign(
         scale_number=float(plan["scale_number"]),

@@ -7,20 +7,10 @@ from einschalt.foundations.value_ranges import Range, problems_in
 
 @dataclass(frozen=True, kw_only=True)
 class PlanCosts:
-    """What a plan is ranked by, in any one currency.
+    """What a plan is ranked by, in any one currency."""
 
-    Attributes
-    ----------
-    image, model, setting, control_point : float
-        To fly and develop an image, to orient a model, to set a point once, to survey a
-        control point.
-
-    Raises
-    ------
-    SettingsError
-        A cost is negative, or no number.
-    """
-
+    # image, model, setting, control_point: to fly and develop an image, to orient a
+    # model, to set a point once, to survey a control point
     image: float = 10.0
     model: float = 20.0
     setting: float = 0.5

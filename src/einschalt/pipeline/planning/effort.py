@@ -19,16 +19,7 @@ TWICE = 0.5**0.5  # of twice as many settings or points
 
 
 def flights_of(design) -> FlightsToExpect:
-    """Put a design down as the closed estimate takes it.
-
-    Parameters
-    ----------
-    design : FlightDesign
-
-    Returns
-    -------
-    FlightsToExpect
-    """
+    """Put a design down as the closed estimate takes it."""
     return FlightsToExpect(
         scale_number=design.scale_number,
         high_scale_number=design.scale_of_high_flight,
@@ -41,18 +32,11 @@ def flights_of(design) -> FlightsToExpect:
     )
 
 
-def effort_gains(expected):
+def effort_gains(expected) -> pd.DataFrame:
     """Estimate what more of each effort would make of the expected precision.
 
-    Parameters
-    ----------
-    expected : ExpectedPrecision
-
-    Returns
-    -------
-    DataFrame
-        effort, expected_mean [m, TOTAL], gain (part of the mean error that goes), the
-        largest first. The propagated error times the ratio of closed estimates.
+    effort, expected_mean [m, TOTAL], gain (part of the mean error that goes), the
+    largest first: the propagated error times the ratio of closed estimates.
     """
     design = expected.design
     flights = flights_of(design)
@@ -76,31 +60,19 @@ def effort_gains(expected):
         efforts["nine control points in each high-flight model"] = {
             "control_per_model": 9
         }
-    ratios = [
-        float(expected_parts(replace(flights, **change), design.model).mean / now)
-        for change in efforts.values()
-    ]
+    changed = [replace(flights, **change) for change in efforts.values()]
+    ratio = np.array(
+        [expected_parts(f, design.model).mean / now for f in changed], float
+    )
+    of_mean = expected.figures.mean * ratio
     table = pd.DataFrame(
-        {
-            "effort": list(efforts),
-            "expected_mean": expected.figures.mean * np.array(ratios),
-            "gain": 1.0 - np.array(ratios),
-        }
+        {"effort": list(efforts), "expected_mean": of_mean, "gain": 1.0 - ratio}
     )
     return table.sort_values("gain", ascending=False, ignore_index=True)
 
 
-def describe_effort(expected):
-    """Write what more effort would gain, and up to where it pays.
-
-    Parameters
-    ----------
-    expected : ExpectedPrecision
-
-    Returns
-    -------
-    str
-    """
+def describe_effort(expected) -> str:
+    """Write what more effort would gain, and up to where it pays."""
     rows = [
         [row.effort, fixed(100.0 * row.expected_mean, 1), fixed(100.0 * row.gain, 0)]
         for row in effort_gains(expected).itertuples()

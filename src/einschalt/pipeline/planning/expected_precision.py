@@ -37,65 +37,41 @@ SOURCE_TEXT = {
 
 @dataclass(frozen=True)
 class ExpectedFigures:
-    """Root mean squares, TOTAL [m]; NaN where there is no such point.
+    """Root mean squares, TOTAL [m]; NaN where there is no such point."""
 
-    Attributes
-    ----------
-    mean : float
-        Final coordinates of the new points, mean of all coverages.
-    worst : float
-        95 % of the new points are better.
-    single, single_centre, single_edge, single_corner : float
-        One model's value: anywhere, in the middle (|u| and |v| below 0.2), at the edge
-        (one of them above 0.4), in a corner (both above 0.35) of its extent.
-    paper_mean, paper_single, paper_centre, paper_edge, paper_corner : float
-        The same after Kovarik's formula, with the leverages of these points.
-    m_0 : float
-        What the transformations of the low flight would show.
-    """
-
-    mean: float
-    worst: float
+    mean: float  # final coordinates of the new points, mean of all coverages
+    worst: float  # 95 % of the new points are better
+    # one model's value: anywhere, in the middle (|u| and |v| below 0.2), at the edge
+    # (one of them above 0.4), in a corner (both above 0.35) of its extent
     single: float
     single_centre: float
     single_edge: float
     single_corner: float
+    # the same after Kovarik's formula, with the leverages of these points
     paper_mean: float
     paper_single: float
     paper_centre: float
     paper_edge: float
     paper_corner: float
-    m_0: float
+    m_0: float  # what the transformations of the low flight would show
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExpectedPrecision(Result):
-    """What a planned block will be worth.
-
-    Attributes
-    ----------
-    design : FlightDesign
-    points : DataFrame
-        point_id, easting, northing (from the centre of the area), role,
-        standard_error_total, standard_error_paper, n_models [m].
-    values : DataFrame
-        Every low-flight model's value of every point: coverage, model_id, point_id,
-        position_u, position_v, standard_error_total, standard_error_paper [m].
-    figures : ExpectedFigures
-    parts : dict of str to float
-        What control and both flights contribute to the new points, root mean square,
-        TOTAL [m].
-    formula : PlannedPrecision
-        After Kovarik's formula and edge, with the block's m_0.
-    n_high_models, n_low_models, n_control : int
-    """
+    """What a planned block will be worth."""
 
     design: FlightDesign
+    # point_id, easting, northing (from the centre of the area), role,
+    # standard_error_total, standard_error_paper, n_models [m]
     points: pd.DataFrame
+    # every low-flight model's value of every point: coverage, model_id, point_id,
+    # position_u, position_v, standard_error_total, standard_error_paper [m]
     values: pd.DataFrame
     figures: ExpectedFigures
-    parts: dict
-    formula: PlannedPrecision
+    # what control and both flights contribute to the new points, root mean square,
+    # TOTAL [m]
+    parts: dict[str, float]
+    formula: PlannedPrecision  # after Kovarik's formula and edge, with the block's m_0
     n_high_models: int
     n_low_models: int
     n_control: int
@@ -108,22 +84,8 @@ class ExpectedPrecision(Result):
 def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecision:
     """Compute the precision of a planned block by propagation on its layout.
 
-    Parameters
-    ----------
-    design : FlightDesign
-    coverage_mean : {"all", "most_central"}
-        Which values of a point are averaged, as in Settings.
-    seed : int
-        Of the layout: points are displaced at random about a lattice.
-
-    Returns
-    -------
-    ExpectedPrecision
-
-    Raises
-    ------
-    EinschaltError
-        The layout is not possible: models would hold too few points.
+    ``seed`` is that of the layout: points are displaced at random about a lattice.
+    EinschaltError where models would hold too few points.
 
     Notes
     -----
@@ -208,14 +170,7 @@ def _points(block, result):
 def zones_of(values):
     """Which values lie in the middle, at the edge and in the corners of their models.
 
-    Parameters
-    ----------
-    values : DataFrame
-        With position_u, position_v.
-
-    Returns
-    -------
-    dict of str to ndarray of bool
+    Arrays of bool by the name of the zone; ``values`` has position_u, position_v.
     """
     away = values[["position_u", "position_v"]].abs().to_numpy()
     return {

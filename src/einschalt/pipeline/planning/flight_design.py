@@ -6,7 +6,7 @@ from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.planning.arguments import (
     checked_number,
-    planned_model,
+    flown_model,
     require_points,
 )
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -29,58 +29,27 @@ MOST_WORK = 2.5e7
 
 @dataclass(frozen=True, kw_only=True)
 class FlightDesign:
-    """Two flights that are planned: what is to be decided, and what is at hand.
+    """Two flights that are planned: what is to be decided, and what is at hand."""
 
-    Attributes
-    ----------
-    scale_number : float
-        Of the low flight.
-    spacing : float
-        Mean distance of points [m].
-    m_g_um : float
-        TOTAL error of a point measured in the low flight, image plane [µm].
-    kind : {"affine", "helmert", "rigid"}
-        Transformation of the models of both flights.
-    image_format : float or tuple of float
-        Side of the image, or its sides along and across the strip [m].
-    principal_distance : float
-        [m]
-    forward_overlap, side_overlap : float
-    n_coverages : int
-        Of both flights, 1 to 4.
-    coverage_shift : float, optional
-        Shift of a coverage against the one before, in bases; 1/n_coverages where left
-        out.
-    high_scale_number, high_m_g_um : float, optional
-        Of the high flight; where left out 1.875 and 1.5 times those of the low flight,
-        as at Neukirchen.
-    control_standard_error : float
-        TOTAL error of terrestrial control [m].
-    control_per_model : {5, 9}
-        In each model of the high flight.
-    width, height : float, optional
-        Extent of the area [m]; where left out enough for three high-flight images.
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or the models would leave gaps.
-    """
-
-    scale_number: float
-    spacing: float
-    m_g_um: float
+    scale_number: float  # of the low flight
+    spacing: float  # mean distance of points [m]
+    m_g_um: float  # TOTAL error of a point measured in the low flight, image plane [µm]
+    # of the models of both flights: affine, helmert or rigid
     kind: str = "affine"
+    # side of the image, or its sides along and across the strip [m]
     image_format: float | tuple[float, float] = 0.23
-    principal_distance: float = 0.152
+    principal_distance: float = 0.152  # [m]
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    n_coverages: int = 2
+    n_coverages: int = 2  # of both flights, 1 to 4
+    # shift of a coverage against the one before, in bases; 1/n_coverages where left out
     coverage_shift: float | None = None
+    # where left out 1.875 and 1.5 times those of the low flight, as at Neukirchen
     high_scale_number: float | None = None
     high_m_g_um: float | None = None
-    control_standard_error: float = 0.03
-    control_per_model: int = 5
+    control_standard_error: float = 0.03  # TOTAL error of terrestrial control [m]
+    control_per_model: int = 5  # 5 or 9, of the high flight
+    # extent of the area [m]; where left out enough for three high-flight images
     width: float | None = None
     height: float | None = None
 
@@ -88,11 +57,8 @@ class FlightDesign:
         """Check the values that the simulation does not know by these names."""
         for name in ("scale_number", "spacing", "m_g_um", "principal_distance"):
             checked_number(name, getattr(self, name))
-        for name, value in (
-            ("scale_number", self.high_scale_number),
-            ("m_g_um", self.high_m_g_um),
-        ):
-            if value is not None:
+        for name in ("scale_number", "m_g_um"):
+            if (value := getattr(self, f"high_{name}")) is not None:
                 _checked_of_high_flight(name, value)
         if self.scale_of_high_flight <= self.scale_number:
             raise SettingsError(
@@ -108,13 +74,7 @@ class FlightDesign:
     @property
     def model(self):
         """The planned model of the low flight, its edge by the rule of 1971."""
-        return planned_model(
-            self.kind,
-            "kovarik",
-            self.image_format,
-            self.forward_overlap,
-            self.side_overlap,
-        )
+        return flown_model(self)
 
     @property
     def scale_of_high_flight(self):
@@ -127,14 +87,10 @@ class FlightDesign:
     def extent(self):
         """Width and height of the area, where None has been replaced [m]."""
         footprint = self.scale_of_high_flight * max(self.model.image_format)
-        usual = min(
-            max(HIGH_FOOTPRINTS * footprint, LEAST_ROWS * self.spacing),
-            MOST_ROWS * self.spacing,
-        )
-        return tuple(
-            usual if given is None else float(given)
-            for given in (self.width, self.height)
-        )
+        least, most = LEAST_ROWS * self.spacing, MOST_ROWS * self.spacing
+        usual = min(max(HIGH_FOOTPRINTS * footprint, least), most)
+        given = (self.width, self.height)
+        return tuple(usual if side is None else float(side) for side in given)
 
     @property
     def layout_spacing(self):
@@ -153,12 +109,7 @@ class FlightDesign:
         return float(self.spacing) * max(1.0, work / MOST_WORK) ** 0.25
 
     def geometry(self) -> BlockGeometry:
-        """Return the layout of both flights over the area.
-
-        Returns
-        -------
-        BlockGeometry
-        """
+        """Return the layout of both flights over the area."""
         along, across = self.model.image_format
         width, height = self.extent
         return BlockGeometry(
@@ -184,12 +135,7 @@ class FlightDesign:
         )
 
     def noise(self) -> BlockNoise:
-        """Return the errors of control and measurements.
-
-        Returns
-        -------
-        BlockNoise
-        """
+        """Return the errors of control and measurements."""
         given = self.high_m_g_um
         return BlockNoise(
             control_standard_error=float(self.control_standard_error),
@@ -200,22 +146,10 @@ class FlightDesign:
     def after_kovarik(self, m_0):
         """Precision after Kovarik's formula and edge.
 
-        Parameters
-        ----------
-        m_0 : float
-            TOTAL error of the approximate coordinates [m].
-
-        Returns
-        -------
-        PlannedPrecision
+        ``m_0`` is the TOTAL error of the approximate coordinates [m].
         """
-        return planned_precision(
-            self.scale_number,
-            self.spacing,
-            m_0,
-            self.m_g_um * METRES_PER_UM,
-            self.model,
-        )
+        m_g = self.m_g_um * METRES_PER_UM
+        return planned_precision(self.scale_number, self.spacing, m_0, m_g, self.model)
 
 
 def _checked_of_high_flight(name, value):

@@ -41,39 +41,23 @@ READ_OFF = "read from a diagram by its author, and called 'almost'"
 
 @dataclass(frozen=True)
 class Statement:
-    """A number of the text.
+    """A number of the text."""
 
-    Attributes
-    ----------
-    where : str
-        Page of the volume, and what the number is.
-    printed : float
-    low, high : float
-        What the print allows.
-    ours : float
-    unit : str
-    why : str
-        Why ours lies outside, where it does.
-    """
-
-    where: str
+    where: str  # page of the volume, and what the number is
     printed: float
-    low: float
+    low: float  # what the print allows
     high: float
     ours: float
     unit: str = "cm"
-    why: str = ""
+    why: str = ""  # why ours lies outside, where it does
 
 
-def compare_with_print():
+def compare_with_print() -> pd.DataFrame:
     """Compare every stated number with ours.
 
-    Returns
-    -------
-    DataFrame
-        where, unit, printed, low, high (what the print allows), ours, difference
-        (ours less printed), outside (by how much ours leaves what the print allows,
-        0 where it does not), why.
+    where, unit, printed, low, high (what the print allows), ours, difference (ours less
+    printed), outside (by how much ours leaves what the print allows, 0 where it does
+    not), why.
 
     Examples
     --------
@@ -82,19 +66,8 @@ def compare_with_print():
        printed  ours
     3     16.0  17.9
     """
-    table = pd.DataFrame(
-        [
-            vars(statement)
-            for part in (
-                _transformation(),
-                _totals(),
-                _instruments(),
-                _flying_heights(),
-                _neukirchen(),
-            )
-            for statement in part
-        ]
-    )
+    parts = (_transformation, _totals, _instruments, _flying_heights, _neukirchen)
+    table = pd.DataFrame([statement for part in parts for statement in part()])
     table["difference"] = table["ours"] - table["printed"]
     below, above = table["low"] - table["ours"], table["ours"] - table["high"]
     table["outside"] = np.maximum(np.maximum(below, above), 0.0).round(12)
@@ -124,14 +97,8 @@ def _transformation():
     def edge(scale_number, spacing, m_0_cm):
         return CM * _planned(scale_number, spacing, m_0_cm, 10.0).m_t_edge
 
-    yield Statement(
-        "diagram 1: m_t in the middle with 30 points",
-        0.18,
-        0.175,
-        0.185,
-        30**-0.5,
-        "m_0",
-    )
+    at = "diagram 1: m_t in the middle with 30 points"
+    yield Statement(at, 0.18, 0.175, 0.185, 30**-0.5, "m_0")
     at = "diagram 3: m_t at the edge, "
     yield _rounded(f"{at}1:6000, 200 m, m_0 10 cm", 5.0, edge(6000, 200, 10))
     yield _rounded(f"{at}1:6000, 300 m, m_0 10 cm", 7.0, edge(6000, 300, 10))
@@ -153,34 +120,18 @@ def _totals():
     yield _rounded(f"{at}edge", 8.0, CM * a.M_edge)
     yield _rounded(f"{at}mean of two coverages", 5.0, CM * a.M_double)
     d = _planned(6000, 400, 20, 5)
-    yield Statement(
-        "diagram 4d: M at the edge less M in the middle, 1:6000, 400 m ('almost')",
-        10.0,
-        9.0,
-        10.0,
-        float(CM * (d.M_edge - d.M_centre)),
-        why=f"{READ_OFF}; {RULE_IS_FITTED}",
-    )
+    at = "diagram 4d: M at the edge less M in the middle, 1:6000, 400 m ('almost')"
+    ours, why = float(CM * (d.M_edge - d.M_centre)), f"{READ_OFF}; {RULE_IS_FITTED}"
+    yield Statement(at, 10.0, 9.0, 10.0, ours, why=why)
 
 
 def _instruments():
     """Page 44, footnote 4: from the machine to the image."""
-    yield Statement(
-        "footnote 4: plan error in the machine of 0.015 and 0.01 mm ('about')",
-        0.02,
-        0.015,
-        0.025,
-        m_g_from_machine(0.015, 0.010, 1.0),
-        "mm",
-    )
-    yield Statement(
-        "footnote 4: the same in the image, through 2.5 ('hardly')",
-        0.01,
-        0.005,
-        0.01,
-        m_g_from_machine(0.015, 0.010, 2.5),
-        "mm",
-    )
+    machine, image = (m_g_from_machine(0.015, 0.010, factor) for factor in (1.0, 2.5))
+    at = "footnote 4: plan error in the machine of 0.015 and 0.01 mm ('about')"
+    yield Statement(at, 0.02, 0.015, 0.025, machine, "mm")
+    at = "footnote 4: the same in the image, through 2.5 ('hardly')"
+    yield Statement(at, 0.01, 0.005, 0.01, image, "mm")
 
 
 def _flying_heights():
@@ -191,14 +142,8 @@ def _flying_heights():
         ("Neukirchen high, 1:15000, f 15 cm", 15000 * 0.15, 2140.0, 2270.0),
         ("Neukirchen low, 1:7500, f 15 cm", 7500 * 0.15, 1090.0, 1220.0),
     ):
-        yield Statement(
-            f"flying height of {name}: {low:.0f} to {high:.0f} m",
-            (low + high) / 2.0,
-            low,
-            high,
-            height,
-            "m",
-        )
+        at = f"flying height of {name}: {low:.0f} to {high:.0f} m"
+        yield Statement(at, (low + high) / 2.0, low, high, height, "m")
 
 
 def _neukirchen():
@@ -208,23 +153,15 @@ def _neukirchen():
     yield _rounded(f"{at}middle of models", 5.0, CM * planned.M_centre)
     yield _rounded(f"{at}edge of models", 7.0, CM * planned.M_edge)
     low = _planned(8000, 300, 9.5, 5)
-    yield Statement(
-        "Neukirchen, result at 1:8000: mean of two coverages",
-        4.5,
-        4.25,
-        4.75,
-        float(CM * mean_of_coverages(low.M_centre, low.M_edge, 2)),
-        why=MEASURED,
-    )
+    at = "Neukirchen, result at 1:8000: mean of two coverages"
+    ours = float(CM * mean_of_coverages(low.M_centre, low.M_edge, 2))
+    yield Statement(at, 4.5, 4.25, 4.75, ours, why=MEASURED)
 
 
-def compare_conclusions():
+def compare_conclusions() -> pd.DataFrame:
     """Check what the text concludes without a number.
 
-    Returns
-    -------
-    DataFrame
-        conclusion, holds, because (our numbers).
+    conclusion, holds, because (our numbers).
 
     Examples
     --------
@@ -233,15 +170,8 @@ def compare_conclusions():
     """
     scales = np.array([6000.0, 8000.0, 10000.0, 12000.0])[:, None]
     spacings = np.array([200.0, 300.0, 400.0])
-    diagrams = {
-        name: _planned(scales, spacings, m_0, m_g)
-        for name, m_0, m_g in (
-            ("4a", 10, 10),
-            ("4b", 20, 10),
-            ("4c", 10, 5),
-            ("4d", 20, 5),
-        )
-    }
+    given = {"4a": (10, 10), "4b": (20, 10), "4c": (10, 5), "4d": (20, 5)}
+    diagrams = {name: _planned(scales, spacings, *both) for name, both in given.items()}
     edge = {name: CM * planned.M_edge for name, planned in diagrams.items()}
     span = {n: (CM * (p.M_edge - p.M_centre)).max() for n, p in diagrams.items()}
     best = best_scale(spacings, 0.10, 10e-6, PAPER)

@@ -34,26 +34,15 @@ GAPS = "consecutive images overlap by less than half: models leave gaps between 
 
 @dataclass(frozen=True, eq=False)
 class PrecisionTable:
-    """Precision for every combination of scale, spacing, m_0 and m_g.
-
-    Attributes
-    ----------
-    model : PlannedModel
-    principal_distance : float
-        [m]
-    axes : dict of str to ndarray
-        ``scale_number, spacing, m_0, m_g_um``: the values that are combined.
-    planned : PlannedPrecision
-        Arrays that broadcast to one axis for each of these, in this order.
-    warnings : tuple of str
-        What the formulas cannot say here.
-    """
+    """Precision for every combination of scale, spacing, m_0 and m_g."""
 
     model: PlannedModel
-    principal_distance: float
-    axes: dict
+    principal_distance: float  # [m]
+    # ``scale_number, spacing, m_0, m_g_um``: the values that are combined
+    axes: dict[str, np.ndarray]
+    # arrays that broadcast to one axis for each of these, in this order
     planned: PlannedPrecision
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  # what the formulas cannot say here
 
     @property
     def shape(self):
@@ -63,23 +52,14 @@ class PrecisionTable:
     def array(self, name):
         """One quantity for all combinations.
 
-        Parameters
-        ----------
-        name : str
-            An attribute of PlannedPrecision.
-
-        Returns
-        -------
-        ndarray, shape (n_scales, n_spacings, n_m_0, n_m_g)
+        An attribute of PlannedPrecision; (n_scales, n_spacings, n_m_0, n_m_g).
         """
         return np.broadcast_to(getattr(self.planned, name), self.shape)
 
     def columns(self):
         """All columns of the table, the scale number varying slowest.
 
-        Returns
-        -------
-        dict of str to ndarray, shape (n_combinations,)
+        Arrays by name, (n_combinations,).
         """
         grid = np.meshgrid(*self.axes.values(), indexing="ij", copy=False)
         columns = {name: axis.ravel() for name, axis in zip(AXES, grid, strict=True)}
@@ -91,22 +71,9 @@ class PrecisionTable:
 def precision_table(axes, model, principal_distance) -> PrecisionTable:
     """Compute the precision of every combination.
 
-    Parameters
-    ----------
-    axes : dict of str to float or sequence of float
-        ``scale_number, spacing, m_0, m_g_um``.
-    model : PlannedModel
-    principal_distance : float
-        [m]
-
-    Returns
-    -------
-    PrecisionTable
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or models hold too few points.
+    ``axes`` are ``scale_number, spacing, m_0, m_g_um``, numbers or sequences of them;
+    ``principal_distance`` [m]. EinschaltError where a value is not sensible, or models
+    hold too few points.
     """
     checked = {name: checked_axis(name, axes[name]) for name in AXES}
     distance = checked_number("principal_distance", principal_distance)
@@ -288,22 +255,7 @@ forward_overlap, side_overlap
 def best_columns(axes, model, principal_distance):
     """Columns of :func:`optimal_scale`.
 
-    Parameters
-    ----------
-    axes : dict of str to float or sequence of float
-        ``spacing, m_0, m_g_um``.
-    model : PlannedModel
-    principal_distance : float
-        [m]
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_combinations,)
-
-    Raises
-    ------
-    SettingsError
-        A value is not sensible.
+    ``axes`` are ``spacing, m_0, m_g_um``; arrays by name, (n_combinations,).
     """
     checked = {name: checked_axis(name, axes[name]) for name in AXES[1:]}
     distance = checked_number("principal_distance", principal_distance)
@@ -320,16 +272,9 @@ def best_columns(axes, model, principal_distance):
 def break_even_columns(table):
     """Say up to which effort measuring and transformation are worth improving.
 
-    Parameters
-    ----------
-    table : PrecisionTable
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_combinations,)
-        scale_number, spacing, m_0, m_g_um; ``settings``, of a point, up to
-        which measuring decides at the edge; ``spacing_at_break_even`` [m], down to
-        which denser points gain there.
+    scale_number, spacing, m_0, m_g_um; ``settings``, of a point, up to which measuring
+    decides at the edge; ``spacing_at_break_even`` [m], down to which denser points gain
+    there. Arrays by name, (n_combinations,).
     """
     columns = table.columns()
     ground, m_t = columns["m_g_ground"], columns["m_t_edge"]
@@ -342,15 +287,7 @@ def break_even_columns(table):
 def frame_of(columns, warnings=()):
     """Make a frame of columns.
 
-    Parameters
-    ----------
-    columns : dict of str to ndarray
-    warnings : sequence of str
-
-    Returns
-    -------
-    DataFrame
-        With ``attrs["warnings"]``.
+    With ``attrs["warnings"]``.
     """
     # imported when a frame is asked for: a table as text needs none
     import pandas as pd  # noqa: PLC0415

@@ -6,11 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.errors import (
-    GeometryError,
-    SettingsError,
-    raise_problems,
-)
+from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
 from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
@@ -18,7 +14,7 @@ from einschalt.pipeline.planning.arguments import (
     checked_axis,
     checked_choice,
     checked_number,
-    planned_model,
+    flown_model,
     require_reasonable_size,
 )
 from einschalt.pipeline.planning.costs import PlanCosts
@@ -42,8 +38,15 @@ from einschalt.theory.planning.leverage import LEAST_POINTS
 if TYPE_CHECKING:
     import pandas as pd
 
-PLACES = ("centre", "edge", "everywhere")
-FORMULAS = ("expected", "paper")
+PLACES = {
+    "centre": "at the centre of models",
+    "edge": "at the edge of models",
+    "everywhere": "everywhere",
+}
+FORMULAS = {
+    "expected": "as is to be expected",
+    "paper": "by the formula of 1971, which is too good",
+}
 M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
@@ -72,56 +75,35 @@ ONE_COVERAGE = """\
 
 @dataclass(frozen=True, kw_only=True)
 class PlanChoices:
-    """What a planner is free to choose; every value is combined with every other.
+    """What a planner is free to choose; every value is combined with every other."""
 
-    Attributes
-    ----------
-    scale_number, spacing, m_g_um : sequence of float
-        Of the low flight; m_g of ONE setting.
-    high_over_low : sequence of float
-        Scale number of the high flight over that of the low flight.
-    n_settings : sequence of int
-        How often a point is set, in both flights.
-    n_coverages : sequence of int
-        Of both flights.
-    control_per_model : sequence of int
-        5 or 9, in each model of the high flight.
-    """
-
+    # scale_number, spacing, m_g_um: of the low flight; m_g of ONE setting
     scale_number: tuple[float, ...]
     spacing: tuple[float, ...]
     m_g_um: tuple[float, ...]
+    # scale number of the high flight over that of the low flight
     high_over_low: tuple[float, ...] = (1.25, 1.5, 1.875, 2.5, 3.0)
-    n_settings: tuple[int, ...] = (1, 2, 4)
-    n_coverages: tuple[int, ...] = (1, 2, 3)
+    n_settings: tuple[int, ...] = (1, 2, 4)  # how often a point is set, in both flights
+    n_coverages: tuple[int, ...] = (1, 2, 3)  # of both flights
+    # 5 or 9, in each model of the high flight
     control_per_model: tuple[int, ...] = (5, 9)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanSearch(Result):
-    """All plans, the cheapest that reach the target first.
+    """All plans, the cheapest that reach the target first."""
 
-    Attributes
-    ----------
-    target : float
-        [m]
-    where : {"centre", "edge", "everywhere"}
-    by : {"expected", "paper"}
-    model : PlannedModel
-    plans : DataFrame
-        scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
-        control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
-        Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
-        reached_expected, reached_paper (at the place of the target), reached (the one
-        that is asked for) [m, TOTAL], images, models, settings,
-        control_points (for each km²), cost (for each km²), is_feasible, is_efficient
-        (no other plan is cheaper and better), limited_by.
-    """
-
-    target: float
-    where: str
-    by: str
+    target: float  # [m]
+    where: str  # "centre", "edge", "everywhere"
+    by: str  # "expected", "paper"
     model: PlannedModel
+    # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
+    # control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
+    # Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
+    # reached_expected, reached_paper (at the place of the target), reached (the one
+    # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
+    # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
+    # better), limited_by
     plans: "pd.DataFrame"
 
     @property
@@ -152,29 +134,15 @@ ALLOWED_IN_FRAME = {
 
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
-    """What is at hand: camera, transformation, control, and what things cost.
+    """What is at hand: camera, transformation, control, and what things cost."""
 
-    Attributes
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-    image_format : float or tuple of float
-        [m]
-    principal_distance : float
-        [m]
-    forward_overlap, side_overlap : float
-    control_standard_error : float
-        TOTAL [m].
-    high_over_low_m_g : float
-        Measuring error of the high flight over that of the low flight.
-    costs : PlanCosts
-    """
-
-    kind: str = "affine"
-    image_format: float | tuple[float, float] = 0.23
-    principal_distance: float = 0.152
+    kind: str = "affine"  # "affine", "helmert", "rigid"
+    image_format: float | tuple[float, float] = 0.23  # [m]
+    principal_distance: float = 0.152  # [m]
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
-    control_standard_error: float = 0.03
+    control_standard_error: float = 0.03  # TOTAL [m]
+    # measuring error of the high flight over that of the low flight
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
 
@@ -186,30 +154,15 @@ class PlanFrame:
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
     """Find the plans that reach a precision, the cheapest first.
 
-    Parameters
-    ----------
-    target : float
-        TOTAL error that the delivered coordinates may have [m].
-    choices : PlanChoices
-    frame : PlanFrame, optional
-        Aerial film with affine models where it is left out.
-    where : {"everywhere", "edge", "centre"}
-        Place in the models at which the target holds. It matters with one coverage
-        only: the mean of several is alike everywhere.
-    by : {"expected", "paper"}
-        Errors as they are to be expected, with what points share; or after the formula
-        of 1971, which is too good.
+    ``target`` is the TOTAL error that the delivered coordinates may have [m], ``where``
+    ("everywhere", "edge", "centre") the place in the models at which it holds: that
+    matters with one coverage only, the mean of several is alike everywhere. ``by``
+    "expected" takes errors with what points share; "paper" the formula of 1971, which
+    is too good. Aerial film with affine models where ``frame`` is left out.
 
-    Returns
-    -------
-    PlanSearch
-        Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
-        says what limits it.
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or no combination has enough points in its models.
+    Where no plan reaches the target, ``nearest`` is the one that comes nearest, and
+    says what limits it. EinschaltError where a value is not sensible, or no combination
+    has enough points in its models.
 
     Examples
     --------
@@ -225,13 +178,7 @@ def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"
     checked_choice("by", by, FORMULAS)
     frame = PlanFrame() if frame is None else frame
     # edges are looked at as the geometry has them; the paper's M takes its own rule
-    model = planned_model(
-        frame.kind,
-        "kovarik",
-        frame.image_format,
-        frame.forward_overlap,
-        frame.side_overlap,
-    )
+    model = flown_model(frame)
     columns = _precisions(_combine(choices), frame, model)
     columns = _without_control_alone(columns | _work(columns, frame, model))
     for formula in FORMULAS:
@@ -249,7 +196,7 @@ ALLOWED_CHOICES = {
     "high_over_low": Range(1.01, 20, "times the low flight's scale number"),
     "n_settings": Range(1, 100, is_whole=True),
     "n_coverages": Range(1, 4, is_whole=True),
-    "control_per_model": Range(5, 9, is_whole=True),
+    "control_per_model": (5, 9),
 }
 
 
@@ -261,8 +208,6 @@ def _combine(choices):
     for name, allowed in ALLOWED_CHOICES.items():
         values = list(getattr(choices, name))
         wrong = [value for value in values if value not in allowed]
-        if name == "control_per_model":
-            wrong = [value for value in values if value not in (5, 9)]
         if wrong or not values:
             raise SettingsError(
                 f"{name} = {wrong[0]!r}" if wrong else f"{name} is empty",
@@ -282,23 +227,22 @@ def _precisions(given, frame, model):
     in_high_model = given["high_over_low"] ** 2 * n_points
     is_possible = _with_enough_points(n_points, in_high_model, given, model)
     columns = {name: values[is_possible] for name, values in given.items()}
-    columns["high_scale_number"] = (
-        columns.pop("high_over_low") * columns["scale_number"]
-    )
+    high_over_low = columns.pop("high_over_low")
+    columns["high_scale_number"] = high_over_low * columns["scale_number"]
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
     planned = planned_precision(
         columns["scale_number"], columns["spacing"], parts.approximate, m_g, model
     )
+    n_coverages = columns["n_coverages"]
+    mean = mean_of_coverages(planned.M_centre, planned.M_edge, n_coverages)
     columns |= {
         "flying_height": distance * columns["scale_number"],
         "n_points": n_points[is_possible],
         "m_0": parts.approximate,
         "M_centre": planned.M_centre,
         "M_edge": planned.M_edge,
-        "M_mean": mean_of_coverages(
-            planned.M_centre, planned.M_edge, columns["n_coverages"]
-        ),
+        "M_mean": mean,
         "expected_centre": parts.centre,
         "expected_edge": parts.edge,
         "expected_mean": parts.mean,
@@ -344,12 +288,8 @@ def _expected(columns, m_g, frame, model) -> ExpectedParts:
         )
         found[pattern] = expected_parts(flights, model)
     is_nine = columns["control_per_model"] == 9
-    return ExpectedParts(
-        **{
-            name: np.where(is_nine, getattr(found[9], name), getattr(found[5], name))
-            for name in ExpectedParts.__dataclass_fields__
-        }
-    )
+    five, nine = vars(found[5]), vars(found[9])
+    return ExpectedParts(**{n: np.where(is_nine, nine[n], five[n]) for n in five})
 
 
 def _limits(parts):
@@ -367,10 +307,8 @@ def _work(columns, frame, model):
     points = M2_PER_KM2 / columns["spacing"] ** 2
     values = 2.0 * models_per_point(model) * coverages
     settings = points * values * columns["n_settings"]
-    per_model = np.where(
-        columns["control_per_model"] == 9, *(CONTROL_PER_NEAT_MODEL[k] for k in (9, 5))
-    )
-    control = per_model * high
+    five, nine = CONTROL_PER_NEAT_MODEL.values()
+    control = np.where(columns["control_per_model"] == 9, nine, five) * high
     costs = frame.costs
     return {
         "images": low + high,
@@ -398,10 +336,8 @@ def _without_control_alone(columns):
 
 def _reached(columns, where, by):
     """Error at the place of the target, of what is delivered."""
-    centre, edge, mean = (
-        columns[f"{'M' if by == 'paper' else 'expected'}_{place}"]
-        for place in ("centre", "edge", "mean")
-    )
+    error = "M" if by == "paper" else "expected"
+    centre, edge, mean = (columns[f"{error}_{p}"] for p in ("centre", "edge", "mean"))
     single = {"centre": centre, "edge": edge, "everywhere": np.maximum(centre, edge)}
     reached = np.where(columns["n_coverages"] == 1, single[where], mean)
     # models that do not determine their edge promise nothing
@@ -420,12 +356,10 @@ def _is_efficient(cost, error):
 
 def _summary(search):
     feasible, best = search.feasible, search.nearest
-    aim = f"{length(search.target)} ({_where_text(search)}, {_by_text(search)})"
+    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
     if len(feasible):
-        verdict = (
-            f"{len(feasible)} of {count(len(search.plans), 'plan')} reach {aim}; the "
-            f"cheapest: {describe_plan(best)}"
-        )
+        of_all = f"{len(feasible)} of {count(len(search.plans), 'plan')}"
+        verdict = f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
         shown = feasible
     else:
         limit = best["limited_by"]
@@ -449,17 +383,10 @@ def _summary(search):
     )
 
 
-def describe_plan(plan):
+def describe_plan(plan) -> str:
     """Say a plan in a sentence.
 
-    Parameters
-    ----------
-    plan : Series
-        Row of ``PlanSearch.plans``.
-
-    Returns
-    -------
-    str
+    ``plan`` is a row of ``PlanSearch.plans``.
     """
     coverages = count(int(plan["n_coverages"]), "coverage")
     settings = count(int(plan["n_settings"]), "setting")
@@ -470,20 +397,8 @@ def describe_plan(plan):
     )
 
 
-def _where_text(search):
-    if search.where == "everywhere":
-        return "everywhere"
-    return f"at the {search.where} of models"
-
-
-def _by_text(search):
-    if search.by == "paper":
-        return "by the formula of 1971, which is too good"
-    return "as is to be expected"
-
-
 def _table(plans, by):
-    other = FORMULAS[1 - FORMULAS.index(by)]
+    other = "paper" if by == "expected" else "expected"
     rows = [
         [
             scale(plan.scale_number),

@@ -23,74 +23,37 @@ HEAD = (
 def forecast_by_scale(heights, scale_numbers, model, principal_distance):
     """Judge the terrain of every model at several image scales.
 
-    Parameters
-    ----------
-    heights : DataFrame
-        model_id, h1 … h6: heights of the terrain in the standard points [m].
-    scale_numbers : sequence of float
-    model : PlannedModel
-    principal_distance : float
-        [m]
-
-    Returns
-    -------
-    DataFrame
-        scale_number, model_id, then what ``forecast_dangerous_surfaces`` says: verdict,
-        over_correction_k, over_correction_n, inflation, safe_flying_height and more.
-
-    Raises
-    ------
-    EinschaltError
-        A height is missing or no number.
+    ``heights``: model_id, h1 … h6, of the terrain in the standard points [m]. Gives
+    scale_number, model_id, then what ``forecast_dangerous_surfaces`` says: verdict,
+    over_correction_k, over_correction_n, inflation, safe_flying_height and more.
     """
     parts = {}
-    for scale_number in scale_numbers:
-        plan = _plan_of(
-            *(model.image_format, model.forward_overlap, principal_distance),
-            float(scale_number) * principal_distance,
-        )
-        parts[float(scale_number)] = forecast_dangerous_surfaces(heights, plan).models
+    for scale_number in map(float, scale_numbers):
+        plan = _plan_of(model, principal_distance, scale_number * principal_distance)
+        parts[scale_number] = forecast_dangerous_surfaces(heights, plan).models
     return pd.concat(parts, names=["scale_number"]).reset_index()
 
 
-def forecast_by_camera(heights, flying_height, cameras=CAMERAS):
+def forecast_by_camera(heights, flying_height, cameras=CAMERAS) -> pd.DataFrame:
     """Judge the terrain of every model for several cameras, flown equally high.
 
-    Parameters
-    ----------
-    heights : DataFrame
-        model_id, h1 … h6 [m].
-    flying_height : float
-        Above the terrain in the standard points 1 and 2 of each model [m].
-    cameras : dict of str to CameraPreset
-
-    Returns
-    -------
-    DataFrame
-        camera, scale_number, model_id, then as :func:`forecast_by_scale`.
-
-    Raises
-    ------
-    EinschaltError
-        A height is missing or no number.
+    ``flying_height`` is that above the standard points 1 and 2 of each model [m]. Gives
+    camera, scale_number, model_id, then as :func:`forecast_by_scale`.
     """
     parts = {}
     for name, camera in cameras.items():
-        plan = _plan_of(
-            *(camera.image_format, camera.forward_overlap, camera.principal_distance),
-            flying_height,
-        )
+        plan = _plan_of(camera, camera.principal_distance, flying_height)
         models = forecast_dangerous_surfaces(heights, plan).models
         models.insert(0, "scale_number", flying_height / camera.principal_distance)
         parts[name] = models
     return pd.concat(parts, names=["camera"]).reset_index()
 
 
-def _plan_of(image_format, forward_overlap, principal_distance, flying_height):
-    along, across = image_format
+def _plan_of(camera, principal_distance, flying_height):
+    along, across = camera.image_format
     # the forecast knows square images: of an oblong one the side across is given,
     # which holds the wings, with the overlap that leaves the base as long as it is
-    overlap = 1.0 - (1.0 - forward_overlap) * along / across
+    overlap = 1.0 - (1.0 - camera.forward_overlap) * along / across
     return FlightPlan(
         principal_distance=principal_distance,
         flying_height=flying_height,
@@ -100,20 +63,8 @@ def _plan_of(image_format, forward_overlap, principal_distance, flying_height):
     )
 
 
-def describe_forecast(forecast, by_camera):
-    """Say at which scales and for which cameras the terrain is dangerous.
-
-    Parameters
-    ----------
-    forecast : DataFrame
-        As :func:`forecast_by_scale` gives it.
-    by_camera : DataFrame
-        As :func:`forecast_by_camera` gives it.
-
-    Returns
-    -------
-    str
-    """
+def describe_forecast(forecast, by_camera) -> str:
+    """Say at which scales and for which cameras the terrain is dangerous."""
     groups = list(forecast.groupby("scale_number"))[:MOST_SCALES]
     more = forecast["scale_number"].nunique() - MOST_SCALES
     worst = [(scale_number, _worst(models)) for scale_number, models in groups]

@@ -20,18 +20,10 @@ TOO_GOOD = (
 )
 
 
-def describe_table(table, best):
+def describe_table(table, best) -> str:
     """Write a table of precision as aligned text.
 
-    Parameters
-    ----------
-    table : PrecisionTable
-    best : dict of str to ndarray
-        Columns of the scales that are best for the edge.
-
-    Returns
-    -------
-    str
+    ``best`` has the columns of the scales that are best for the edge.
     """
     parts = [
         _head(table),
@@ -47,17 +39,8 @@ def describe_table(table, best):
     return "\n\n".join(part for part in parts if part)
 
 
-def problems(warnings):
-    """List what the planner should know first.
-
-    Parameters
-    ----------
-    warnings : sequence of str
-
-    Returns
-    -------
-    str
-    """
+def problems(warnings) -> str:
+    """List what the planner should know first."""
     said = [wrapped(text, first="  ", indent="    ") for text in warnings]
     return "\n".join(["Problems and suggestions", *(said or ["  none"])])
 
@@ -98,18 +81,11 @@ def _points(table):
 
 def _transformation(table):
     """Diagram 3, one table for each m_0."""
-    m_0 = table.axes["m_0"]
+    at = {name: table.array(f"m_t_{name}")[..., 0] for name in ("centre", "edge")}
     return _blocks(
-        f"m_t [cm] with m_0 = {_cm(m)} cm (diagram 3)\n"
-        + _grid(
-            table,
-            [
-                ("centre", table.array("m_t_centre")[:, :, i, 0]),
-                ("edge", table.array("m_t_edge")[:, :, i, 0]),
-            ],
-            _in_cm,
-        )
-        for i, m in enumerate(m_0)
+        f"m_t [cm] with m_0 = {_cm(m_0)} cm (diagram 3)\n"
+        + _grid(table, [(name, at[name][:, :, i]) for name in at], _in_cm)
+        for i, m_0 in enumerate(table.axes["m_0"])
     )
 
 
@@ -164,19 +140,14 @@ def _break_even(table):
     settings = settings_that_balance(m_g, m_t)
     scales = table.axes["scale_number"][:MOST_SCALES]
     combinations = [
-        (j, m, k)
-        for k in range(len(table.axes["m_g_um"]))
-        for m in range(len(table.axes["m_0"]))
-        for j in range(len(table.axes["spacing"]))
+        [f"{spacing:g} m", f"{_cm(m_0)} cm", f"{m_g:g} µm", settings[:, j, m, k]]
+        for k, m_g in enumerate(table.axes["m_g_um"])
+        for m, m_0 in enumerate(table.axes["m_0"])
+        for j, spacing in enumerate(table.axes["spacing"])
     ]
     rows = [
-        [
-            f"{table.axes['spacing'][j]:g} m",
-            f"{_cm(table.axes['m_0'][m])} cm",
-            f"{table.axes['m_g_um'][k]:g} µm",
-            *(number(settings[i, j, m, k]) for i in range(len(scales))),
-        ]
-        for j, m, k in combinations[: 3 * MOST_BLOCKS]
+        [*words, *map(number, at_scales[: len(scales)])]
+        for *words, at_scales in combinations[: 3 * MOST_BLOCKS]
     ]
     header = ["spacing", "m_0", "m_g", *(scale(value) for value in scales)]
     text = typesetting.table(rows, header=header, align="r" * len(header))

@@ -8,14 +8,10 @@ figures of the documentation, after the test block Neukirchen of Kovarik 1971.
 from dataclasses import dataclass
 
 from einschalt.foundations.arguments import described, is_choice
-from einschalt.foundations.errors import (
-    ProjectionError,
-    SettingsError,
-    raise_problems,
-)
+from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
-from einschalt.pipeline.block.block import TRANSFORMATIONS
+from einschalt.pipeline.block.facts import TRANSFORMATIONS
 
 MEASUREMENTS = ("machine", "parallaxes", "images")
 CONTROL_PATTERNS = (5, 9)
@@ -163,14 +159,9 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
 
     def __post_init__(self):
         """Check every value, then what they give together."""
-        given = {
-            name: allowed
-            for name, allowed in RANGES.items()
-            if not (name in OPTIONAL and getattr(self, name) is None)
-        }
-        problems = problems_in(self, given)
-        problems += self._problems_of_choice()
-        raise_problems(problems)
+        left_out = {name for name in OPTIONAL if getattr(self, name) is None}
+        given = {name: RANGES[name] for name in RANGES if name not in left_out}
+        raise_problems([*problems_in(self, given), *self._problems_of_choice()])
         raise_problems([*self._problems_of_size(), *self._problems_of_gaps()])
 
     @property
@@ -271,9 +262,8 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
                 expected="at least 3 x 3",
                 remedy="Lower point_spacing, or enlarge the area",
             )
-        flown = self.principal_distance * min(
-            self.high_scale_number, self.low_scale_number
-        )
+        lowest = min(self.high_scale_number, self.low_scale_number)
+        flown = self.principal_distance * lowest
         if self.measurement != "machine" and HIGHEST_RELIEF * self.relief > flown / 2:
             yield SettingsError(
                 f"BlockGeometry: relief = {self.relief!r}, with hills up to "
@@ -289,25 +279,14 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
             )
 
     def _problems_of_gaps(self):
-        along, across = self.usable_model
         rims = 2.0 * self.unusable_rim
-        for name, least, size, step, where, between in (
-            (
-                "forward_overlap",
-                (1.0 + rims / self.image_format) / 2.0,
-                along,
-                self.image_base,
-                "along",
-                "models",
-            ),
-            (
-                "side_overlap",
-                rims / self.across,
-                across,
-                self.image_strip_distance,
-                "across",
-                "strips",
-            ),
+        forward = (1.0 + rims / self.image_format) / 2.0
+        words = (
+            ("forward_overlap", forward, "along", "models"),
+            ("side_overlap", rims / self.across, "across", "strips"),
+        )
+        for (name, least, where, between), size, step in zip(
+            words, self.usable_model, self.neat_model, strict=True
         ):
             if size < step - TOLERANCE:
                 yield SettingsError(

@@ -21,47 +21,24 @@ CONTROL_PLACES = {5: CORNERS_AND_CENTRE, 9: THREE_BY_THREE}
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """A smooth terrain: plane waves of equal amplitude above a mean height.
+    """A smooth terrain: plane waves of equal amplitude above a mean height."""
 
-    Attributes
-    ----------
-    mean_height, amplitude : float
-        [m]
-    wave_vector : ndarray, shape (n_waves, 2)
-        [rad/m]
-    phase : ndarray, shape (n_waves,)
-        [rad]
-    """
-
-    mean_height: float
-    amplitude: float
-    wave_vector: np.ndarray
-    phase: np.ndarray
+    mean_height: float  # [m]
+    amplitude: float  # [m]
+    wave_vector: np.ndarray  # (n_waves, 2) [rad/m]
+    phase: np.ndarray  # (n_waves,) [rad]
 
     def height(self, position):
         """Height of the terrain [m].
 
-        Parameters
-        ----------
-        position : ndarray, shape (..., 2)
-            Easting, northing from the centre of the area [m].
+        ``position`` (..., 2): easting, northing from the centre of the area [m].
         """
         waves = np.sin(position @ self.wave_vector.T + self.phase)
         return self.mean_height + self.amplitude * waves.sum(axis=-1)
 
 
 def shape_terrain(geometry, rng) -> Terrain:
-    """Draw the terrain of a block.
-
-    Parameters
-    ----------
-    geometry : BlockGeometry
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    Terrain
-    """
+    """Draw the terrain of a block."""
     length = rng.uniform(SHORTEST_WAVE, LONGEST_WAVE, N_WAVES)
     direction = rng.uniform(0.0, 2.0 * np.pi, N_WAVES)
     towards = np.column_stack([np.cos(direction), np.sin(direction)])
@@ -79,16 +56,9 @@ def scatter_points(geometry, rng):
     The outermost points are moved inward only, so that the models that cover the
     lattice hold them all.
 
-    Parameters
-    ----------
-    geometry : BlockGeometry
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    ndarray, shape (n_points, 2)
-        Easting, northing from the centre of the area [m], row by row from the
-        north-west.
+    Easting, northing from the centre of the area (n_points, 2) [m], row by row from the
+    north-west. The outermost points are moved inward only, so that the models that
+    cover the lattice hold them all.
     """
     east, north = geometry.half_extent
     column = np.linspace(-east, east, geometry.n_columns)
@@ -102,37 +72,20 @@ def scatter_points(geometry, rng):
 
 
 def name_points(n_points):
-    """Names of the points, text that counts from 1001.
-
-    Parameters
-    ----------
-    n_points : int
-
-    Returns
-    -------
-    ndarray of object, shape (n_points,)
-    """
+    """Names of the points, text that counts from 1001."""
     return np.arange(FIRST_POINT, FIRST_POINT + n_points).astype(str).astype(object)
 
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """The model (or image) centres of one coverage.
+    """The model (or image) centres of one coverage."""
 
-    Attributes
-    ----------
-    along, across : ndarray, shape (n_along,), (n_across,)
-        Centres in the axes of the flight, increasing [m].
-    base : float
-        Distance of consecutive centres [m].
-    direction : float
-        Of the strips, from east to the left [rad].
-    """
-
+    # along, across: (n_along,), (n_across,): centres in the axes of the flight,
+    # increasing [m]
     along: np.ndarray
     across: np.ndarray
-    base: float
-    direction: float
+    base: float  # distance of consecutive centres [m]
+    direction: float  # of the strips, from east to the left [rad]
 
     @property
     def shape(self):
@@ -150,12 +103,7 @@ class Raster:
         return turn(np.column_stack([along.ravel(), across.ravel()]), self.direction)
 
     def names(self):
-        """Strip / place in the strip, strips counted from the left of the flight.
-
-        Returns
-        -------
-        ndarray of object, shape (n_centres,)
-        """
+        """Strip / place in the strip, strips counted from the left of the flight."""
         n_along, n_across = self.shape
         strip = np.repeat(np.arange(1, n_across + 1), n_along).astype(str)
         place = np.tile(np.arange(1, n_along + 1), n_across).astype(str)
@@ -164,26 +112,17 @@ class Raster:
     def holding(self, position, half_size):
         """Pair each point with every centre that lies near enough.
 
-        Parameters
-        ----------
-        position : ndarray, shape (n_points, 2)
-            Easting, northing [m].
-        half_size : tuple of two float
-            Reach of a centre along and across [m].
-
-        Returns
-        -------
-        centre, point : ndarray of int, shape (n_pairs,)
-            Sorted by centre.
+        ``half_size`` is the reach of a centre along and across [m]. Gives centre and
+        point of each pair, sorted by centre.
         """
         in_flight = turn(position, -self.direction)
         first_along, n_along = _window(self.along, in_flight[:, 0], half_size[0])
         first_across, n_across = _window(self.across, in_flight[:, 1], half_size[1])
         step_along = np.arange(n_along.max(initial=0))
         step_across = np.arange(n_across.max(initial=0))
-        is_held = (step_along < n_along[:, None])[:, :, None] & (
-            step_across < n_across[:, None]
-        )[:, None, :]
+        is_along = step_along < n_along[:, None]
+        is_across = step_across < n_across[:, None]
+        is_held = is_along[:, :, None] & is_across[:, None, :]
         point, along, across = np.nonzero(is_held)
         strip = len(self.across) - 1 - (first_across[point] + across)
         centre = strip * len(self.along) + first_along[point] + along
@@ -194,15 +133,7 @@ class Raster:
 def turn(position, angle):
     """Turn positions to the left about the centre of the area.
 
-    Parameters
-    ----------
-    position : ndarray, shape (n, 2)
-    angle : float or ndarray, shape (n,)
-        [rad]
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
+    ``position`` (n, 2); one angle, or one for each [rad].
     """
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = position[:, 0], position[:, 1]
@@ -233,28 +164,15 @@ def _lay_axis(extent, reach, step, shift):
 
 @dataclass(frozen=True, eq=False)
 class FlightLayout:
-    """The models of one flight, and the points that they hold.
-
-    Attributes
-    ----------
-    scale_number : float
-    rasters : tuple of Raster
-        One per coverage.
-    coverage : ndarray of int, shape (n_models,)
-        Position in ``rasters``.
-    place : ndarray of int, shape (n_models,)
-        Position among the centres of that raster.
-    centre : ndarray, shape (n_models, 2)
-        Easting, northing from the centre of the area [m].
-    model, point : ndarray of int, shape (n_rows,)
-        Which model holds which point, sorted by model.
-    """
+    """The models of one flight, and the points that they hold."""
 
     scale_number: float
-    rasters: tuple[Raster, ...]
-    coverage: np.ndarray
-    place: np.ndarray
+    rasters: tuple[Raster, ...]  # one per coverage
+    coverage: np.ndarray  # (n_models,): position in ``rasters``
+    place: np.ndarray  # (n_models,): position among the centres of that raster
+    # (n_models, 2): easting, northing from the centre of the area [m]
     centre: np.ndarray
+    # model, point: (n_rows,): which model holds which point, sorted by model
     model: np.ndarray
     point: np.ndarray
 
@@ -271,7 +189,9 @@ class FlightLayout:
     @property
     def model_id(self):
         """Name of each model within its coverage, as "3/12"."""
-        return self._from_rasters([raster.names() for raster in self.rasters])
+        names = [raster.names() for raster in self.rasters]
+        start = np.cumsum([0, *(len(part) for part in names)])
+        return np.concatenate(names)[start[self.coverage] + self.place]
 
     @property
     def direction(self):
@@ -283,25 +203,11 @@ class FlightLayout:
         """Base of each model on the ground [m]."""
         return np.array([raster.base for raster in self.rasters])[self.coverage]
 
-    def _from_rasters(self, values):
-        start = np.cumsum([0, *(len(part) for part in values)])
-        return np.concatenate(values)[start[self.coverage] + self.place]
-
 
 def lay_flight(geometry, flight, position) -> FlightLayout:
     """Lay the models of one flight over the block.
 
-    Parameters
-    ----------
-    geometry : BlockGeometry
-    flight : {"high_flight", "low_flight"}
-    position : ndarray, shape (n_points, 2)
-        Easting, northing from the centre of the area [m].
-
-    Returns
-    -------
-    FlightLayout
-        Without the models that hold too few points.
+    Without the models that hold too few points.
     """
     is_high = flight == "high_flight"
     scale = geometry.high_scale_number if is_high else geometry.low_scale_number
@@ -322,36 +228,30 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
                 expected=f"models of at least {least} points",
                 remedy="Lower point_spacing or least_points_per_model",
             )
-    places = [place for place, _, _ in parts]
-    first_model = np.cumsum([0, *(len(place) for place in places)])
+    places, models, points = zip(*parts, strict=True)
+    n_models = [len(place) for place in places]
+    centres = [r.centres()[place] for r, place in zip(rasters, places, strict=True)]
+    first_model = np.cumsum([0, *n_models[:-1]])
+    numbers = [model + first for model, first in zip(models, first_model, strict=True)]
     return FlightLayout(
         scale,
         tuple(rasters),
-        coverage=np.repeat(np.arange(len(places)), [len(place) for place in places]),
+        coverage=np.repeat(np.arange(len(places)), n_models),
         place=np.concatenate(places),
-        centre=np.concatenate(
-            [r.centres()[place] for r, place in zip(rasters, places, strict=True)]
-        ),
-        model=np.concatenate(
-            [
-                part[1] + first
-                for part, first in zip(parts, first_model[:-1], strict=True)
-            ]
-        ),
-        point=np.concatenate([part[2] for part in parts]),
+        centre=np.concatenate(centres),
+        model=np.concatenate(numbers),
+        point=np.concatenate(points),
     )
 
 
 def _lay_raster(geometry, scale_number, coverage, is_across):
     extent = geometry.half_extent[::-1] if is_across else geometry.half_extent
     shift = coverage * geometry.shift
-    axes = [
-        _lay_axis(extent[axis], scale_number * size / 2.0, scale_number * step, shift)
-        for axis, (size, step) in enumerate(
-            zip(geometry.usable_model, geometry.neat_model, strict=True)
-        )
-    ]
-    (along, base), (across, _) = axes
+    sizes, steps = geometry.usable_model, geometry.neat_model
+    (along, base), (across, _) = (
+        _lay_axis(reach, scale_number * size / 2.0, scale_number * step, shift)
+        for reach, size, step in zip(extent, sizes, steps, strict=True)
+    )
     return Raster(along, across, base, np.pi / 2.0 if is_across else 0.0)
 
 
@@ -373,18 +273,11 @@ def choose_control(geometry, layout, position):
     neighbouring models, and those of the other coverage, share most of their control.
     The nearest point of the model that is still free is taken.
 
-    Parameters
-    ----------
-    geometry : BlockGeometry
-    layout : FlightLayout
-        Of the high flight.
-    position : ndarray, shape (n_points, 2)
-        Easting, northing from the centre of the area [m].
-
-    Returns
-    -------
-    ndarray of int, shape (n_models, 5 or 9)
-        Positions of the control points.
+    Wanted are the corners and the centre (or 3 x 3 places) of the neat model, enlarged
+    by ``control_reach`` and moved to the border of the block where they lie outside: so
+    neighbouring models, and those of the other coverage, share most of their control.
+    The nearest point of the model that is still free is taken. Gives places of points,
+    (n_models, 5 or 9).
     """
     half = geometry.control_reach * _neat_half(geometry, layout)
     extent = np.array(geometry.half_extent)
@@ -404,16 +297,7 @@ def choose_control(geometry, layout, position):
 def leave_control_of_others(layout, control) -> FlightLayout:
     """Leave out of each model the control that was chosen for other models.
 
-    Parameters
-    ----------
-    layout : FlightLayout
-        Of the high flight.
-    control : ndarray of int, shape (n_models, 5 or 9)
-        Positions of each model's control points.
-
-    Returns
-    -------
-    FlightLayout
+    ``control`` is that of each model, as it was chosen.
     """
     is_own = (control[layout.model] == layout.point[:, None]).any(axis=1)
     is_kept = is_own | ~np.isin(layout.point, control)

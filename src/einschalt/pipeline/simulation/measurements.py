@@ -14,11 +14,7 @@ import pandas as pd
 from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.simulation.geometry import BlockGeometry
-from einschalt.pipeline.simulation.layout import (
-    FlightLayout,
-    Terrain,
-    turn,
-)
+from einschalt.pipeline.simulation.layout import FlightLayout, Terrain, turn
 from einschalt.pipeline.simulation.noise import (
     FlightNoise,
     deform_models,
@@ -38,71 +34,40 @@ GROSS_ERROR_COLUMNS = ["flight", "coverage", "model_id", "image_id", "point_id"]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The true points of a block.
+    """The true points of a block."""
 
-    Attributes
-    ----------
-    point_id : ndarray of object, shape (n_points,)
-    position : ndarray, shape (n_points, 2)
-        Easting, northing from the centre of the area [m].
-    terrain : Terrain
-    """
-
-    point_id: np.ndarray
+    point_id: np.ndarray  # (n_points,)
+    # (n_points, 2): easting, northing from the centre of the area [m]
     position: np.ndarray
     terrain: Terrain
 
 
 @dataclass(frozen=True, eq=False)
 class FlightToMeasure:
-    """All that a measurement of one flight needs.
-
-    Attributes
-    ----------
-    geometry : BlockGeometry
-    ground : Ground
-    layout : FlightLayout
-    noise : FlightNoise
-    streams : dict of str to numpy.random.Generator
-        setting (of machine or camera), measurement, gross, height, orientation,
-        deformation.
-    """
+    """All that a measurement of one flight needs."""
 
     geometry: BlockGeometry
     ground: Ground
     layout: FlightLayout
     noise: FlightNoise
-    streams: dict
+    # setting (of machine), measurement, gross, height, orientation, deformation
+    streams: dict[str, np.random.Generator]
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlight:
-    """Tables of a flight, and which of its measurements have gross errors.
+    """Tables of a flight, and which of its measurements have gross errors."""
 
-    Attributes
-    ----------
-    tables : dict
-        Fields of a :class:`~einschalt.pipeline.block.block.Flight`.
-    gross_errors : DataFrame
-        coverage, model_id, image_id, point_id; the one of model and image that was not
-        measured is empty.
-    """
-
-    tables: dict
+    tables: dict  # fields of a :class:`~einschalt.pipeline.block.block.Flight`
+    # coverage, model_id, image_id, point_id; the one of model and image that was not
+    # measured is empty
     gross_errors: pd.DataFrame
 
 
 def measure_in_machine(flight) -> MeasuredFlight:
     """Measure oriented models in a machine, each set up anew.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Model points x, y, and z with spatial models.
+    Model points x, y, and z with spatial models.
     """
     layout, setting = flight.layout, flight.streams["setting"]
     true = _in_model(flight)
@@ -127,30 +92,20 @@ def measure_parallaxes(flight) -> MeasuredFlight:
     Each model has its own errors of orientation, with which the machine coordinates are
     bent as an operator would read them. Origin is the left projection centre.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Model points x, y, z; the y-parallaxes of six standard points, named 1 to 6;
-        and the bases.
+    Each model has its own errors of orientation, with which the machine coordinates are
+    bent as an operator would read them. Origin is the left projection centre. Model
+    points x, y, z; the y-parallaxes of six standard points, named 1 to 6; and the
+    bases.
     """
     layout, of_row = flight.layout, flight.layout.model
     base = layout.base / layout.scale_number
-    elements = flight.noise.orientation_error * flight.streams[
-        "orientation"
-    ].standard_normal((layout.n_models, 5))
+    drawn = flight.streams["orientation"].standard_normal((layout.n_models, 5))
+    elements = flight.noise.orientation_error * drawn
     true = _in_model(flight)
     plane = _measure(flight, true)
     measured = np.column_stack([plane.values, _measured_height(flight, true)])
-    machine, _ = disturb_model(
-        measured + _centre_from_left_image(flight.geometry, base)[of_row],
-        base[of_row],
-        elements[of_row],
-        CASE,
-    )
+    from_left = measured + _centre_from_left_image(flight.geometry, base)[of_row]
+    machine, _ = disturb_model(from_left, base[of_row], elements[of_row], CASE)
     names = _names_of_rows(flight)
     tables = {
         "model_points": _in_mm(names, machine),
@@ -163,15 +118,7 @@ def measure_parallaxes(flight) -> MeasuredFlight:
 def measure_images(flight) -> MeasuredFlight:
     """Take tilted photographs of the terrain and measure all points in them.
 
-    Parameters
-    ----------
-    flight : FlightToMeasure
-
-    Returns
-    -------
-    MeasuredFlight
-        Image points, which images make a model, and the principal distance. A point
-        is measured in every image in which it lies inside the usable rim.
+    A point is measured in every image in which it lies inside the usable rim.
 
     Notes
     -----
@@ -186,11 +133,9 @@ def measure_images(flight) -> MeasuredFlight:
     models["left_image"] = strip + strip_and_place[1]
     models["right_image"] = strip + (strip_and_place[1].astype(int) + 1).astype(str)
     wanted = set(models["left_image"]) | set(models["right_image"])
-    parts = [
-        _photograph(flight, coverage) for coverage in range(len(flight.layout.rasters))
-    ]
-    names = pd.concat([part[0] for part in parts], ignore_index=True)
-    xy = np.concatenate([part[1] for part in parts])
+    coverages = range(len(flight.layout.rasters))
+    names, xy = zip(*(_photograph(flight, k) for k in coverages), strict=True)
+    names, xy = pd.concat(names, ignore_index=True), np.concatenate(xy)
     is_wanted = names["image_id"].isin(wanted).to_numpy()
     names, xy = names[is_wanted].reset_index(drop=True), xy[is_wanted]
     plane = _measure(flight, xy)
@@ -260,13 +205,12 @@ def _standard_points(flight, base):
     """Six standard points of each model in its system, shape (6 * n_models, 3)."""
     geometry, layout = flight.geometry, flight.layout
     model = np.repeat(np.arange(layout.n_models), len(STANDARD_POINTS))
-    half_width = geometry.usable_model[1] / 2.0
     from_left = np.tile(STANDARD_POINTS, (layout.n_models, 1)) * base[model, None]
+    half_width = geometry.usable_model[1] / 2.0
     from_left[:, 1] = np.clip(from_left[:, 1], -half_width, half_width)
     from_centre = from_left - _centre_from_left_image(geometry, base)[model, :2]
-    position = layout.centre[model] + layout.scale_number * turn(
-        from_centre, layout.direction[model]
-    )
+    away = turn(from_centre, layout.direction[model])
+    position = layout.centre[model] + layout.scale_number * away
     above = flight.ground.terrain.height(position) - geometry.mean_height
     depth = geometry.principal_distance - above / layout.scale_number
     return np.column_stack([from_left, -depth])
@@ -281,29 +225,20 @@ def _photograph(flight, coverage):
     reach = TILT_MARGIN * layout.scale_number * half_format
     image, point = raster.holding(ground.position, reach)
     centres = raster.centres()
-    tilt = geometry.camera_tilt * flight.streams["setting"].standard_normal(
-        (len(centres), 3)
-    )
-    turned = rotation_from_angles(tilt[:, 0], tilt[:, 1], raster.direction + tilt[:, 2])
+    drawn = flight.streams["setting"].standard_normal((len(centres), 3))
+    omega, phi, kappa = geometry.camera_tilt * drawn.T
+    turned = rotation_from_angles(omega, phi, raster.direction + kappa)
     position = ground.position[point]
-    ray = np.column_stack(
-        [
-            position - centres[image],
-            ground.terrain.height(position)
-            - geometry.flying_height(layout.scale_number),
-        ]
+    depth = geometry.flying_height(layout.scale_number) - ground.terrain.height(
+        position
     )
+    ray = np.column_stack([position - centres[image], -depth])
     in_image = np.einsum("nij,nj->ni", turned[image], ray)
     xy = -geometry.principal_distance * in_image[:, :2] / in_image[:, 2:]
     is_inside = (np.abs(xy) <= half_format).all(axis=1)
-    image_id = f"{coverage + 1}/" + raster.names()
-    names = pd.DataFrame(
-        {
-            "image_id": image_id[image[is_inside]],
-            "point_id": ground.point_id[point[is_inside]],
-        }
-    )
-    return names, xy[is_inside]
+    image_id = (f"{coverage + 1}/" + raster.names())[image]
+    names = pd.DataFrame({"image_id": image_id, "point_id": ground.point_id[point]})
+    return names[is_inside], xy[is_inside]
 
 
 def _names_of_models(layout):

@@ -9,7 +9,7 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 
 UM = "micrometres in the image"
-
+SHARE = Range(0, 0.5, "of the measurements", likely_slip="Did you give per cent?")
 RANGES = {
     "control_standard_error": Range(
         0, 10, "metres", likely_slip="Did you give millimetres?"
@@ -19,12 +19,8 @@ RANGES = {
     "film_affinity": Range(-0.01, 0.01),
     "high_deformation_um": Range(0, 1000, UM),
     "low_deformation_um": Range(0, 1000, UM),
-    "high_gross_error_share": Range(
-        0, 0.5, "of the measurements", likely_slip="Did you give per cent?"
-    ),
-    "low_gross_error_share": Range(
-        0, 0.5, "of the measurements", likely_slip="Did you give per cent?"
-    ),
+    "high_gross_error_share": SHARE,
+    "low_gross_error_share": SHARE,
     "high_gross_error_um": Range(0, 100_000, UM),
     "low_gross_error_um": Range(0, 100_000, UM),
     "network_strain": Range(0, 10, "metres"),
@@ -101,16 +97,7 @@ expected 0 to 0.5 of the measurements. Did you give per cent?
         raise_problems(problems_in(self, RANGES))
 
     def of_flight(self, flight):
-        """Return the part that concerns one flight.
-
-        Parameters
-        ----------
-        flight : {"high_flight", "low_flight"}
-
-        Returns
-        -------
-        FlightNoise
-        """
+        """Return the part that concerns one flight."""
         height = flight.removesuffix("_flight")
         return FlightNoise(
             m_g=METRES_PER_UM * getattr(self, f"{height}_m_g_um"),
@@ -125,18 +112,9 @@ expected 0 to 0.5 of the measurements. Did you give per cent?
 
 @dataclass(frozen=True, kw_only=True)
 class FlightNoise:
-    """Errors of one flight, in metres in the image plane and radians.
+    """Errors as of :class:`BlockNoise`, in metres in the image plane and radians."""
 
-    Attributes
-    ----------
-    m_g : float
-        TOTAL.
-    film_affinity, deformation, gross_error_share, gross_error, orientation_error, \
-            y_parallax : float
-        As in :class:`BlockNoise`.
-    """
-
-    m_g: float
+    m_g: float  # TOTAL
     film_affinity: float
     deformation: float
     gross_error_share: float
@@ -147,41 +125,24 @@ class FlightNoise:
 
 @dataclass(frozen=True, eq=False)
 class Disturbed:
-    """Measured coordinates, and which of them have a gross error.
+    """Measured coordinates, and which of them have a gross error."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (n, 2)
-        [m]
-    is_gross : ndarray of bool, shape (n,)
-    """
-
-    values: np.ndarray
-    is_gross: np.ndarray
+    values: np.ndarray  # (n, 2) [m]
+    is_gross: np.ndarray  # (n,)
 
 
 def measure_in_image_plane(xy, noise, rng, gross_rng) -> Disturbed:
     """Disturb plane coordinates: film, measuring noise, gross errors.
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n, 2)
-        True coordinates along and across the strip, image plane [m].
-    noise : FlightNoise
-    rng, gross_rng : numpy.random.Generator
-        Apart, so that gross errors do not change the noise of the other points.
-
-    Returns
-    -------
-    Disturbed
+    ``xy`` (n, 2) are the true coordinates along and across the strip, image plane [m].
+    Two generators, so that gross errors do not change the noise of the other points.
     """
     film = 1.0 + noise.film_affinity * np.array([0.5, -0.5])
     measured = xy * film + noise.m_g / np.sqrt(2.0) * rng.standard_normal(xy.shape)
     is_gross = gross_rng.random(len(xy)) < noise.gross_error_share
     direction = gross_rng.uniform(0.0, 2.0 * np.pi, len(xy))
-    blunder = noise.gross_error * np.column_stack(
-        [np.cos(direction), np.sin(direction)]
-    )
+    towards = np.column_stack([np.cos(direction), np.sin(direction)])
+    blunder = noise.gross_error * towards
     return Disturbed(measured + np.where(is_gross[:, None], blunder, 0.0), is_gross)
 
 
@@ -192,19 +153,9 @@ DEGREES = {2: 1.0, 3: 0.5, 4: 0.25}
 def deform_models(xy, noise, rng):
     """Displace points by a smooth deformation that all models of a flight share.
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n, 2)
-        Coordinates from the centre of the model, image plane [m].
-    noise : FlightNoise
-    rng : numpy.random.Generator
-        For the shape of the deformation.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Displacements [m]: polynomials of degree 2 to 4 without the part that an affine
-        transformation takes up.
+    ``xy`` (n, 2) from the centre of the model and displacements (n, 2), image plane
+    [m]: polynomials of degree 2 to 4, whose shape ``rng`` draws, without the part that
+    an affine transformation takes up.
     """
     powers = [(d - k, k, size) for d, size in DEGREES.items() for k in range(d + 1)]
     sizes = np.array([size for *_, size in powers])
@@ -233,18 +184,9 @@ def strain_network(position, noise, rng):
     Each coordinate is displaced by a wave along the other axis:
     dE = a/√2 sin(2π N/λ + φ), dN likewise with E, a being the largest displacement.
 
-    Parameters
-    ----------
-    position : ndarray, shape (n, 2)
-        Easting, northing from the centre of the area [m].
-    noise : BlockNoise
-    rng : numpy.random.Generator
-        For the phases.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Displacements [m].
+    Each coordinate of ``position`` (n, 2), from the centre of the area [m], is
+    displaced by a wave along the other axis: dE = a/√2 sin(2π N/λ + φ), dN likewise
+    with E, a being the largest displacement.
     """
     phase = rng.uniform(0.0, 2.0 * np.pi, 2)
     wave = 2.0 * np.pi * position[:, ::-1] / noise.network_strain_wavelength

@@ -20,34 +20,20 @@ from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 
 CONFIDENCE = 0.95
-COLUMNS = (
-    "seed",
-    "n_points",
-    "error_total",
-    "standard_error_total",
-    "standard_error_paper",
-    "standard_error_internal",
-    "share_in_ellipses",
-)
+COLUMNS = [
+    *("seed", "n_points", "error_total", "standard_error_total"),
+    *("standard_error_paper", "standard_error_internal", "share_in_ellipses"),
+]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is repeated; the fields are those of :func:`simulate_block`.
-
-    Attributes
-    ----------
-    preset : str
-    geometry : BlockGeometry, optional
-    noise : BlockNoise, optional
-    settings : Settings, optional
-        With which each block is computed.
-    """
+    """What is repeated; the fields are those of :func:`simulate_block`."""
 
     preset: str = "neukirchen"
     geometry: BlockGeometry | None = None
     noise: BlockNoise | None = None
-    settings: Settings | None = None
+    settings: Settings | None = None  # with which each block is computed
 
 
 @dataclass(frozen=True)
@@ -59,28 +45,11 @@ class _Repetition:
 def repeat_simulation(experiment, n_repetitions, engine, *, first_seed=0):
     """Simulate and compute blocks, and set truth against claim.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    n_repetitions : int
-    engine : Engine
-        What runs the repetitions.
-    first_seed : int, optional
-        The repetitions have this seed and the next ones.
-
-    Returns
-    -------
-    DataFrame
-        One row per repetition: seed, n_points (new points), error_total (RMS of
-        computed less true), standard_error_total, standard_error_paper,
-        standard_error_internal (RMS of what is claimed), all TOTAL [m];
-        share_in_ellipses: of the new points whose true position lies in their 95 %
-        ellipse, NaN where none are claimed.
-
-    Raises
-    ------
-    EinschaltError
-        The number is not positive, or a block cannot be simulated or computed.
+    One row per repetition, with ``first_seed`` and the next ones: seed, n_points (new
+    points), error_total (RMS of computed less true), standard_error_total,
+    standard_error_paper, standard_error_internal (RMS of what is claimed), all TOTAL
+    [m]; share_in_ellipses: of the new points whose true position lies in their 95 %
+    ellipse, NaN where none are claimed.
     """
     if n_repetitions not in range(1, 10**7):
         raise SettingsError(
@@ -89,27 +58,17 @@ def repeat_simulation(experiment, n_repetitions, engine, *, first_seed=0):
     seeds = range(first_seed, first_seed + n_repetitions)
     tasks = [_Repetition(experiment, seed) for seed in seeds]
     rows = run_in_order(engine, run_repetition, tasks)
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def run_repetition(repetition) -> dict:
     """Simulate and compute one block.
 
-    Parameters
-    ----------
-    repetition : _Repetition
-
-    Returns
-    -------
-    dict
-        A row of :func:`repeat_simulation`.
+    A row of :func:`repeat_simulation`.
     """
     asked = repetition.experiment
     block = simulate_block(
-        asked.preset,
-        seed=repetition.seed,
-        geometry=asked.geometry,
-        noise=asked.noise,
+        asked.preset, seed=repetition.seed, geometry=asked.geometry, noise=asked.noise
     )
     result = densify(block, asked.settings)
     new = result.points[result.points["role"] == "new"]
@@ -146,17 +105,7 @@ def _share_in_ellipses(points, error):
 
 
 def summarize_repetitions(table) -> str:
-    """Say what is claimed and what is true, over all repetitions.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Of :func:`repeat_simulation`.
-
-    Returns
-    -------
-    str
-    """
+    """Say what is claimed and what is true, over all repetitions."""
     rms = {name: _rms(table[name]) for name in COLUMNS[2:6]}
     share = table["share_in_ellipses"].mean()
     lines = [

@@ -10,7 +10,7 @@ from difflib import get_close_matches
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.arguments import described, is_choice
+from einschalt.foundations.arguments import described, is_choice, require_kind
 from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.foundations.value_ranges import Range
@@ -34,27 +34,11 @@ from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
 
 FLIGHTS = ("high_flight", "low_flight")
 GEOMETRY_STREAMS = ("points", "terrain", "check", "setting_high", "setting_low")
+FLIGHT_NOISE = ("measurement", "gross", "height", "orientation", "deformation")
+# in this order: what a seed gives must not change
 NOISE_STREAMS = (
-    "control",
-    "strain",
-    "measurement_high",
-    "measurement_low",
-    "gross_high",
-    "gross_low",
-    "height_high",
-    "height_low",
-    "orientation_high",
-    "orientation_low",
-    "deformation_high",
-    "deformation_low",
-)
-FLIGHT_STREAMS = (
-    "setting",
-    "measurement",
-    "gross",
-    "height",
-    "orientation",
-    "deformation",
+    *("control", "strain"),
+    *(f"{name}_{height}" for name in FLIGHT_NOISE for height in ("high", "low")),
 )
 GROUND_AXES = ("easting", "northing", "height")
 # what a block without noise declares: its tables allow no error of zero
@@ -65,14 +49,7 @@ LEAST_STANDARD_ERROR = 1e-4
 
 @dataclass(frozen=True)
 class Preset:
-    """A block that has a name.
-
-    Attributes
-    ----------
-    title : str
-    geometry : BlockGeometry
-    noise : BlockNoise
-    """
+    """A block that has a name."""
 
     title: str
     geometry: BlockGeometry
@@ -147,8 +124,9 @@ def simulate_block(
     ((100, 3), np.int64(6))
     """
     chosen = _preset(preset)
-    geometry = _of_kind(BlockGeometry, "geometry", geometry, chosen.geometry)
-    noise = _of_kind(BlockNoise, "noise", noise, chosen.noise)
+    geometry = chosen.geometry if geometry is None else geometry
+    noise = chosen.noise if noise is None else noise
+    _require_kinds(geometry=(geometry, BlockGeometry), noise=(noise, BlockNoise))
     scene = _set_scene(geometry, noise, _streams(seed))
     measured = {flight: scene.measure(flight) for flight in FLIGHTS}
     return SimulatedBlock(
@@ -180,16 +158,11 @@ class _Scene:
     def measure(self, flight):
         """Tables of one flight, as its measurement gives them."""
         height = flight.removesuffix("_flight")
-        streams = {name: self.streams[f"{name}_{height}"] for name in FLIGHT_STREAMS}
-        return MEASURE[self.geometry.measurement](
-            FlightToMeasure(
-                self.geometry,
-                self.ground,
-                self.layouts[flight],
-                self.noise.of_flight(flight),
-                streams,
-            )
-        )
+        names = ("setting", *FLIGHT_NOISE)
+        streams = {name: self.streams[f"{name}_{height}"] for name in names}
+        layout, noise = self.layouts[flight], self.noise.of_flight(flight)
+        to_measure = FlightToMeasure(self.geometry, self.ground, layout, noise, streams)
+        return MEASURE[self.geometry.measurement](to_measure)
 
     def truth(self):
         """point_id, easting, northing [, height] of all points."""
@@ -212,14 +185,12 @@ class _Scene:
         error = per_coordinate * self.streams["control"].standard_normal(
             (len(self.is_control), len(GROUND_AXES))
         )
-        error[:, :2] += strain_network(
-            self.ground.position, self.noise, self.streams["strain"]
-        )
+        strain = self.streams["strain"]
+        error[:, :2] += strain_network(self.ground.position, self.noise, strain)
         given = self.truth()
         given[names] += error[:, : len(names)]
-        given["standard_error_m"] = max(
-            self.noise.control_standard_error, LEAST_STANDARD_ERROR
-        )
+        stated = max(self.noise.control_standard_error, LEAST_STANDARD_ERROR)
+        given["standard_error_m"] = stated
         given["role"] = np.where(self.is_control, "control", "check")
         return given[self.is_control | self.is_check].reset_index(drop=True)
 
@@ -232,18 +203,11 @@ def _set_scene(geometry, noise, streams):
     is_control = np.zeros(len(position), dtype=bool)
     is_control[control] = True
     if not geometry.shares_control and geometry.measurement != "images":
-        layouts["high_flight"] = leave_control_of_others(
-            layouts["high_flight"], control
-        )
-    return _Scene(
-        geometry,
-        noise,
-        streams,
-        Ground(name_points(len(position)), position, terrain),
-        layouts,
-        is_control,
-        _choose_check(geometry, layouts, is_control, streams["check"]),
-    )
+        of_all = layouts["high_flight"]
+        layouts["high_flight"] = leave_control_of_others(of_all, control)
+    ground = Ground(name_points(len(position)), position, terrain)
+    is_check = _choose_check(geometry, layouts, is_control, streams["check"])
+    return _Scene(geometry, noise, streams, ground, layouts, is_control, is_check)
 
 
 def _choose_check(geometry, layouts, is_control, rng):
@@ -300,16 +264,10 @@ def _preset(name):
     )
 
 
-def _of_kind(kind, name, value, default):
-    if value is None:
-        return default
-    if not isinstance(value, kind):
-        raise SettingsError(
-            f"{name} = {described(value)}",
-            expected=f"a {kind.__name__}",
-            remedy=f"Write {name}={kind.__name__}(…)",
-        )
-    return value
+def _require_kinds(**given):
+    for name, (value, kind) in given.items():
+        remedy = f"Write {name}={kind.__name__}(…)"
+        require_kind(name, value, kind, expected=f"a {kind.__name__}", remedy=remedy)
 
 
 def _streams(seed):

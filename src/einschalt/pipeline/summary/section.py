@@ -6,22 +6,12 @@ from einschalt.foundations.typesetting import table, wrapped
 
 
 class Section(NamedTuple):
-    """A titled table of text with its remarks.
-
-    Attributes
-    ----------
-    title : str
-    header : tuple of str
-    rows : tuple of tuple of str
-        Without rows the section is left out.
-    remarks : tuple of str, optional
-        Whole sentences below the table.
-    """
+    """A titled table of text with its remarks."""
 
     title: str
     header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    remarks: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...]  # without rows the section is left out
+    remarks: tuple[str, ...] = ()  # whole sentences below the table
 
     def text(self) -> str:
         """Set the section in lines for a terminal; empty without rows."""

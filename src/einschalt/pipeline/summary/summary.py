@@ -23,17 +23,7 @@ UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
 
 
 def sections(assessment) -> dict[str, Section]:
-    """Set all sections, in their order.
-
-    Parameters
-    ----------
-    assessment : Assessment
-
-    Returns
-    -------
-    dict of str to Section
-        By what they tell of; those without rows have nothing to tell.
-    """
+    """Set all sections, in their order; those without rows have nothing to tell."""
     told = assessment
     return {
         "precision": precision.section(told.precision, told.credible),
@@ -53,17 +43,7 @@ def sections(assessment) -> dict[str, Section]:
 
 
 def summarize(result) -> str:
-    """Write the text of ``print(result)``.
-
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    str
-        That of :func:`lasting_summary`, and how long the block took.
-    """
+    """Write the text of ``print(result)``."""
     text = lasting_summary(result.assessment)
     return f"{text}Computed in {seconds(result.seconds)}.\n"
 
@@ -71,14 +51,7 @@ def summarize(result) -> str:
 def lasting_summary(assessment) -> str:
     """Write the text of summary.txt: the same for every run of a block.
 
-    Parameters
-    ----------
-    assessment : Assessment
-
-    Returns
-    -------
-    str
-        First line the verdict, then "Problems and suggestions", then tables.
+    First line the verdict, then "Problems and suggestions", then tables.
     """
     parts = [
         verdict(assessment),

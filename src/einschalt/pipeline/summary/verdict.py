@@ -30,14 +30,8 @@ def verdict_on(assessment) -> str:
 
 
 @singledispatch
-def _how_good(facts, credible):
+def _how_good(facts: TwoStepPrecision, credible):
     """The figure to believe, and another one beside it; or a bound."""
-    del credible
-    raise TypeError(type(facts).__name__)
-
-
-@_how_good.register
-def _(facts: TwoStepPrecision, credible):
     if math.isnan(facts.mean.paper):
         return ""
     mean, value = mean_of(facts.n_coverages), length(credible.value)

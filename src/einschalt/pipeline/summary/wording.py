@@ -99,6 +99,16 @@ def with_error(value, standard_error) -> str:
     return f"{value} ± {error}"
 
 
+def two_figures(flights, what) -> str:
+    """Write the given m_g of flights, and the one that something else shows."""
+    return "; ".join(
+        f"m_g_um of the {flight_name(part['flight'])} is given as "
+        f"{number(part['given_um'])}, but {what} "
+        f"{with_error(part['estimated_um'], part['standard_error_um'])}"
+        for part in flights
+    )
+
+
 def probability(p_value) -> str:
     """Write a probability with two digits; a very small one as less than 0.001.
 

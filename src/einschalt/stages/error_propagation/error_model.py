@@ -41,23 +41,13 @@ CONTROL, HIGH, LOW = "control", "high_flight", "low_flight"
 
 @dataclass(frozen=True, eq=False)
 class HighFlight:
-    """How errors enter the values of the high flight.
-
-    Attributes
-    ----------
-    operator : FlightOperator
-    mean : PointOperator
-        Approximate coordinates from the values.
-    places : ndarray of int
-        Which control point stands in each row of the table that was fitted onto.
-    own : dict of str to PointOperator
-        Measuring errors from the sources behind them.
-    """
+    """How errors enter the values of the high flight."""
 
     operator: FlightOperator
-    mean: PointOperator
+    mean: PointOperator  # approximate coordinates from the values
+    # which control point stands in each row of the table that was fitted onto
     places: np.ndarray
-    own: dict
+    own: dict[str, PointOperator]  # measuring errors from the sources behind them
 
     @property
     def chains(self):
@@ -68,38 +58,26 @@ class HighFlight:
 
 @dataclass(frozen=True, eq=False)
 class ErrorModel:
-    """How errors of the given sizes enter values, residuals and final points.
+    """How errors of the given sizes enter values, residuals and final points."""
 
-    Attributes
-    ----------
-    final : PointOperator
-        Final points from the values of the low flight, or these as they are.
-    low : FlightOperator
-        Values of the low flight from its own errors, and from those of the approximate
-        coordinates.
-    ground : dict of str to PointOperator
-        Approximate coordinates from the sources behind them.
-    high : HighFlight or None
-    places : ndarray of int
-        Which approximate point stands in each row of the table that was fitted onto.
-    standard_errors : dict of str to ndarray
-        Of each source's observations, per coordinate [m]; with a column for each axis
-        where they differ.
-    is_assumed : bool
-        Whether the approximate coordinates are only assumed to be independent, or
-        orientations to be without errors.
-    own : dict of str to PointOperator
-        Measuring errors of the low flight from the sources behind them.
-    """
-
+    # final points from the values of the low flight, or these as they are
     final: PointOperator
+    # values of the low flight from its own errors, and from those of the approximate
+    # coordinates
     low: FlightOperator
-    ground: dict
+    # approximate coordinates from the sources behind them
+    ground: dict[str, PointOperator]
     high: HighFlight | None
+    # which approximate point stands in each row of the table that was fitted onto
     places: np.ndarray
-    standard_errors: dict
+    # of each source's observations, per coordinate [m]; with a column for each axis
+    # where they differ
+    standard_errors: dict[str, np.ndarray]
+    # whether the approximate coordinates are only assumed to be independent, or
+    # orientations to be without errors
     is_assumed: bool
-    own: dict
+    # measuring errors of the low flight from the sources behind them
+    own: dict[str, PointOperator]
 
     @property
     def axes(self):
@@ -115,14 +93,7 @@ class ErrorModel:
     def with_means(self, means):
         """Take means of the values for the final points.
 
-        Parameters
-        ----------
-        means : CoverageMean
-            Of all values of the low flight, row for row as its model points.
-
-        Returns
-        -------
-        ErrorModel
+        ``means`` are of all values of the low flight, row for row as its model points.
         """
         n_values = self.low.measured.n_points
         final = mean_operator(means, np.arange(n_values), n_values, self.axes)
@@ -131,15 +102,8 @@ class ErrorModel:
     def covariances_of_values(self, pairs):
         """Covariances between values of the low flight.
 
-        Parameters
-        ----------
-        pairs : ndarray of int, shape (n_pairs, 2)
-            Rows of its model points.
-
-        Returns
-        -------
-        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
-            [m²]; NaN where a model is not usable.
+        ``pairs`` (n_pairs, 2) of rows of its model points; gives (n_pairs,
+        n_coordinates, n_coordinates) [m²], NaN where a model is not usable.
         """
         return covariances_of_pairs(self.chains_to_values, self.standard_errors, pairs)
 
@@ -149,18 +113,7 @@ class ErrorModel:
         return {name: self.final @ c for name, c in self.chains_to_values.items()}
 
     def chains_to_fits(self, flight, observed):
-        """From the sources to what a flight was fitted with, ground less measurement.
-
-        Parameters
-        ----------
-        flight : {"high_flight", "low_flight"}
-        observed : ObservedPoints
-            The points that the flight was fitted on.
-
-        Returns
-        -------
-        dict of str to PointOperator
-        """
+        """From the sources to what a flight was fitted with: ground less measured."""
         is_low = flight == LOW
         operator = self.low if is_low else self.high.operator
         places = self.places if is_low else self.high.places
@@ -172,16 +125,7 @@ class ErrorModel:
         )
 
     def draw(self, n_draws, seed):
-        """Draw the errors of all sources and carry them to all values.
-
-        Parameters
-        ----------
-        n_draws, seed : int
-
-        Returns
-        -------
-        DrawnBlock
-        """
+        """Draw the errors of all sources and carry them to all values."""
         errors = draw_errors(
             self.standard_errors, self.axes, n_draws=n_draws, seed=seed
         )
@@ -197,17 +141,7 @@ class ErrorModel:
 def add_flight_sources(chains, measured, own):
     """Add to chains what a flight's own errors bring.
 
-    Parameters
-    ----------
-    chains : dict of str to PointOperator
-    measured : PointOperator
-        From the measuring errors of the flight.
-    own : dict of str to PointOperator
-        These from the sources behind them.
-
-    Returns
-    -------
-    dict of str to PointOperator
+    ``measured`` leads from its measuring errors, ``own`` to these from the sources.
     """
     found = dict(chains)
     for name, chain in own.items():
@@ -218,45 +152,21 @@ def add_flight_sources(chains, measured, own):
 
 @dataclass(frozen=True, eq=False)
 class DrawnBlock:
-    """Errors of a block, drawn many times; packed, a column for each draw.
+    """Errors of a block, drawn many times; packed, a column for each draw."""
 
-    Attributes
-    ----------
-    sources : dict of str to ndarray
-        Of all observations.
-    high : ndarray or None
-        Of the values of the high flight.
-    ground : ndarray
-        Of the approximate coordinates.
-    low : ndarray
-        Of the values of the low flight.
-    """
-
-    sources: dict
-    high: np.ndarray | None
-    ground: np.ndarray
-    low: np.ndarray
+    sources: dict[str, np.ndarray]  # of all observations
+    high: np.ndarray | None  # of the values of the high flight
+    ground: np.ndarray  # of the approximate coordinates
+    low: np.ndarray  # of the values of the low flight
 
 
-def model_of_both_flights(block, points, high, low, oriented=None):
+def model_of_both_flights(block, points, high, low, oriented=None) -> ErrorModel:
     """Errors of control and of both flights, of the sizes that were given.
 
-    Parameters
-    ----------
-    block : Block
-        Its ``m_g_um`` and ``standard_error_m`` are the sizes of the errors.
-    points : dict of str to DataFrame
-        Model points of each flight, as they were transformed.
-    high : ApproximateCoordinates
-    low : ModelTransformation
-    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
-        Of each flight; without errors where left out.
-
-    Returns
-    -------
-    ErrorModel
-        Of the values of the low flight, with the sources ``control``, ``high_flight``,
-        ``low_flight`` and, where flights were oriented, ``orientation``.
+    ``points`` are the model points of each flight as they were transformed,
+    ``oriented`` the errors of each orientation (none where left out). Sources:
+    ``control``, ``high_flight``, ``low_flight`` and, where flights were oriented,
+    ``orientation``.
     """
     fits = {HIGH: high.transformation, LOW: low}
     own = measurement_errors(block, fits, oriented or {})
@@ -264,7 +174,7 @@ def model_of_both_flights(block, points, high, low, oriented=None):
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
     return ErrorModel(
-        **_of_low_flight(low, points[LOW], own, sources),
+        **_of_last_flight(low, points[LOW], own, sources),
         ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
         standard_errors=_with_orientations(given_errors(block, points, own.axes), own),
@@ -272,48 +182,33 @@ def model_of_both_flights(block, points, high, low, oriented=None):
     )
 
 
-def _of_low_flight(low, points, own, sources):
-    """Fields of the model that concern the low flight."""
+def _of_last_flight(fit, points, own, sources, name=LOW):
+    """Fields of the model that concern the low flight, or what stands in its place."""
     n_values = len(points)
     return {
         "final": selection(np.arange(n_values), n_values, own.axes),
-        "low": flight_operator(low, points, sources, own.axes),
+        "low": flight_operator(fit, points, sources, own.axes),
         "places": sources.places,
-        "own": own.chains[LOW],
+        "own": own.chains[name],
     }
 
 
-def model_of_high_flight(block, points, transformation, oriented=None):
+def model_of_high_flight(block, points, transformation, oriented=None) -> ErrorModel:
     """Errors of the high flight alone, the one that is transformed onto control.
 
-    Parameters
-    ----------
-    block : Block
-    points : DataFrame
-        Model points of the high flight, as they were transformed.
-    transformation : ModelTransformation
-    oriented : OrientationErrors or ImageErrors, optional
-        Without errors where left out.
-
-    Returns
-    -------
-    ErrorModel
-        With the high flight in the place of the low one, and control for what it was
-        fitted onto.
+    With the high flight in the place of the low one, and control for what it was fitted
+    onto. Its orientations are without errors where ``oriented`` is left out.
     """
     own = measurement_errors(block, {HIGH: transformation}, {HIGH: oriented})
     sources = _fitted_control(block)
     sizes = given_errors(block, {HIGH: points}, own.axes)
     is_oriented = block.high_flight.is_oriented_numerically
     return ErrorModel(
-        final=selection(np.arange(len(points)), len(points), own.axes),
-        low=flight_operator(transformation, points, sources, own.axes),
+        **_of_last_flight(transformation, points, own, sources, HIGH),
         ground={CONTROL: unchanged(own.axes)},
         high=None,
-        places=sources.places,
         standard_errors=_with_orientations(sizes, own),
         is_assumed=is_oriented and oriented is None,
-        own=own.chains[HIGH],
     )
 
 
@@ -342,41 +237,17 @@ def _with_orientations(sizes, own):
 def given_errors(block, points, axes=Axes.PLANE):
     """Sizes of the errors of all observations as they were given, by their source.
 
-    Parameters
-    ----------
-    block : Block
-    points : dict of str to DataFrame
-        Model points of each flight.
-    axes : Axes, optional
-        In space heights of control have errors of their own.
-
-    Returns
-    -------
-    dict of str to ndarray
-        ``control``, ``high_flight``, ``low_flight``, per coordinate [m].
+    Per coordinate [m]: ``control`` (in space heights have errors of their own),
+    ``high_flight``, ``low_flight``.
     """
-    return {
-        CONTROL: control_errors(block.control_points, axes),
-        **{
-            name: _measuring_errors(block.flights[name], points[name])
-            for name in points
-        },
-    }
+    measured = {n: _measuring_errors(block.flights[n], p) for n, p in points.items()}
+    return {CONTROL: control_errors(block.control_points, axes), **measured}
 
 
 def control_errors(control_points, axes):
     """Errors of given coordinates; a height has that of a coordinate if none is given.
 
-    Parameters
-    ----------
-    control_points : DataFrame
-        With ``standard_error_m``.
-    axes : Axes
-
-    Returns
-    -------
-    ndarray, shape (n_points,) or (n_points, 3)
-        Per coordinate [m].
+    Per coordinate [m], (n_points,), in space (n_points, 3).
     """
     in_plan = control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
     if axes is not Axes.SPACE or "standard_error_height" not in control_points:
@@ -395,16 +266,7 @@ def _measuring_errors(flight, model_points):
 def places_fitted_onto(block, point_ids):
     """Rows of the approximate points that the low flight was fitted onto.
 
-    Parameters
-    ----------
-    block : Block
-    point_ids : Series
-        Of the approximate points.
-
-    Returns
-    -------
-    ndarray of int
-        All but check points.
+    All but check points; ``point_ids`` are those of the approximate points.
     """
     control = block.control_points
     if control is None:
@@ -413,18 +275,12 @@ def places_fitted_onto(block, point_ids):
     return np.flatnonzero(~point_ids.isin(check).to_numpy())
 
 
-def approximations_are_control(block):
+def approximations_are_control(block) -> bool:
     """Whether all approximate coordinates are the given ones of control points.
 
     Then their errors are those of control: independent, and of known size.
 
-    Parameters
-    ----------
-    block : Block
-
-    Returns
-    -------
-    bool
+    Then their errors are those of control: independent, and of known size.
     """
     known, control = block.approximate_points, block.control_points
     if known is None or control is None:
@@ -436,73 +292,40 @@ def approximations_are_control(block):
     return bool((is_named & (np.nan_to_num(np.abs(apart)) < LEAST_APART).all(1)).all())
 
 
-def assumed_model(result):
+def assumed_model(result) -> ErrorModel | None:
     """Model of errors of a block whose errors cannot be propagated.
 
-    Parameters
-    ----------
-    result : DensificationResult
-
-    Returns
-    -------
-    ErrorModel or None
-        None where control points have no standard errors, or heights of a machine
-        enter from the high flight.
+    None where control points have no standard errors, or heights of a machine enter
+    from the high flight.
     """
     block = result.block
     if result.high is not None:
         kinds = result.high.transformation.kind, result.low.kind
-        is_plane = all(
-            len(TRANSFORMATION_KINDS[kind].target) == len(PLAN) for kind in kinds
-        )
+        is_plane = all(TRANSFORMATION_KINDS[kind].target == PLAN for kind in kinds)
         if not is_plane or "standard_error_m" not in block.control_points:
             return None
     return model_of_block(
-        block,
-        result.model_points,
-        result.high,
-        result.low,
-        result.orientation_errors,
+        block, result.model_points, result.high, result.low, result.orientation_errors
     ).with_means(result.means)
 
 
-def model_of_block(block, points, high, low, oriented):
+def model_of_block(block, points, high, low, oriented) -> ErrorModel:
     """Errors of everything that a block was made of.
 
-    Parameters
-    ----------
-    block, points, high, low, oriented
-        As in :func:`model_of_both_flights`; ``high`` is None where approximate
-        coordinates were given.
-
-    Returns
-    -------
-    ErrorModel
+    As :func:`model_of_both_flights`; ``high`` is None where approximate coordinates
+    were given.
     """
     if high is None:
         return model_of_given_approximations(block, points[LOW], low, oriented)
     return model_of_both_flights(block, points, high, low, oriented)
 
 
-def model_of_given_approximations(block, low_points, low, oriented=None):
+def model_of_given_approximations(block, low_points, low, oriented=None) -> ErrorModel:
     """Errors of the low flight and of approximate points that share nothing.
 
-    Parameters
-    ----------
-    block : Block
-        One with ``approximate_points``.
-    low_points : DataFrame
-        Model points of the low flight, as they were transformed.
-    low : ModelTransformation
-    oriented : dict of str to OrientationErrors, ImageErrors or None, optional
-        Of the low flight; without errors where left out.
-
-    Returns
-    -------
-    ErrorModel
-        Of the values of the low flight, with the sources ``approximate_points`` and
-        ``low_flight``. Where no error of the former was stated, it is what m_0 leaves
-        beside m_g. Where they are control points, these are the source.
+    Sources: ``approximate_points`` and ``low_flight``. Where no error of the former was
+    stated, it is what m_0 leaves beside m_g. Where they are control points, these are
+    the source.
     """
     own = measurement_errors(block, {LOW: low}, oriented or {})
     known = block.approximate_points
@@ -521,7 +344,7 @@ def model_of_given_approximations(block, low_points, low, oriented=None):
     if not (is_control or block.low_flight.has_images):
         measured = _with_heights(measured, low, own.axes)
     return ErrorModel(
-        **_of_low_flight(low, low_points, own, sources),
+        **_of_last_flight(low, low_points, own, sources),
         ground={source: selection(rows, n_sources, own.axes)},
         high=None,
         standard_errors=_with_orientations({source: size, LOW: measured}, own),

@@ -28,19 +28,9 @@ LEAST_RATIO = 1.0
 def with_measured_heights(model, points, fits):
     """Give the z of machines an error of the size that the models show.
 
-    Parameters
-    ----------
-    model : ErrorModel
-        In which z has the error of a coordinate in plan.
-    points : dict of str to DataFrame
-        Model points of each flight with machine coordinates, the high one first.
-    fits : dict of str to ModelTransformation
-        Of each flight.
-
-    Returns
-    -------
-    ErrorModel or None
-        The same one in plan; None where nothing checks the heights of a flight.
+    ``model`` takes z to have the error of a coordinate in plan; ``points`` are the
+    model points of flights with machine coordinates, the high one first. The same model
+    in plan; None where nothing checks the heights of a flight.
     """
     for name, table in points.items() if model.axes is Axes.SPACE else ():
         heights = _Heights(name, table, fits[name])

@@ -11,16 +11,10 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.stages.error_propagation.orientation_errors import (
-    orientation_chains,
-)
+from einschalt.stages.error_propagation.orientation_errors import orientation_chains
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
-from einschalt.theory.adjustment.point_operator import (
-    Axes,
-    PointOperator,
-    unchanged,
-)
+from einschalt.theory.adjustment.point_operator import Axes, PointOperator, unchanged
 from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL
@@ -30,40 +24,20 @@ ORIENTATION = "orientation"
 
 @dataclass(frozen=True, eq=False)
 class MeasurementErrors:
-    """Errors that the flights of a block bring.
+    """Errors that the flights of a block bring."""
 
-    Attributes
-    ----------
-    chains : dict of str to dict of str to PointOperator
-        Of each flight: its measuring errors on the ground [m] from each source.
-    axes : Axes
-        Of the operators.
-    n_orientation : int
-        Sources in ``orientation``, of variance 1.
-    is_complete : bool
-        Whether the errors of all orientations are known.
-    """
-
-    chains: dict
-    axes: Axes
-    n_orientation: int
-    is_complete: bool
+    # of each flight: its measuring errors on the ground [m] from each source
+    chains: dict[str, dict[str, PointOperator]]
+    axes: Axes  # of the operators
+    n_orientation: int  # sources in ``orientation``, of variance 1
+    is_complete: bool  # whether the errors of all orientations are known
 
 
 def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     """Find what stands behind the errors of measuring of each flight.
 
-    Parameters
-    ----------
-    block : Block
-    fits : dict of str to ModelTransformation
-        Of each flight.
-    oriented : dict of str to OrientationErrors, ImageErrors or None
-        Of each flight; without errors where left out.
-
-    Returns
-    -------
-    MeasurementErrors
+    ``fits`` and ``oriented`` are by flight; an orientation that is left out has no
+    errors.
     """
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
@@ -79,35 +53,21 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     for name, errors in images.items():
         scale_number = block.flights[name].scale_number
         chains[name] = {name: image_chain(errors, fits[name], scale_number)}
-    return MeasurementErrors(
-        chains,
-        axes,
-        next(iter(turned.values())).n_sources if turned else 0,
-        is_complete=not any(
-            flight.is_oriented_numerically and name not in {*turned, *images}
-            for name, flight in block.flights.items()
-        ),
+    n_orientation = next(iter(turned.values())).n_sources if turned else 0
+    is_complete = not any(
+        flight.is_oriented_numerically and name not in {*turned, *images}
+        for name, flight in block.flights.items()
     )
+    return MeasurementErrors(chains, axes, n_orientation, is_complete)
 
 
-def image_chain(errors, fit, scale_number):
+def image_chain(errors, fit, scale_number) -> PointOperator:
     """Operators from the errors of image points to those of model points.
 
-    Parameters
-    ----------
-    errors : ImageErrors
-    fit : ModelTransformation
-        Of the model points.
-    scale_number : float
-        At which the errors of the sources are those on the ground.
-
-    Returns
-    -------
-    PointOperator
-        Measuring errors on the ground [m] from image points, in two steps: from these
-        and the changes of base and turn of each orientation, and both from the image
-        points. Image points have two coordinates: with three axes the third of each
-        source moves nothing.
+    To measuring errors on the ground [m], in two steps: from image points to these and
+    the changes of base and turn of each orientation, and from both to the model points.
+    With three axes the third of each source, an image point, moves nothing. Errors of
+    the sources are those on the ground at ``scale_number``.
     """
     influence = errors.influence
     linear = fit.fit.linear[fit.observed.models.codes]
@@ -121,15 +81,11 @@ def image_chain(errors, fit, scale_number):
     of_point = axes.rows(np.arange(n_points))
     n_changes = N_CHANGES * errors.n_models
     by_image = linear @ influence.by_image[:, :n_coordinates] * image_mm
+    by_changes = linear @ influence.gain[:, :n_coordinates]
     points = sparse.hstack(
         [
             scattered(by_image, of_point, of_image, (n_rows, n_columns)),
-            scattered(
-                linear @ influence.gain[:, :n_coordinates],
-                of_point,
-                of_changes,
-                (n_rows, n_changes),
-            ),
+            scattered(by_changes, of_point, of_changes, (n_rows, n_changes)),
         ],
         format="csr",
     )

@@ -39,33 +39,18 @@ UNEVEN = 2.0  # size of the fullest rows, over the mean
 
 @dataclass(frozen=True, eq=False)
 class FlightOperator:
-    """How the errors of a flight's values follow from those of its observations.
+    """How the errors of a flight's values follow from those of its observations."""
 
-    Attributes
-    ----------
-    measured : PointOperator
-        From the measuring errors of all points of the flight, in ground units.
-    ground : PointOperator
-        From the errors of the ground coordinates onto which its models were fitted.
-    """
-
+    # from the measuring errors of all points of the flight, in ground units
     measured: PointOperator
+    # from the errors of the ground coordinates onto which its models were fitted
     ground: PointOperator
 
     def selections(self, places, observed):
         """Pick what the flight was fitted with.
 
-        Parameters
-        ----------
-        places : ndarray of int
-            Which source of ground coordinates stands in each row of their table.
-        observed : ObservedPoints
-            The points that the flight was fitted on.
-
-        Returns
-        -------
-        onto, fitted : PointOperator
-            Of the ground coordinates, and of the measured points.
+        Operators of the ground coordinates, and of the measured points. ``places`` says
+        which source stands in each row of the table of ground coordinates.
         """
         ground, measured = self.ground, self.measured
         rows = observed.row_numbers
@@ -77,38 +62,21 @@ class FlightOperator:
 
 @dataclass(frozen=True, eq=False)
 class GroundSources:
-    """Which source of error stands behind each row of a table of ground points.
+    """Which source of error stands behind each row of a table of ground points."""
 
-    Attributes
-    ----------
-    places : ndarray of int, shape (n_rows,)
-    count : int
-        Number of sources.
-    """
-
-    places: np.ndarray
-    count: int
+    places: np.ndarray  # (n_rows,)
+    count: int  # number of sources
 
 
-def flight_operator(transformation, model_points, ground, axes):
+def flight_operator(transformation, model_points, ground, axes) -> FlightOperator:
     """Error operator of all values of a flight.
 
     A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
     g), with the measuring errors g and the errors e of the ground coordinates.
 
-    Parameters
-    ----------
-    transformation : ModelTransformation
-        Of ``model_points``.
-    model_points : DataFrame
-    ground : GroundSources
-    axes : Axes
-
-    Returns
-    -------
-    FlightOperator
-        Its rows in the order of ``model_points``; NaN in the rows of models that are
-        not usable.
+    A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
+    g), with the measuring errors g and the errors e of the ground coordinates. Rows are
+    in the order of ``model_points``; NaN in those of models that are not usable.
     """
     observed, fit = transformation.observed, transformation.fit
     names = ["x", "y", "z"][: observed.source.shape[1]]
@@ -118,11 +86,9 @@ def flight_operator(transformation, model_points, ground, axes):
     sorted_place = np.empty(n_rows, dtype=np.int64)
     sorted_place[sort.order] = np.arange(n_rows)
     layout = PairLayout(sort.start, sorted_place[observed.row_numbers])
-    derive, cofactors = (
-        (conformal_sensitivity, conformal_cofactors)
-        if axes is Axes.COMPLEX
-        else (sensitivity, cofactors_of_rest)
-    )
+    derive, cofactors = sensitivity, cofactors_of_rest
+    if axes is Axes.COMPLEX:
+        derive, cofactors = conformal_sensitivity, conformal_cofactors
     design = derive(fit, layout.model_of_row, coordinates[sort.order])
     weight_sum = segment_sum(observed.weights, observed.start)
     hat = hat_operator(design, cofactors(fit), weight_sum, observed.weights, layout)
@@ -133,20 +99,11 @@ def flight_operator(transformation, model_points, ground, axes):
     return FlightOperator(own - (hat @ fitted).formed(), (hat @ onto).formed())
 
 
-def mean_operator(means, value_rows, n_values, axes):
+def mean_operator(means, value_rows, n_values, axes) -> PointOperator:
     """Operator of the means of stage 5.
 
-    Parameters
-    ----------
-    means : CoverageMean
-    value_rows : ndarray of int
-        Which row of the flight's values each value was that stage 5 was given.
-    n_values : int
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
+    ``value_rows`` says which row of the flight's values each value was that stage 5 was
+    given.
     """
     points, used = encode(means.points["point_id"]), encode(means.used["point_id"])
     sort = segments(points.locate(used)[used.codes], len(points))
@@ -158,23 +115,15 @@ def mean_operator(means, value_rows, n_values, axes):
 
 @dataclass(frozen=True, eq=False)
 class PropagatedErrors:
-    """Covariances of the final points, and where they come from.
+    """Covariances of the final points, and where they come from."""
 
-    Attributes
-    ----------
-    point_ids : ndarray of object, shape (n_points,)
-    parts : dict of str to ndarray, shape (n_points, n_coordinates, n_coordinates)
-        Covariance from each source alone [m²].
-    chains : dict of str to PointOperator
-        From the errors of each source to the final points.
-    standard_errors : dict of str to ndarray
-        Of each source's observations, per coordinate [m].
-    """
-
-    point_ids: np.ndarray
-    parts: dict
-    chains: dict
-    standard_errors: dict
+    point_ids: np.ndarray  # (n_points,)
+    # (n_points, n_coordinates, n_coordinates): from each source alone [m²]
+    parts: dict[str, np.ndarray]
+    # from the errors of each source to the final points
+    chains: dict[str, PointOperator]
+    # of each source's observations, per coordinate [m]
+    standard_errors: dict[str, np.ndarray]
 
     @property
     def axes(self):
@@ -191,20 +140,8 @@ class PropagatedErrors:
 
         The variance of a coordinate difference is V_first + V_second − C − Cᵀ.
 
-        Parameters
-        ----------
-        first, second : array of str, shape (n_pairs,)
-            point_id of the points of each pair.
-
-        Returns
-        -------
-        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
-            [m²].
-
-        Raises
-        ------
-        TableError
-            A point is not among the final points.
+        (n_pairs, n_coordinates, n_coordinates) [m²], of point_ids. The variance of a
+        coordinate difference is V_first + V_second − C − Cᵀ.
         """
         places = np.column_stack([self._places(first), self._places(second)])
         return self.covariance_at(places)
@@ -212,14 +149,7 @@ class PropagatedErrors:
     def covariance_at(self, places):
         """Covariance between pairs of points, by their places among the points.
 
-        Parameters
-        ----------
-        places : ndarray of int, shape (n_pairs, 2)
-
-        Returns
-        -------
-        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
-            [m²].
+        ``places`` (n_pairs, 2); gives (n_pairs, n_coordinates, n_coordinates) [m²].
         """
         return covariances_of_pairs(self.chains, self.standard_errors, places)
 
@@ -238,29 +168,14 @@ class PropagatedErrors:
 def covariances_of_pairs(chains, standard_errors, places):
     """Covariances between pairs of the points that chains lead to.
 
-    Parameters
-    ----------
-    chains : dict of str to PointOperator
-        From the errors of each source.
-    standard_errors : dict of str to ndarray
-        Of each source's observations, per coordinate [m].
-    places : ndarray of int, shape (n_pairs, 2)
-        Pairs that share points stand best near each other.
-
-    Returns
-    -------
-    ndarray, shape (n_pairs, n_coordinates, n_coordinates)
-        [m²].
+    ``places`` (n_pairs, 2): pairs that share points stand best near each other. Gives
+    (n_pairs, n_coordinates, n_coordinates) [m²].
     """
     n_points = min(places.size, next(iter(chains.values())).n_points)
     n_parts = max(-(-len(places) // PAIRS_AT_ONCE), n_ranges(chains, n_points))
     n_parts = max(1, min(n_parts, len(places)))
-    return np.concatenate(
-        [
-            _between(chains, standard_errors, part)
-            for part in np.array_split(places, n_parts)
-        ]
-    )
+    parts = np.array_split(places, n_parts)
+    return np.concatenate([_between(chains, standard_errors, part) for part in parts])
 
 
 def _between(chains, standard_errors, places):
@@ -272,20 +187,11 @@ def _between(chains, standard_errors, places):
     )
 
 
-def propagate(point_ids, chains, standard_errors):
+def propagate(point_ids, chains, standard_errors) -> PropagatedErrors:
     """Covariances of the final points from all sources.
 
-    Parameters
-    ----------
-    point_ids : ndarray of object, shape (n_points,)
-    chains : dict of str to PointOperator
-        From the errors of each source to the final points.
-    standard_errors : dict of str to ndarray
-        Per coordinate [m]; with a column for each axis where they differ.
-
-    Returns
-    -------
-    PropagatedErrors
+    ``standard_errors`` of each source are per coordinate [m], with a column for each
+    axis where they differ.
     """
     n_points = next(iter(chains.values())).n_points
     found = {source: [] for source in chains}
@@ -297,19 +203,8 @@ def propagate(point_ids, chains, standard_errors):
     return PropagatedErrors(point_ids, parts, chains, standard_errors)
 
 
-def n_ranges(chains, n_points):
-    """Into how many ranges the points are divided, so that memory suffices.
-
-    Parameters
-    ----------
-    chains : dict of str to PointOperator
-        From the errors of each source to the final points.
-    n_points : int
-
-    Returns
-    -------
-    int
-    """
+def n_ranges(chains, n_points) -> int:
+    """Into how many ranges the points are divided, so that memory suffices."""
     numbers = max(
         chain.axes.size(n_points) * _row_size(chain) for chain in chains.values()
     )
@@ -335,11 +230,7 @@ def _row_size(chain):
 def _rows_of(chains, places):
     """Rows of some points in the product of each chain; what begins alike is shared.
 
-    Yields
-    ------
-    source : str
-    rows : PointOperator
-        Formed.
+    Yields the name of each source, and its rows as a PointOperator.
     """
     any_chain = next(iter(chains.values()))
     picked = selection(places, any_chain.n_points, any_chain.axes)

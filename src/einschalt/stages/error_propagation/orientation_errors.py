@@ -13,18 +13,9 @@ N_COLUMNS = 6
 def orientation_chains(flights, fits):
     """Operators from the errors of all orientations to those of measured points.
 
-    Parameters
-    ----------
-    flights : dict of str to OrientationErrors or None
-        Of each flight; None where nothing was oriented.
-    fits : dict of str to ModelTransformation
-        Of the model points of each flight.
-
-    Returns
-    -------
-    dict of str to PointOperator
-        Of each flight that was oriented: its measuring errors on the ground [m] from
-        independent errors of variance 1, those of all flights side by side.
+    Of each flight that was oriented: its measuring errors on the ground [m] from
+    independent errors of variance 1, those of all flights side by side. ``fits`` are
+    the transformations of each flight.
     """
     oriented = {name: errors for name, errors in flights.items() if errors is not None}
     widths = [N_COLUMNS * errors.n_models for errors in oriented.values()]

@@ -35,38 +35,21 @@ TERRAIN_HEIGHTS = tables.Schema(
 
 @dataclass(frozen=True, eq=False)
 class ModelGeometry:
-    """Where the measured points of all models lie.
+    """Where the measured points of all models lie."""
 
-    Attributes
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model, origin in the left projection centre, x along the base, z up.
-    base : ndarray, shape (n_models,)
-        NaN where a model has none.
-    model_start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows model_start[k]:model_start[k + 1].
-    """
-
+    # (n_points, 3): sorted by model, origin in the left projection centre, x along the
+    # base, z up
     xyz: np.ndarray
-    base: np.ndarray
+    base: np.ndarray  # (n_models,): NaN where a model has none
+    # (n_models + 1,): model k owns rows model_start[k]:model_start[k + 1]
     model_start: np.ndarray
 
 
-def geometry_of_images(cameras, xyz, model_start):
+def geometry_of_images(cameras, xyz, model_start) -> ModelGeometry:
     """Bring points of models that were formed from images into their base systems.
 
-    Parameters
-    ----------
-    cameras : StereoCameras
-    xyz : ndarray, shape (n_points, 3)
-        In the systems of the models, sorted by model.
-    model_start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ModelGeometry
-        Without points behind the cameras, which are gross errors; in the unit of the
-        base.
+    Without points behind the cameras, which are gross errors; in the unit of the base.
+    ``xyz`` (n_points, 3) is in the systems of the models, sorted by model.
     """
     model = np.repeat(np.arange(len(cameras.left_centre)), np.diff(model_start))
     turned, _ = turned_to_base(cameras, xyz, model)
@@ -79,20 +62,8 @@ def geometry_of_images(cameras, xyz, model_start):
 def turned_to_base(cameras, xyz, model):
     """Turn points of models into the systems of their bases.
 
-    Parameters
-    ----------
-    cameras : StereoCameras
-    xyz : ndarray, shape (n_points, 3)
-        In the systems of the models.
-    model : ndarray of int, shape (n_points,)
-        To which each point belongs.
-
-    Returns
-    -------
-    xyz : ndarray, shape (n_points, 3)
-        Origin in the left projection centre, x along the base, z upwards.
-    axes : ndarray, shape (n_models, 3, 3)
-        Rows x, y, z of the base systems.
+    Gives xyz (n_points, 3) with the origin in the left projection centre, x along the
+    base, z upwards, and the axes (n_models, 3, 3): rows x, y, z of the base systems.
     """
     base = cameras.right_centre - cameras.left_centre
     upwards = cameras.left_rotation[:, 2] + cameras.right_rotation[:, 2]
@@ -101,20 +72,11 @@ def turned_to_base(cameras, xyz, model):
     return np.einsum("nij,nj->ni", axes[model], reduced), axes
 
 
-def surface_problems(surfaces, is_oriented):
+def surface_problems(surfaces, is_oriented) -> list[str]:
     """Say which oriented models are near a dangerous surface.
 
-    Parameters
-    ----------
-    surfaces : DataFrame
-        As :func:`surface_table` gives it.
-    is_oriented : ndarray of bool, shape (n_models,)
-        The others are said elsewhere.
-
-    Returns
-    -------
-    list of str
-        One sentence or two per model that is not safe.
+    One sentence or two per model that is not safe; models that are not oriented are
+    said elsewhere. ``surfaces`` is a :func:`surface_table`.
     """
     flagged = surfaces[is_oriented & (surfaces["verdict"] != "safe").to_numpy()]
     return [
@@ -123,37 +85,18 @@ def surface_problems(surfaces, is_oriented):
     ]
 
 
-def surface_table(examination, model_ids):
-    """Verdicts on all models as a table.
+def surface_table(examination, model_ids) -> pd.DataFrame:
+    """Verdicts on all models as a table, index model_id.
 
-    Parameters
-    ----------
-    examination : SurfaceExamination
-    model_ids : Series or array of str, shape (n_models,)
-
-    Returns
-    -------
-    DataFrame
-        Index model_id, and the columns
-
-        verdict
-            safe; weak where omega is at least twice as uncertain as on flat terrain;
-            critical from ten times on, or where the points determine nothing.
-        inflation
-            Standard error of omega over that on flat terrain.
-        sigma_omega
-            Standard error of omega for a parallax error of 1 [rad / unit of length].
-        over_correction_k, over_correction_n, gap
-            Kasper's k and n = k + 1 (signed), and the gap from the circle, in the
-            base-normal plane that determines omega better; NaN where the points are
-            not under the projection centres.
-        n_0, n_b
-            Determinants N of the left and the right plane [length⁴].
-        singular_value_ratio
-            Smallest singular value of the unit-free equations over that on flat
-            terrain.
-        reason
-            Empty where safe.
+    verdict: safe; weak where omega is at least twice as uncertain as on flat terrain;
+    critical from ten times on, or where the points determine nothing. inflation:
+    standard error of omega over that on flat terrain; sigma_omega: that for a parallax
+    error of 1 [rad / unit of length]. over_correction_k, over_correction_n, gap:
+    Kasper's k and n = k + 1 (signed), and the gap from the circle, in the base-normal
+    plane that determines omega better; NaN where the points are not under the
+    projection centres. n_0, n_b: determinants N of the left and the right plane
+    [length⁴]. singular_value_ratio: smallest singular value of the unit-free equations
+    over that on flat terrain. reason: empty where safe.
     """
     planes, better = examination.planes, examination.better_plane
     model = np.arange(len(better))
@@ -174,23 +117,11 @@ def surface_table(examination, model_ids):
     )
 
 
-def count_verdicts(surfaces):
-    """Say how many models are critical, weak or safe.
-
-    Parameters
-    ----------
-    surfaces : DataFrame
-        With the column verdict.
-
-    Returns
-    -------
-    str
-    """
-    amounts = [
-        (int((surfaces["verdict"] == verdict).sum()), verdict)
-        for verdict in ("critical", "weak", "safe")
-    ]
-    said = [f"{amount} {verdict}" for amount, verdict in amounts if amount]
+def count_verdicts(surfaces) -> str:
+    """Say how many models are critical, weak or safe."""
+    amounts = surfaces["verdict"].value_counts()
+    found = [verdict for verdict in ("critical", "weak", "safe") if verdict in amounts]
+    said = [f"{amounts[verdict]} {verdict}" for verdict in found]
     return f"{typesetting.count(len(surfaces), 'model')}: {', '.join(said)}"
 
 
@@ -199,41 +130,19 @@ class FlightPlan:
     """How the models will be flown; lengths in metres.
 
     Exactly one of ``scale_number``, ``flying_height`` and ``altitude`` is given.
-
-    Attributes
-    ----------
-    principal_distance : float
-        0.152 for a wide-angle camera.
-    scale_number : float, optional
-        Of the terrain in points 1 and 2 of each model.
-    flying_height : float, optional
-        Above the terrain in points 1 and 2 of each model.
-    altitude : float, optional
-        Of the whole flight, in the system of the heights.
-    image_format : float
-        Side of the image.
-    forward_overlap : float
-        0 to 1.
-    wing : float, optional
-        Distance of points 3 to 6 from the base in the image; half of the image format
-        less 15 mm where it is left out.
-    parallax_error : float
-        Standard error of a y-parallax in the image.
-
-    Raises
-    ------
-    SettingsError
-        A value is missing, or not allowed.
     """
 
-    principal_distance: float
-    scale_number: float | None = None
+    principal_distance: float  # 0.152 for a wide-angle camera
+    scale_number: float | None = None  # of the terrain in points 1 and 2 of each model
+    # above the terrain in points 1 and 2 of each model
     flying_height: float | None = None
-    altitude: float | None = None
-    image_format: float = 0.23
-    forward_overlap: float = 0.60
+    altitude: float | None = None  # of the whole flight, in the system of the heights
+    image_format: float = 0.23  # side of the image
+    forward_overlap: float = 0.60  # 0 to 1
+    # distance of points 3 to 6 from the base in the image; half of the image format
+    # less 15 mm where it is left out
     wing: float | None = None
-    parallax_error: float = 5e-6
+    parallax_error: float = 5e-6  # standard error of a y-parallax in the image
 
     def __post_init__(self):
         """Check the values."""
@@ -266,14 +175,7 @@ class FlightPlan:
     def altitudes(self, middle):
         """Altitude over each model.
 
-        Parameters
-        ----------
-        middle : ndarray, shape (n_models,)
-            Mean height of points 1 and 2 [m].
-
-        Returns
-        -------
-        ndarray, shape (n_models,)
+        ``middle`` (n_models,) is the mean height of points 1 and 2 [m].
         """
         if self.altitude is not None:
             return np.full(len(middle), float(self.altitude))
@@ -309,21 +211,15 @@ def _check_range(name, value, low, high, what):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SurfaceForecast(Result):
-    """Which models of a planned flight come near a dangerous surface.
-
-    Attributes
-    ----------
-    plan : FlightPlan
-    models : DataFrame
-        Index model_id; verdict, inflation, standard_error_omega [rad],
-        over_correction_k, over_correction_n, gap, flying_height, valley_depth,
-        critical_depth, safe_flying_height [m], n_0, n_b, singular_value_ratio, reason.
-        ``valley_depth`` is the mean of both base-normal planes, negative on ridges;
-        ``safe_flying_height`` is that above the middle of a symmetrical valley from
-        which the model is safe, NaN where there is no valley.
-    """
+    """Which models of a planned flight come near a dangerous surface."""
 
     plan: FlightPlan
+    # index model_id; verdict, inflation, standard_error_omega [rad], over_correction_k,
+    # over_correction_n, gap, flying_height, valley_depth, critical_depth,
+    # safe_flying_height [m], n_0, n_b, singular_value_ratio, reason. ``valley_depth``
+    # is the mean of both base-normal planes, negative on ridges; ``safe_flying_height``
+    # is that above the middle of a symmetrical valley from which the model is safe, NaN
+    # where there is no valley
     models: pd.DataFrame
 
     def summary(self):
@@ -345,27 +241,16 @@ class SurfaceForecast(Result):
         return "\n".join([*lines, "", _table_of_models(self.models)])
 
 
-def forecast_dangerous_surfaces(heights, plan):
+def forecast_dangerous_surfaces(heights, plan) -> SurfaceForecast:
     """Judge the models of a planned flight by the terrain in their standard points.
 
     Points 1 and 2 lie below the left and the right projection centre, 3 and 5 beside
     point 1, 4 and 6 beside point 2, at the distance ``plan.wing_in_image`` in the
     image.
 
-    Parameters
-    ----------
-    heights : DataFrame
-        model_id, h1, h2, h3, h4, h5, h6: heights of the terrain in these points [m].
-    plan : FlightPlan
-
-    Returns
-    -------
-    SurfaceForecast
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
+    ``heights`` has model_id and h1 to h6, the terrain in these points [m]. Points 1 and
+    2 lie below the left and the right projection centre, 3 and 5 beside point 1, 4 and
+    6 beside point 2, at the distance ``plan.wing_in_image`` in the image.
 
     Notes
     -----
@@ -386,13 +271,8 @@ def forecast_dangerous_surfaces(heights, plan):
     terrain = checked.frame[HEIGHTS].to_numpy(dtype=float)
     middle = terrain[:, :2].mean(axis=1)
     altitude = plan.altitudes(middle)
-    xyz, base = standard_points(
-        terrain,
-        altitude,
-        plan.principal_distance,
-        plan.wing_in_image,
-        plan.base_in_image,
-    )
+    camera = (plan.principal_distance, plan.wing_in_image, plan.base_in_image)
+    xyz, base = standard_points(terrain, altitude, *camera)
     start = len(POINTS) * np.arange(len(xyz) + 1)
     examination = examine_surfaces(xyz.reshape(-1, 3), base, start)
     models = surface_table(examination, checked.frame["model_id"])

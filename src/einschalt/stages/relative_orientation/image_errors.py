@@ -19,41 +19,19 @@ SIDES = ("left_image", "right_image")
 
 @dataclass(frozen=True, eq=False)
 class ImageErrors:
-    """Errors of image points behind the points of models.
+    """Errors of image points behind the points of models."""
 
-    Attributes
-    ----------
-    influence : ImageInfluence
-        Row for row as the model points, lengths in their unit.
-    sources : ndarray of int, shape (n_points, 2)
-        Row of the table of image points that was the left and the right one.
-    n_sources : int
-        Rows of that table.
-    n_models : int
-        Pairs, oriented or not.
-    """
-
-    influence: ImageInfluence
+    influence: ImageInfluence  # row for row as the model points, lengths in their unit
+    # (n_points, 2): rows of the left and the right one in the table of image points
     sources: np.ndarray
-    n_sources: int
-    n_models: int
+    n_sources: int  # rows of that table
+    n_models: int  # pairs, oriented or not
 
 
-def image_errors(oriented, flight, enlargement):
+def image_errors(oriented, flight, enlargement) -> ImageErrors:
     """Find the image points behind all model points of a flight.
 
-    Parameters
-    ----------
-    oriented : ImageOrientation
-        Of the flight.
-    flight : Flight
-        With ``image_points`` and ``models``.
-    enlargement : ndarray, shape (n_points,)
-        Of the model points, from the unit of the base to their own.
-
-    Returns
-    -------
-    ImageErrors
+    ``enlargement`` (n_points,) leads from the unit of the base to that of the points.
     """
     points, models = oriented.model_points, flight.models
     table = flight.image_points

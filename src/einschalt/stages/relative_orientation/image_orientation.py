@@ -8,16 +8,12 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
-from einschalt.foundations.units import (
-    METRES_PER_MM,
-    METRES_PER_UM,
-    RADIANS_PER_GON,
-)
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, RADIANS_PER_GON
 from einschalt.stages.relative_orientation.dangerous_surface import (
     geometry_of_images,
     surface_table,
 )
-from einschalt.stages.results import Estimates, ModelResult, row_of_model
+from einschalt.stages.results import Estimates, OrientationResult, row_of_model
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.condition_tests import StereoPairs
 from einschalt.theory.relative_orientation.coplanarity import ORIENTED
@@ -76,27 +72,19 @@ class ImageInfluence:
     A point moves with its own four image coordinates e_i, and with the orientation of
     its model, by ``by_image[i] @ e_i + gain[i] @ sum over j of by_point[j] @ e_j``, the
     sum over all points of the model.
-
-    Attributes
-    ----------
-    model : ndarray of int, shape (n_points,)
-        Place of each point's model among all pairs.
-    by_image : ndarray, shape (n_points, 3, 4)
-        By x', y', x", y" of the point, the orientation held [unit of the base / mm].
-    gain : ndarray, shape (n_points, 3, 6)
-        By base direction and turn of the right camera.
-    by_point : ndarray, shape (n_points, 6, 4)
-        Of base direction and turn by the image coordinates [1/mm].
     """
 
-    model: np.ndarray
+    model: np.ndarray  # (n_points,): place of each point's model among all pairs
+    # (n_points, 3, 4): by x', y', x", y" of the point, the orientation held [unit of
+    # the base / mm]
     by_image: np.ndarray
-    gain: np.ndarray
+    gain: np.ndarray  # (n_points, 3, 6): by base direction and turn of the right camera
+    # (n_points, 6, 4): of base direction and turn by the image coordinates [1/mm]
     by_point: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ImageOrientation(ModelResult):
+class ImageOrientation(OrientationResult):
     """Relative orientations of all models of a flight.
 
     Attributes
@@ -163,16 +151,6 @@ class ImageOrientation(ModelResult):
         """Whether the adjustment converged, Series of bool by model_id."""
         return self._by_model("is_converged").rename("converged")
 
-    @property
-    def n_points(self):
-        """Number of points, Series by model_id."""
-        return self._by_model("n_points")
-
-    @property
-    def redundancy(self):
-        """Points less five, Series by model_id."""
-        return self._by_model("redundancy")
-
     @cached_property
     def dangerous_surface(self):
         """Whether the points of each model lie near a dangerous surface, and why.
@@ -226,9 +204,6 @@ class ImageOrientation(ModelResult):
         parameters = self.parameters.reset_index(drop=True)
         return pd.concat([self.models, parameters], axis=1)
 
-    def _by_model(self, column):
-        return self.models.set_index("model_id")[column]
-
     @cached_property
     def model_precision(self):
         """Standard errors of the model points, row for row as ``model_points``.
@@ -270,12 +245,9 @@ class ImageOrientation(ModelResult):
         depth = np.abs(segment_sum(xyz[:, 2], start) / count)
         scale = self.pairs.distance[:, 0] / depth
         own = np.trace(self._precision.image_part[:, :2, :2], axis1=1, axis2=2)
-        bent = deformation_variance(
-            self._precision.gain[:, :2],
-            self.pairs.orientation.cofactor,
-            xyz[:, :2],
-            start,
-        )
+        cofactor = self.pairs.orientation.cofactor
+        gain = self._precision.gain[:, :2]
+        bent = deformation_variance(gain, cofactor, xyz[:, :2], start)
         to_um = sigma_0 * scale * METRES_PER_MM / METRES_PER_UM
         return pd.DataFrame(
             {
@@ -354,17 +326,14 @@ def _summary(result):
     good = models[result.is_oriented]
     n_models = typesetting.count(len(models), "model")
     n_points = typesetting.count(int(good["n_points"].sum()), "point")
-    way = f"{result.case}, {result.estimator}"
     lines = [
         f"Relative orientation of {len(good)} of {n_models} from image coordinates",
-        f"{n_points}, {way}",
+        f"{n_points}, {result.case}, {result.estimator}",
     ]
     problems = _problems(result, good)
     if problems:
-        lines += ["", "Problems and suggestions"]
-        lines += [
-            typesetting.wrapped(text, first="- ", indent="  ") for text in problems
-        ]
+        said = (typesetting.wrapped(text, first="- ", indent="  ") for text in problems)
+        lines += ["", "Problems and suggestions", *said]
     if good["redundancy"].sum() > 0:
         lines += ["", *_precision(good)]
     if 0 < len(good) <= MOST_LISTED:

@@ -54,7 +54,6 @@ STAGE = "stage2_relative_orientation"
 KEYS = ["model_id", "point_id"]
 COORDINATES = ["x_left", "y_left", "x_right", "y_right"]
 OUTLIERS = ("keep", "snoop", "huber", "tukey")
-# probability with which a model without gross errors gets a suspect
 # the rule of model coordinates that belongs to the estimator
 RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
@@ -155,9 +154,9 @@ def orient_from_images(
             **_residuals(points, is_out, pairs, factors),
             **_tests(points, is_wrong, is_out, pairs),
         )[is_good[points.model]].reset_index(drop=True),
-        model_points=_points_table(measured.keys[~is_out], xyz)[
-            is_good[used.model]
-        ].reset_index(drop=True),
+        model_points=measured.keys[~is_out]
+        .assign(**dict(zip("xyz", xyz.T, strict=True)))[is_good[used.model]]
+        .reset_index(drop=True),
         failures=_failures(models, pairs.status),
         pairs=OrientedPairs(pairs, length, case, used.distance),
         points=used,
@@ -215,12 +214,9 @@ class _Measured:
 
 
 def _check_choices(case, estimator, outliers):
-    for name, value, allowed in (
-        ("case", case, CASES),
-        ("estimator", estimator, MODES),
-        ("outliers", outliers, OUTLIERS),
-    ):
-        require_choice(name, value, allowed)
+    require_choice("case", case, CASES)
+    require_choice("estimator", estimator, MODES)
+    require_choice("outliers", outliers, OUTLIERS)
     if outliers in NORMS and estimator != "rigorous":
         raise SettingsError(
             f"outliers = {outliers!r} with estimator = {estimator!r}",
@@ -230,10 +226,8 @@ def _check_choices(case, estimator, outliers):
 
 
 def _distances(principal_distance):
-    distance = as_numbers(
-        "principal_distance", principal_distance, expected="millimetres"
-    )
-    distance = np.atleast_1d(distance)
+    name, unit = "principal_distance", "millimetres"
+    distance = np.atleast_1d(as_numbers(name, principal_distance, expected=unit))
     is_good = (distance >= SMALLEST_DISTANCE_MM) & (distance <= LARGEST_DISTANCE_MM)
     if distance.shape not in ((1,), (2,)) or not is_good.all():
         is_small = distance.size and 0.0 < distance.min() < SMALLEST_DISTANCE_MM
@@ -392,9 +386,3 @@ def _merged(is_out, of_used, of_others):
     values = np.empty(len(is_out))
     values[~is_out], values[is_out] = of_used, of_others
     return values
-
-
-def _points_table(keys, xyz):
-    table = keys.copy()
-    table[["x", "y", "z"]] = xyz
-    return table

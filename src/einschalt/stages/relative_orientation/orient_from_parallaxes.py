@@ -27,8 +27,7 @@ from einschalt.stages.relative_orientation.six_point_methods import (
     adjust_by_gruber,
     adjust_by_krames,
     contradiction_table,
-    say_gruber_faults,
-    say_krames_faults,
+    say_six_point_faults,
 )
 from einschalt.theory.relative_orientation.hallert import adjust_parallaxes
 from einschalt.theory.relative_orientation.model_correction import parallaxes_to_clear
@@ -39,7 +38,6 @@ from einschalt.theory.relative_orientation.parallax_equations import (
 )
 
 METHODS = ("least_squares", "krames", "gruber")
-SIX_POINT_FAULTS = {"krames": say_krames_faults, "gruber": say_gruber_faults}
 MODEL_COLUMNS = [
     *("coverage", "model_id", "case", "n_points", "redundancy", "sigma_0", "base"),
     *("is_usable", "reason"),
@@ -234,9 +232,8 @@ def _check_points(measured, bases, method, faults):
     for count in np.unique(measured.count[is_short]):
         reason = f"{typesetting.count(count, 'point')}, but five are needed"
         faults.say(measured.count == count, reason, "Measure more points in it")
-    if method in SIX_POINT_FAULTS:
-        say_faults = SIX_POINT_FAULTS[method]
-        say_faults(measured.xyz, bases, measured.start, faults)
+    if method != "least_squares":
+        say_six_point_faults(method, measured.xyz, bases, measured.start, faults)
 
 
 def _check_lengths(measured, bases, faults):
@@ -259,13 +256,13 @@ def _adjusted(method, case, sound, bases, faults):
 
 
 def _models_table(measured, adjustment, faults):
-    table = models_frame(measured.models.names)
-    table["n_points"] = measured.count
-    table["redundancy"] = adjustment.redundancy
-    table["sigma_0"] = adjustment.sigma_0
-    table["is_usable"] = faults.is_sound
-    table["reason"] = faults.reasons
-    return table
+    return models_frame(measured.models.names).assign(
+        n_points=measured.count,
+        redundancy=adjustment.redundancy,
+        sigma_0=adjustment.sigma_0,
+        is_usable=faults.is_sound,
+        reason=faults.reasons,
+    )
 
 
 def _residuals_table(sound, adjustment):
@@ -274,24 +271,19 @@ def _residuals_table(sound, adjustment):
     keys = ["coverage", *keys] if sound.has_coverages else keys
     is_used = np.isfinite(adjustment.residuals)
     rows = sound.order[is_used]
-    table = (
-        sound.frame[keys]
-        .iloc[rows]
-        .assign(
-            residual=adjustment.residuals[is_used],
-            redundancy_number=adjustment.redundancy_numbers[is_used],
-        )
+    table = sound.frame[keys].iloc[rows]
+    table = table.assign(
+        residual=adjustment.residuals[is_used],
+        redundancy_number=adjustment.redundancy_numbers[is_used],
     )
     return table.iloc[np.argsort(rows)].reset_index(drop=True)
 
 
 def _linearisation_error(sound, adjustment, bases, case):
     """Largest parallax of each model that the linear equations neglect."""
+    elements = np.repeat(adjustment.elements, sound.count, axis=0)
     exact = parallaxes_to_clear(
-        sound.xyz,
-        np.repeat(bases, sound.count),
-        np.repeat(adjustment.elements, sound.count, axis=0),
-        case,
+        sound.xyz, np.repeat(bases, sound.count), elements, case
     )
     linear = sound.y_parallax + adjustment.residuals
     return segment_min_max(np.abs(exact - linear), sound.start)[1]

@@ -25,41 +25,24 @@ from einschalt.theory.relative_orientation.deformation_error import (
 
 @dataclass(frozen=True, eq=False)
 class OrientationErrors:
-    """Errors that points of a model share by its orientation.
+    """Errors that points of a model share by its orientation."""
 
-    Attributes
-    ----------
-    model : ndarray of int, shape (n_points,)
-        Orientation of each model point.
-    factors : ndarray, shape (n_points, 3, 5)
-        Coordinates by five independent errors of variance 1, in the unit of the
-        model points.
-    n_models : int
-    redundancy : int
-        Of all parallaxes from which their size comes: its variance is known to
-        √(2 / redundancy) of itself.
-    """
-
-    model: np.ndarray
+    model: np.ndarray  # (n_points,): orientation of each model point
+    # (n_points, 3, 5): coordinates by five independent errors of variance 1, in the
+    # unit of the model points
     factors: np.ndarray
     n_models: int
+    # of all parallaxes from which their size comes: its variance is known to √(2 /
+    # redundancy) of itself
     redundancy: int
 
 
-def parallax_errors(orientation, machine_points):
+def parallax_errors(orientation, machine_points) -> OrientationErrors | None:
     """Derive how the errors of the parallaxes move corrected points.
 
-    Parameters
-    ----------
-    orientation : ParallaxOrientation
-    machine_points : DataFrame
-        coverage, model_id, x, y, z as they were read, of models that were oriented; in
-        the unit of the orientation.
-
-    Returns
-    -------
-    OrientationErrors or None
-        None where no model has redundancy: then the size of the errors is not known.
+    ``machine_points`` are x, y, z as they were read, of models that were oriented, in
+    the unit of the orientation. None where no model has redundancy: then the size of
+    the errors is not known.
     """
     models, adjustment = orientation.models, orientation.adjustment
     is_checked = np.isfinite(adjustment.sigma_0) & (adjustment.redundancy > 0)

@@ -1,7 +1,7 @@
 """What the orientation of models by y-parallaxes gives, and what it corrects."""
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from einschalt.stages.relative_orientation.dangerous_surface import (
     surface_problems,
     surface_table,
 )
-from einschalt.stages.results import Estimates, ModelResult, failures_table
+from einschalt.stages.results import Estimates, OrientationResult, failures_table
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 from einschalt.theory.relative_orientation.dangerous_surfaces import examine_surfaces
 from einschalt.theory.relative_orientation.deformation_error import (
@@ -48,17 +48,10 @@ SHIFTS = ("d_by", "d_bz")
 # mean of x in bases: the overlap of two photographs lies around 0.5
 MIDDLE_OF_MODEL = (0.1, 0.9)
 COUNT_Z_UP = "Count z upwards from the left projection centre: points have z < 0"
-MODEL_POINTS = replace(
-    tables.MODEL_POINTS,
-    columns=tuple(
-        replace(column, is_required=column.is_required or column.name == "z")
-        for column in tables.MODEL_POINTS.columns
-    ),
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParallaxOrientation(ModelResult):
+class ParallaxOrientation(OrientationResult):
     """Relative orientations of all models, from their y-parallaxes.
 
     Attributes
@@ -127,17 +120,7 @@ class ParallaxOrientation(ModelResult):
         For ``gruber`` it is that of least squares too, since the procedure's own
         residuals leave the whole contradiction in point 6.
         """
-        return self.models.set_index("model_id")["sigma_0"]
-
-    @property
-    def n_points(self):
-        """Number of parallaxes, Series by model_id."""
-        return self.models.set_index("model_id")["n_points"]
-
-    @property
-    def redundancy(self):
-        """Parallaxes beyond five, Series by model_id."""
-        return self.models.set_index("model_id")["redundancy"]
+        return self._by_model("sigma_0")
 
     @property
     def estimates(self):
@@ -224,10 +207,8 @@ class ParallaxOrientation(ModelResult):
             f"{typesetting.number(neglected[place])}. Correct it, and measure again."
             for place in np.flatnonzero(is_large)
         ]
-        lines = [
-            typesetting.wrapped(text, first="  ", indent="    ")
-            for text in said[:MOST_PRINTED]
-        ]
+        shown = said[:MOST_PRINTED]
+        lines = [typesetting.wrapped(t, first="  ", indent="    ") for t in shown]
         rest = len(said) - MOST_PRINTED
         return [*lines, f"  and {rest} more"] if rest > 0 else lines
 
@@ -250,45 +231,21 @@ def _beside_the_base(orientation, is_usable):
 
 @dataclass(frozen=True, eq=False)
 class CorrectedModelPoints:
-    """Corrected points, and the models that stay out.
+    """Corrected points, and the models that stay out."""
 
-    Attributes
-    ----------
-    points : DataFrame
-        The rows and columns of the given points with corrected x, y, z, without the
-        models in ``failures``.
-    failures : DataFrame
-        coverage, model_id, stage, reason, remedy.
-    orientation_error : ndarray, shape (n_models,)
-        Of each orientation, what an affine transformation leaves of its error in the
-        plan coordinates of these points: total, in their unit. NaN where nothing was
-        redundant, or fewer than three points were corrected.
-    """
-
+    # the rows and columns of the given points with corrected x, y, z, without the
+    # models in ``failures``
     points: pd.DataFrame
-    failures: pd.DataFrame
+    failures: pd.DataFrame  # coverage, model_id, stage, reason, remedy
+    # (n_models,): of each orientation, what an affine transformation leaves of its
+    # error in the plan coordinates of these points: total, in their unit. NaN where
+    # nothing was redundant, or fewer than three points were corrected
     orientation_error: np.ndarray
 
 
-def correct_model_points(orientation, model_points):
-    """Correct model points, and say without a warning which models stay out.
-
-    Parameters
-    ----------
-    orientation : ParallaxOrientation
-    model_points : DataFrame
-        As in :meth:`ParallaxOrientation.corrected`.
-
-    Returns
-    -------
-    CorrectedModelPoints
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
-    """
-    checked = tables.check_table(model_points, MODEL_POINTS)
+def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
+    """Correct model points, and say without a warning which models stay out."""
+    checked = tables.check_table(model_points, tables.MODEL_POINTS.requiring("z"))
     raise_problems(checked.problems)
     frame = checked.frame
     asked = encode_pairs(frame["coverage"], frame["model_id"])
@@ -300,12 +257,9 @@ def correct_model_points(orientation, model_points):
     rows = np.flatnonzero(faults.is_sound[asked.codes])
     model = place[asked.codes[rows]]
     corrected = np.zeros_like(xyz)
-    corrected[rows] = correct_model(
-        xyz[rows],
-        orientation.models["base"].to_numpy()[model],
-        orientation.adjustment.elements[model],
-        orientation.case,
-    )
+    base = orientation.models["base"].to_numpy()[model]
+    elements = orientation.adjustment.elements[model]
+    corrected[rows] = correct_model(xyz[rows], base, elements, orientation.case)
     error = _orientation_error(orientation, xyz[rows], model)
     # rays that part meet above the centres, or nowhere
     is_apart = ~(corrected[:, 2] < 0.0)
@@ -320,16 +274,14 @@ def correct_model_points(orientation, model_points):
 def _orientation_error(orientation, xyz, model):
     sort = segments(model, len(orientation.models))
     xyz, model = xyz[sort.order], model[sort.order]
-    derivatives = correction_derivatives(
-        xyz,
-        orientation.models["base"].to_numpy(dtype=float)[model],
-        orientation.adjustment.elements[model],
-        orientation.case,
-    )
+    adjustment = orientation.adjustment
+    base = orientation.models["base"].to_numpy(dtype=float)[model]
+    elements = adjustment.elements[model]
+    derivatives = correction_derivatives(xyz, base, elements, orientation.case)[:, :2]
     variance = deformation_variance(
-        derivatives[:, :2], orientation.adjustment.cofactor, xyz[:, :2], sort.start
+        derivatives, adjustment.cofactor, xyz[:, :2], sort.start
     )
-    return np.sqrt(variance) * orientation.adjustment.sigma_0
+    return np.sqrt(variance) * adjustment.sigma_0
 
 
 def _find_models(orientation, names, has_coverages, faults):
@@ -351,14 +303,9 @@ def _find_models(orientation, names, has_coverages, faults):
 
 @dataclass(frozen=True, eq=False)
 class ModelFaults:
-    """Why models stay out; of several reasons the first one counts.
+    """Why models stay out; of several reasons the first one counts."""
 
-    Attributes
-    ----------
-    reasons, remedies : ndarray of object, shape (n_models,)
-        Empty text where nothing is wrong.
-    """
-
+    # reasons, remedies: (n_models,): empty text where nothing is wrong
     reasons: np.ndarray
     remedies: np.ndarray
 
@@ -375,10 +322,7 @@ class ModelFaults:
     def say(self, is_bad, reason, remedy):
         """Say what is wrong with some models.
 
-        Parameters
-        ----------
-        is_bad : ndarray of bool, shape (n_models,)
-        reason, remedy : str or ndarray of object, shape (n_models,)
+        ``is_bad`` (n_models,): reason and remedy are one text, or one for each model.
         """
         is_new = is_bad & self.is_sound
         for texts, text in ((self.reasons, reason), (self.remedies, remedy)):
@@ -387,27 +331,16 @@ class ModelFaults:
     def say_of_rows(self, codes, reason, remedy):
         """Say what is wrong with the models of some rows.
 
-        Parameters
-        ----------
-        codes : ndarray of int
-            Model of each bad row.
-        reason, remedy : str
+        ``codes`` are the models of the bad rows.
         """
         is_bad = np.zeros(len(self.reasons), dtype=bool)
         is_bad[codes] = True
         self.say(is_bad, reason, remedy)
 
-    def table(self, names):
+    def table(self, names) -> pd.DataFrame:
         """Return the failures as a table.
 
-        Parameters
-        ----------
-        names : ndarray of tuple, shape (n_models,)
-            coverage, model_id.
-
-        Returns
-        -------
-        DataFrame
+        ``names`` are pairs of coverage and model_id.
         """
         failed = np.flatnonzero(~self.is_sound)
         return failures_table(
@@ -415,37 +348,15 @@ class ModelFaults:
         )
 
 
-def models_frame(names):
-    """Pairs of coverage and model_id as a table.
-
-    Parameters
-    ----------
-    names : ndarray of tuple, shape (n_models,)
-
-    Returns
-    -------
-    DataFrame
-        coverage, model_id.
-    """
+def models_frame(names) -> pd.DataFrame:
+    """Pairs of coverage and model_id as a table."""
     return pd.DataFrame(list(names), columns=["coverage", "model_id"], dtype=object)
 
 
 def places_of_models(wanted, known):
     """Find models of one table in another, by all columns of the first.
 
-    Parameters
-    ----------
-    wanted : DataFrame
-        [coverage,] model_id.
-    known : DataFrame
-        With the same columns, and others.
-
-    Returns
-    -------
-    place : ndarray of int, shape (n_wanted,)
-        Row in ``known``, -1 where there is none.
-    is_ambiguous : ndarray of bool, shape (n_wanted,)
-        Whether there are several.
+    Gives the row in ``known``, −1 where there is none, and whether there are several.
     """
     keys = list(wanted.columns)
     have, want = pd.MultiIndex.from_frame(known[keys]), pd.MultiIndex.from_frame(wanted)

@@ -9,20 +9,11 @@ from einschalt.theory.adjustment.least_squares import pool_standard_errors
 NAMES = ["coverage", "model_id"]
 
 
-def parallaxes_of_parallaxes(oriented, y_parallaxes):
+def parallaxes_of_parallaxes(oriented, y_parallaxes) -> pd.DataFrame:
     """Residual parallaxes of models that were oriented by their y-parallaxes.
 
-    Parameters
-    ----------
-    oriented : ParallaxOrientation
-    y_parallaxes : DataFrame
-        The measurements that it comes from.
-
-    Returns
-    -------
-    DataFrame
-        model, point_id, x, y (in plan), residual, standard_error of the residual from
-        the sigma_0 of all models together, all in the unit of the measurements.
+    model, point_id, x, y (in plan), residual, standard_error of the residual from the
+    sigma_0 of all models together, all in the unit of the measurements.
     """
     names = NAMES if oriented.has_coverages else NAMES[1:]
     places = y_parallaxes[[*names, "point_id", "x", "y"]]
@@ -37,20 +28,11 @@ def parallaxes_of_parallaxes(oriented, y_parallaxes):
     )
 
 
-def parallaxes_of_images(oriented, principal_distance):
+def parallaxes_of_images(oriented, principal_distance) -> pd.DataFrame:
     """Residual parallaxes of models that were oriented by their image coordinates.
 
-    Parameters
-    ----------
-    oriented : ImageOrientation
-    principal_distance : float
-        [mm]
-
-    Returns
-    -------
-    DataFrame
-        model, point_id, x, y (in plan, at the mean image scale), residual, and the
-        standard_error of the residual from the sigma_0 of all models together [mm].
+    model, point_id, x, y (in plan, at the mean image scale), residual, standard_error
+    of the residual from the sigma_0 of all models together, base [mm].
 
     Notes
     -----
@@ -89,18 +71,7 @@ def parallaxes_of_images(oriented, principal_distance):
 
 
 def labels(frame, has_coverages):
-    """Names of models that are unique over coverages.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        [coverage,] model_id.
-    has_coverages : bool
-
-    Returns
-    -------
-    Series of str
-    """
+    """Names of models that are unique over coverages."""
     if not has_coverages:
         return frame["model_id"].astype(object)
     return (frame["coverage"] + ": " + frame["model_id"]).astype(object)

@@ -44,6 +44,10 @@ NOT_SIX = "{points}, but {method} takes six"
 NOT_IN_PLANES = "not three of its points lie in each of the planes x = 0 and x = base"
 NOT_ON_SIDES = "not three of its points lie on the side of each projection centre"
 DIVERGES = "its points make Gruber's procedure diverge: a pass multiplies errors by {}"
+SIX_POINT_METHODS = {
+    "krames": ("Krames' construction", are_in_base_normal_planes, NOT_IN_PLANES),
+    "gruber": ("Gruber's procedure", are_on_two_sides, NOT_ON_SIDES),
+}
 CONTRADICTION_COLUMNS = [
     *("w", "d_omega_0", "d_omega_b", "delta_omega"),
     *("Y_0", "Z_0", "Y_b", "Z_b", "M_0", "M_b", "N_0", "N_b"),
@@ -52,33 +56,19 @@ CONTRADICTION_COLUMNS = [
 
 @dataclass(frozen=True, eq=False)
 class SixPointModels:
-    """The models with six points, these as points 1, 3, 5, 2, 4, 6.
+    """The models with six points, these as points 1, 3, 5, 2, 4, 6."""
 
-    Attributes
-    ----------
-    models : ndarray of int, shape (n_six,)
-        Their places among all models.
-    rows : ndarray of int, shape (n_six, 6)
-        Rows of their points in the tables that are sorted by model.
-    xyz : ndarray, shape (n_six, 6, 3)
-    base : ndarray, shape (n_six,)
-    """
-
-    models: np.ndarray
+    models: np.ndarray  # (n_six,): their places among all models
+    # (n_six, 6): rows of their points in the tables that are sorted by model
     rows: np.ndarray
-    xyz: np.ndarray
-    base: np.ndarray
+    xyz: np.ndarray  # (n_six, 6, 3)
+    base: np.ndarray  # (n_six,)
 
     @classmethod
     def of(cls, xyz, base, model_start):
         """Find the models with six points, and number these.
 
-        Parameters
-        ----------
-        xyz : ndarray, shape (n_points, 3)
-            Sorted by model.
-        base : ndarray, shape (n_models,)
-        model_start : ndarray of int, shape (n_models + 1,)
+        ``xyz`` (n_points, 3) is sorted by model, as everywhere here.
         """
         models = np.flatnonzero(np.diff(model_start) == N_SIX)
         rows = model_start[models, np.newaxis] + np.arange(N_SIX)
@@ -86,54 +76,22 @@ class SixPointModels:
         rows = np.take_along_axis(rows, order, axis=1)
         return cls(models, rows, xyz[rows], base[models])
 
-    @property
-    def are_in_planes(self):
-        """Whether three points lie in each of Krames' planes, (n_six,)."""
-        return are_in_base_normal_planes(self.xyz, self.base)
-
     def only(self, is_kept):
         """Keep some of these models; ``is_kept`` has the shape (n_six,)."""
-        return type(self)(
-            *(each[is_kept] for each in (self.models, self.rows, self.xyz, self.base))
-        )
+        return type(self)(*(each[is_kept] for each in vars(self).values()))
 
 
-def say_krames_faults(xyz, base, model_start, faults):
-    """Say which models Krames' formulas do not fit.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-    base : ndarray, shape (n_models,)
-    model_start : ndarray of int, shape (n_models + 1,)
-    faults : ModelFaults
-    """
-    _say_not_six(np.diff(model_start), "Krames' construction", faults)
-    six = SixPointModels.of(xyz, base, model_start)
-    is_off = _of_all(~six.are_in_planes, six.models, len(base))
-    faults.say(is_off, NOT_IN_PLANES, TAKE_LEAST_SQUARES)
-
-
-def say_gruber_faults(xyz, base, model_start, faults):
-    """Say which models Gruber's procedure does not fit.
-
-    Parameters
-    ----------
-    xyz, base, model_start, faults
-        As in :func:`say_krames_faults`.
-    """
-    _say_not_six(np.diff(model_start), "Gruber's procedure", faults)
-    six = SixPointModels.of(xyz, base, model_start)
-    is_off = _of_all(~are_on_two_sides(six.xyz, six.base), six.models, len(base))
-    faults.say(is_off, NOT_ON_SIDES, TAKE_LEAST_SQUARES)
-
-
-def _say_not_six(n_points, method, faults):
+def say_six_point_faults(method, xyz, base, model_start, faults):
+    """Say which models do not have the six points of a method."""
+    title, fit_in, reason = SIX_POINT_METHODS[method]
+    n_points = np.diff(model_start)
     for count in np.unique(n_points[n_points != N_SIX]):
-        points = typesetting.count(count, "point")
-        reason = NOT_SIX.format(points=points, method=method)
+        not_six = NOT_SIX.format(points=typesetting.count(count, "point"), method=title)
         remedy = TAKE_LEAST_SQUARES if count >= N_ELEMENTS else "Measure more points"
-        faults.say(n_points == count, reason, remedy)
+        faults.say(n_points == count, not_six, remedy)
+    six = SixPointModels.of(xyz, base, model_start)
+    is_off = _of_all(~fit_in(six.xyz, six.base), six.models, len(base))
+    faults.say(is_off, reason, TAKE_LEAST_SQUARES)
 
 
 def _of_all(is_it, models, n_models):
@@ -142,18 +100,11 @@ def _of_all(is_it, models, n_models):
     return found
 
 
-def adjust_by_krames(xyz, y_parallax, base, model_start, *, case):
+def adjust_by_krames(xyz, y_parallax, base, model_start, *, case) -> ParallaxAdjustment:
     """Orient six-point models by Krames' formulas.
 
-    Parameters
-    ----------
-    xyz, y_parallax, base, model_start, case
-        As in Hallert's :func:`adjust_parallaxes`; models have six points in the two
-        planes, or none at all.
-
-    Returns
-    -------
-    ParallaxAdjustment
+    Arguments as in Hallert's :func:`adjust_parallaxes`; models have six points in the
+    two planes, or none at all.
     """
     six = SixPointModels.of(xyz, base, model_start)
     solution = solve_krames(six.xyz, y_parallax[six.rows], six.base, case)
@@ -184,17 +135,8 @@ def adjust_by_gruber(xyz, y_parallax, base, model_start, *, case, faults):
     of one reading, comes from the contradiction of the six parallaxes, and is that of
     least squares; the residuals are those of the elements.
 
-    Parameters
-    ----------
-    xyz, y_parallax, base, model_start, case
-        As in Hallert's :func:`adjust_parallaxes`; models have six points on two sides,
-        or none at all.
-    faults : ModelFaults
-        Takes the models for which the procedure diverges.
-
-    Returns
-    -------
-    ParallaxAdjustment
+    Arguments as in Hallert's :func:`adjust_parallaxes`; models have six points on two
+    sides, or none at all. ``faults`` takes the models for which the procedure diverges.
     """
     adjustment = adjust_parallaxes(xyz, y_parallax, base, model_start, case=case)
     six = SixPointModels.of(xyz, base, model_start)
@@ -237,23 +179,14 @@ def _say_diverging(one_pass, models, faults):
     faults.say(reasons != "", reasons, TAKE_LEAST_SQUARES)
 
 
-def contradiction_table(xyz, y_parallax, base, model_start, index):
+def contradiction_table(xyz, y_parallax, base, model_start, index) -> pd.DataFrame:
     """What each base-normal plane says by itself, and how far the two disagree.
 
-    Parameters
-    ----------
-    xyz, y_parallax, base, model_start
-        As in Hallert's :func:`adjust_parallaxes`.
-    index : Index
-        Of all models.
-
-    Returns
-    -------
-    DataFrame
-        NaN for models that do not have three points in each of the two planes.
+    Arguments as in Hallert's :func:`adjust_parallaxes`. NaN for models that do not have
+    three points in each of the two planes.
     """
     six = SixPointModels.of(xyz, base, model_start)
-    six = six.only(six.are_in_planes)
+    six = six.only(are_in_base_normal_planes(six.xyz, six.base))
     parallax = y_parallax[six.rows]
     planes = plane_determinants(six.xyz)
     own = fundamental_points(planes, parallax)

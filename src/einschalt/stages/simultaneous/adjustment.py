@@ -32,10 +32,7 @@ from einschalt.theory.block_adjustment.block_solution import (
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
-from einschalt.theory.block_adjustment.gross_errors import (
-    ControlVerdict,
-    examine_control,
-)
+from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_solution import (
@@ -53,29 +50,20 @@ WHOLE_BLOCK = "No model of the block could be determined"
 
 @dataclass(frozen=True)
 class AdjustmentOptions:
-    """How a block is adjusted.
+    """How a block is adjusted."""
 
-    Attributes
-    ----------
-    common : tuple of CommonTerms
-        Deformations that the models of a flight share.
-    outliers : {"keep", "snoop", "huber", "tukey"}
-        What happens to gross errors.
-    significance : float
-        Probability with which a model without gross errors has a suspect, and with
-        which a flight without deformation seems to have one.
-    deformation : {"ignored", "tested", "modelled"}
-        What happens to further deformations that the models of a flight share:
-        modelled means those that the test finds.
-    variance_components : {"given", "estimated"}
-        Whether control and flights have the errors that were given, or those that
-        their residuals show. Heights of spatial models always have the latter.
-    """
-
+    # deformations that the models of a flight share
     common: tuple[CommonTerms, ...] = ()
+    # what happens to gross errors: keep, snoop, huber or tukey
     outliers: str = "keep"
+    # probability with which a model without gross errors has a suspect, and with which
+    # a flight without deformation seems to have one
     significance: float = GROSS_ERROR_SIGNIFICANCE
+    # what happens to further ones: ignored, tested or, where the test finds them,
+    # modelled
     deformation: str = "ignored"
+    # whether control and flights have the errors that were given, or the estimated ones
+    # that their residuals show; heights of spatial models always have the latter
     variance_components: str = "given"
 
     def __post_init__(self):
@@ -183,20 +171,10 @@ class BlockAdjustment(ModelResult):
         easting, northing = displacement_by_design(self.solution).T
         return self.points[["point_id"]].assign(easting=easting, northing=northing)
 
-    def m_0_of(self, flight):
-        """m_0 of all models of a flight together (total) [m]; NaN without redundancy.
-
-        Parameters
-        ----------
-        flight : str
-
-        Returns
-        -------
-        float
-        """
-        models = self.models[
-            (self.models["flight"] == flight) & self.models["is_usable"]
-        ]
+    def m_0_of(self, flight) -> float:
+        """m_0 of all models of a flight (total) [m]; NaN without redundancy."""
+        is_it = (self.models["flight"] == flight) & self.models["is_usable"]
+        models = self.models[is_it]
         return pool_standard_errors(models["m_0"], models["redundancy"])
 
     def summary(self):
@@ -205,15 +183,11 @@ class BlockAdjustment(ModelResult):
         new = points[points["role"] == "new"]
         n_usable = int(models["is_usable"].sum())
         total = np.sqrt(np.mean(new["standard_error_total"] ** 2)) if len(new) else 0.0
+        s_0 = typesetting.number(self.s_0)
+        size = f"{n_usable} models, {len(points)} points, redundancy {self.redundancy}"
         lines = [
-            (
-                f"simultaneous adjustment of {n_usable} models, {len(points)} points, "
-                f"redundancy {self.redundancy}"
-            ),
-            (
-                f"s_0 = {typesetting.number(self.s_0)} (1 where the errors are as "
-                "large as given)"
-            ),
+            f"simultaneous adjustment of {size}",
+            f"s_0 = {s_0} (1 where the errors are as large as given)",
         ]
         if len(new):
             lines.append(
@@ -234,23 +208,11 @@ class BlockAdjustment(ModelResult):
         return "\n".join(lines)
 
 
-def simultaneous_adjustment(tables, options=None):
+def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
     """Adjust all models of all flights with the control at once.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    options : AdjustmentOptions, optional
-
-    Returns
-    -------
-    BlockAdjustment
-        What cannot be determined is a row of ``failures``; the rest is adjusted.
-
-    Raises
-    ------
-    GeometryError
-        Nothing of the block can be determined, or spatial models do not converge.
+    What cannot be determined is a row of ``failures``; the rest is adjusted.
+    GeometryError where nothing can be determined, or spatial models do not converge.
     """
     try:
         return _adjust_tables(tables, options or AdjustmentOptions())
@@ -283,19 +245,12 @@ def _adjust_tables(tables, options):
         part = tables.observations.of_models(verdicts.is_fine)
         solution = adjust_spatially(part.observations, solution.placement)
     tests, solution = _examined(solution, options)
-    clean = clean_part(tables, part, solution, options)
-    cleaned = clean.cleaned
+    weighed, cleaned = clean_part(tables, part, solution, options)
     control = examine_control(cleaned.solution, options.significance)
-    is_set_aside = options.outliers != "keep"
-    if is_set_aside:
+    if options.outliers != "keep":
         cleaned = replace(cleaned, solution=control.without)
-    judged = _Judged(
-        deformation_table(tables, cleaned.solution, tests, options),
-        control,
-        clean.components,
-        is_set_aside=is_set_aside,
-    )
-    return _result(tables, clean.part, cleaned, verdicts, options.significance, judged)
+    deformations = deformation_table(tables, cleaned.solution, tests, options)
+    return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
 
 
 def _adjusted(part, options):
@@ -303,16 +258,6 @@ def _adjusted(part, options):
     if isinstance(part.observations, SpatialObservations):
         return adjust_spatially(part.observations)
     return adjust(part.observations, _terms(part, options))
-
-
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """What was tested beside the observations."""
-
-    deformations: pd.DataFrame
-    control: ControlVerdict
-    components: pd.DataFrame
-    is_set_aside: bool  # control that contradicts takes no part
 
 
 def _examined(solution, options):
@@ -383,9 +328,7 @@ def failed_models(tables, verdicts):
     sizes = _part_sizes(verdicts)
     return [
         (*name, STAGE, *_said(verdicts, model, tables.kind[model], sizes))
-        for model, name in zip(
-            failed, names.itertuples(index=False, name=None), strict=True
-        )
+        for model, name in zip(failed, names.to_numpy().tolist(), strict=True)
     ]
 
 
@@ -417,11 +360,9 @@ def _said(verdicts, model, kind, part_sizes):
     together = typesetting.count(part_sizes[model], "model")
     part = f"the part of the block it belongs to, {together},"
     if verdict == determinacy.NO_CONTROL:
+        has = _points(n_control, "control point")
         return (
-            (
-                f"{part} has {_points(n_control, 'control point')}, but {kind} needs "
-                f"{needs}"
-            ),
+            f"{part} has {has}, but {kind} needs {needs}",
             "Tie it to the rest of the block, or give it control points",
         )
     if verdict == determinacy.CONTROL_ON_LINE:
@@ -442,15 +383,15 @@ def _points(count, noun="point"):
     return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
 
 
-def _result(tables, part, cleaned, verdicts, significance, judged):
-    solution = cleaned.solution
+def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
+    part, solution = weighed.part, cleaned.solution
     rows = failed_models(tables, verdicts)
     failures = failures_table([row[1:] for row in rows])
     failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
     points = point_table(tables, part, solution)
-    residuals = residual_table(tables, part, cleaned, judged.control, significance)
+    residuals = residual_table(tables, part, cleaned, control, options.significance)
     is_centre = tables.is_centre[part.points]
     of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(
@@ -458,16 +399,16 @@ def _result(tables, part, cleaned, verdicts, significance, judged):
         models=model_table(tables, part, solution, reasons),
         residuals=residuals[~of_centre].reset_index(drop=True),
         control=control_table(
-            tables, part, solution, judged.control, is_set_aside=judged.is_set_aside
+            tables, part, solution, control, is_set_aside=options.outliers != "keep"
         ),
         common=common_table(tables, solution),
-        deformations=judged.deformations,
+        deformations=deformations,
         failures=failures,
         s_0=solution.s_0,
         redundancy=solution.redundancy,
         tables=tables,
         solution=solution,
-        components=judged.components,
+        components=weighed.table,
         centres=centre_table(points, is_centre),
         kept=part.models,
     )

@@ -8,7 +8,6 @@ from einschalt.theory.adjustment.reliability import (
     minimal_detectable_bias,
     redundancy_numbers,
 )
-from einschalt.theory.transformation.helmert_3d import PARAMETER_NAMES
 
 CENTRE_COLUMNS = [
     *("flight", "image_id", "easting", "northing", "height"),
@@ -17,19 +16,8 @@ CENTRE_COLUMNS = [
 ]
 
 
-def with_heights_of_points(points, solution):
-    """Points with heights, their standard errors and covariances.
-
-    Parameters
-    ----------
-    points : DataFrame
-        Of the plan.
-    solution : SpatialSolution
-
-    Returns
-    -------
-    DataFrame
-    """
+def with_heights_of_points(points, solution) -> pd.DataFrame:
+    """Points with heights, their standard errors and covariances."""
     covariance = solution.point_cofactors
     points = points.assign(
         standard_error_height=np.sqrt(covariance[:, 2, 2]),
@@ -41,20 +29,10 @@ def with_heights_of_points(points, solution):
     return points
 
 
-def with_heights_of_residuals(residuals, solution, observations):
+def with_heights_of_residuals(residuals, solution, observations) -> pd.DataFrame:
     """Residuals in height, and what stays undetected there.
 
-    Parameters
-    ----------
-    residuals : DataFrame
-        Of the plan.
-    solution : SpatialSolution
-    observations : SpatialObservations
-        With the standard errors that the observations have.
-
-    Returns
-    -------
-    DataFrame
+    ``observations`` have the standard errors that were given.
     """
     r = redundancy_numbers(solution.leverage[:, 2])
     bias = minimal_detectable_bias(observations.standard_error[:, 2], r)
@@ -71,47 +49,17 @@ def with_heights_of_residuals(residuals, solution, observations):
 def remaining_bias(bias, r):
     """What of a gross error that stays undetected goes into the point itself.
 
-    Parameters
-    ----------
-    bias, r : ndarray, shape (n,)
-        Minimal detectable bias [m], and redundancy number.
-
-    Returns
-    -------
-    ndarray, shape (n,)
+    ``bias`` is the minimal detectable one [m], ``r`` the redundancy number.
     """
     # where nothing checks an observation, all of its error stays
     finite = np.where(np.isfinite(bias), bias, 0.0)
     return np.where(np.isfinite(bias), external_reliability(finite, r), np.inf)
 
 
-def spatial_parameters(solution):
-    """Parameters of the models by name.
-
-    Parameters
-    ----------
-    solution : SpatialSolution
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_models,)
-    """
-    return dict(zip(PARAMETER_NAMES, solution.parameters.T, strict=True))
-
-
 def centre_table(points, is_centre) -> pd.DataFrame:
     """Adjusted projection centres.
 
-    Parameters
-    ----------
-    points : DataFrame
-        Adjusted points, projection centres among them.
-    is_centre : ndarray of bool
-
-    Returns
-    -------
-    DataFrame
-        flight, image_id, easting, northing, height, standard errors, n_models [m].
+    flight, image_id, easting, northing, height, standard errors, n_models [m].
     """
     if not is_centre.any():
         return pd.DataFrame(columns=CENTRE_COLUMNS)

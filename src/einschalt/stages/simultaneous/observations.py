@@ -26,59 +26,36 @@ CENTRE = "is_centre"
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlight:
-    """What one flight brings into the adjustment.
-
-    Attributes
-    ----------
-    name : str
-    model_points : DataFrame
-        coverage, model_id, point_id, x, y [, z, is_centre]; where that is true, the
-        row is a projection centre.
-    standard_error : ndarray, shape (n_rows,), or (n_rows, 3) of spatial models
-        Of one measured coordinate on the ground, row for row [m].
-    kind : {"affine", "helmert", "helmert_3d"}
-        One helmert_3d flight needs the others to be so too.
-    orientation : ndarray, shape (n_rows, 2, n_elements), optional
-        Measured coordinates by independent errors of variance 1 that all points of a
-        model share, in their unit; of plane models.
-    """
+    """What one flight brings into the adjustment."""
 
     name: str
+    # coverage, model_id, point_id, x, y [, z, is_centre]; where that is true, the row
+    # is a projection centre
     model_points: pd.DataFrame
+    # (n_rows,), or (n_rows, 3) of spatial models; of one measured coordinate on the
+    # ground, row for row [m]
     standard_error: np.ndarray
+    # affine, helmert or helmert_3d, which needs the other flights to be so too
     kind: str
+    # (n_rows, 2, n_elements): measured coordinates by independent errors of variance 1
+    # that all points of a model share, in their unit; of plane models
     orientation: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class BlockTables:
-    """Observations of a block, with the names behind the codes.
-
-    Attributes
-    ----------
-    observations : BlockObservations or SpatialObservations
-    flights : tuple of str
-    models : DataFrame
-        flight, coverage, model_id of each model.
-    kind : ndarray of object, shape (n_models,)
-        affine, helmert or helmert_3d.
-    point_id : ndarray of object, shape (n_points,)
-    is_centre : ndarray of bool, shape (n_points,)
-        Projection centres of spatial models; their point_id is flight and image_id with
-        a blank between them.
-    coverage : ndarray of int, shape (n_models,)
-        Number of the coverage, flights apart.
-    control_row : ndarray of int, shape (n_points,)
-        Row of the given coordinates, −1 where there are none.
-    """
+    """Observations of a block, with the names behind the codes."""
 
     observations: BlockObservations | SpatialObservations
     flights: tuple[str, ...]
-    models: pd.DataFrame
-    kind: np.ndarray
-    point_id: np.ndarray
+    models: pd.DataFrame  # flight, coverage, model_id of each model
+    kind: np.ndarray  # (n_models,): affine, helmert or helmert_3d
+    point_id: np.ndarray  # (n_points,)
+    # (n_points,): projection centres of spatial models; their point_id is flight and
+    # image_id with a blank between them
     is_centre: np.ndarray
-    coverage: np.ndarray
+    coverage: np.ndarray  # (n_models,): number of the coverage, flights apart
+    # (n_points,): row of the given coordinates, −1 where there are none
     control_row: np.ndarray
 
     @property
@@ -90,23 +67,11 @@ class BlockTables:
 def code_block(flights, control_points) -> BlockTables:
     """Bring the tables of a block together.
 
-    Parameters
-    ----------
-    flights : sequence of MeasuredFlight
-    control_points : DataFrame
-        point_id, easting, northing [, height] [, standard_error_m (total)] [, role]
-        and, where they are known, standard_error_easting, standard_error_northing,
-        standard_error_height, covariance_en, covariance_eh, covariance_nh. Check points
-        take no part. Without any standard error control is held.
-
-    Returns
-    -------
-    BlockTables
-
-    Raises
-    ------
-    TableError
-        A column is missing or a value is not what it should be.
+    ``control_points``: point_id, easting, northing [, height] [, standard_error_m
+    (total)] [, role] and, where they are known, standard_error_easting,
+    standard_error_northing, standard_error_height, covariance_en, covariance_eh,
+    covariance_nh. Check points take no part. Without any standard error control is
+    held.
     """
     parts = [_checked(flight) for flight in flights]
     numbers = [encode_pairs(part["coverage"], part["model_id"]) for part in parts]
@@ -125,7 +90,7 @@ def code_block(flights, control_points) -> BlockTables:
             "model_id": np.concatenate([number.second for number in numbers]),
         }
     )
-    given = _given_control(control_points, points, is_spatial=is_spatial)
+    control, control_row = _given_control(control_points, points, is_spatial=is_spatial)
     order = segments(model, int(first[-1])).order
     xyz = _coordinates(parts, is_spatial=is_spatial)
     measured = {
@@ -133,8 +98,7 @@ def code_block(flights, control_points) -> BlockTables:
         "point": points.codes[order],
         "standard_error": np.concatenate([f.standard_error for f in flights])[order],
         "flight": flight,
-        "control": given.coordinates,
-        "control_covariance": given.covariance,
+        **control,
     }
     if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
@@ -146,12 +110,12 @@ def code_block(flights, control_points) -> BlockTables:
         _as_given(points.names, is_centre),
         is_centre,
         encode_pairs(models["flight"], models["coverage"]).codes,
-        given.row,
+        control_row,
     )
 
 
 def _coordinates(parts, *, is_spatial):
-    """Model coordinates of all flights, shape (n_rows, 2) or (n_rows, 3)."""
+    """Of the models of all flights, shape (n_rows, 2) or (n_rows, 3)."""
     names = list("xyz" if is_spatial else "xy")
     return np.concatenate([part[names].to_numpy(float) for part in parts])
 
@@ -217,22 +181,16 @@ def _checked(flight):
     return checked.frame.assign(**{CENTRE: flight.model_points[CENTRE].to_numpy()})
 
 
-@dataclass(frozen=True, eq=False)
-class _Given:
-    coordinates: np.ndarray
-    covariance: np.ndarray
-    row: np.ndarray
-
-
 def _given_control(control_points, points, *, is_spatial):
-    """Control of each coded point."""
+    """Fields of the observations that are of control, and its row for each point."""
     axes = (Axes.SPACE if is_spatial else Axes.PLANE).names
     n_points, d = len(points), len(axes)
     coordinates = np.full((n_points, d), np.nan)
     covariance = np.zeros((n_points, d, d))
+    given = {"control": coordinates, "control_covariance": covariance}
     row = np.full(n_points, -1)
     if control_points is None or len(control_points) == 0:
-        return _Given(coordinates, covariance, row)
+        return given, row
     schema = tables.CONTROL_POINTS.only("point_id", *axes, "role")
     if is_spatial:
         schema = schema.requiring("height")
@@ -247,7 +205,7 @@ def _given_control(control_points, points, *, is_spatial):
     _refuse_impossible(own, frame)
     covariance[place[used]] = own[used]
     row[place[used]] = used
-    return _Given(coordinates, covariance, row)
+    return given, row
 
 
 def _refuse_impossible(covariance, frame):

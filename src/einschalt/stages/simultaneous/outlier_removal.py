@@ -5,11 +5,9 @@ are taken for larger than they are hide gross ones. So gross errors are looked f
 first, the sizes follow from the rest, and both are repeated until nothing changes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import pandas as pd
-
-from einschalt.stages.simultaneous.variance_components import weigh_groups
+from einschalt.stages.simultaneous.variance_components import Weighed, weigh_groups
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     OutlierFreeBlock,
@@ -17,43 +15,14 @@ from einschalt.theory.block_adjustment.gross_errors import (
     outlier_free_block,
     with_all_control,
 )
-from einschalt.theory.block_adjustment.observations import Part
 
 MOST_ROUNDS = 6
 
 
-@dataclass(frozen=True, eq=False)
-class CleanedPart:
-    """What can be determined of a block, after its gross errors were dealt with.
+def clean_part(tables, part, solution, options) -> tuple[Weighed, CleanedBlock]:
+    """Give the groups of a part the errors that they show, and deal with gross ones.
 
-    Attributes
-    ----------
-    part : Part
-        Its observations have the errors of their groups.
-    cleaned : CleanedBlock
-    components : DataFrame
-        As in :class:`einschalt.stages.simultaneous.variance_components.Weighed`.
-    """
-
-    part: Part
-    cleaned: CleanedBlock
-    components: pd.DataFrame
-
-
-def clean_part(tables, part, solution, options) -> CleanedPart:
-    """Deal with gross errors, and give groups the errors that they show.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-        Of the part.
-    options : AdjustmentOptions
-
-    Returns
-    -------
-    CleanedPart
+    ``solution`` is that of the part.
     """
     weighed = _weighed(tables, part, solution, options)
     observations, block = weighed.part.observations, weighed.block
@@ -63,7 +32,7 @@ def clean_part(tables, part, solution, options) -> CleanedPart:
         cleaned = with_all_control(block, observations)
     else:
         cleaned = downweight(block, observations, options.outliers)
-    return CleanedPart(weighed.part, cleaned, weighed.table)
+    return weighed, cleaned
 
 
 def _weighed(tables, part, solution, options):

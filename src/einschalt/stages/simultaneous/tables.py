@@ -6,7 +6,6 @@ from scipy import sparse
 
 from einschalt.stages.simultaneous.height_columns import (
     remaining_bias,
-    spatial_parameters,
     with_heights_of_points,
     with_heights_of_residuals,
 )
@@ -31,20 +30,8 @@ COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
-def point_table(tables, part, solution):
-    """Coordinates of all adjusted points with their covariances.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-        What of it was adjusted.
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    DataFrame
-    """
+def point_table(tables, part, solution) -> pd.DataFrame:
+    """Coordinates of all adjusted points with their covariances."""
     covariance = solution.point_cofactors
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     observations = solution.observations
@@ -71,22 +58,6 @@ def point_table(tables, part, solution):
     return with_heights_of_points(points, solution) if tables.is_spatial else points
 
 
-def plan_errors(observations):
-    """Standard errors of one measured coordinate in plan.
-
-    Parameters
-    ----------
-    observations : BlockObservations or SpatialObservations
-
-    Returns
-    -------
-    ndarray, shape (n_rows,)
-        [m]
-    """
-    error = observations.standard_error
-    return error if error.ndim == 1 else error[:, 0]
-
-
 def _n_coverages(tables, part, solution):
     observations = solution.observations
     coverage = tables.coverage[part.models][observations.model]
@@ -110,28 +81,18 @@ def _spread(solution, n_models):
     return np.where(n_models > 1, spread, np.nan)
 
 
-def residual_table(tables, part, cleaned, control, significance):
+def residual_table(tables, part, cleaned, control, significance) -> pd.DataFrame:
     """Residuals of all observations, tested, and what stays undetected.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    cleaned : CleanedBlock
-    control : ControlVerdict
-        Without control that contradicts, a suspect must still be one.
-    significance : float
-        Probability with which a model without gross errors has a suspect.
-
-    Returns
-    -------
-    DataFrame
+    ``significance`` is the probability with which a model without gross errors has a
+    suspect. Without ``control`` that contradicts, a suspect must still be one.
     """
     solution, observations = cleaned.solution, part.observations
     tests = judge_observations(solution, observations)
     leverage = solution.leverage[:, :2].mean(axis=1)
     r = redundancy_numbers(leverage)
-    bias = minimal_detectable_bias(plan_errors(observations), r)
+    error = observations.standard_error  # of spatial models by axis
+    bias = minimal_detectable_bias(error if error.ndim == 1 else error[:, 0], r)
     start = np.searchsorted(observations.model, np.arange(observations.n_models + 1))
     is_refused = is_rejected_by_holm(tests.p_value, start, significance)
     if control.is_suspect.any():
@@ -156,21 +117,10 @@ def residual_table(tables, part, cleaned, control, significance):
     return with_heights_of_residuals(residuals, solution, observations)
 
 
-def control_table(tables, part, solution, tests, *, is_set_aside):
+def control_table(tables, part, solution, tests, *, is_set_aside) -> pd.DataFrame:
     """Control against the block: who disagrees, by how much and where to.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-    tests : ControlVerdict
-    is_set_aside : bool
-        Whether the solution is that without the suspects.
-
-    Returns
-    -------
-    DataFrame
+    ``is_set_aside`` where the solution is that without the suspects.
     """
     observations = solution.observations
     places = np.flatnonzero(observations.is_control)
@@ -202,20 +152,11 @@ def control_table(tables, part, solution, tests, *, is_set_aside):
     return control
 
 
-def model_table(tables, part, solution, reasons):
+def model_table(tables, part, solution, reasons) -> pd.DataFrame:
     """All models, those that could not be determined too, with their parameters.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    solution : BlockSolution or SpatialSolution
-    reasons : ndarray of object, shape (n_all_models,)
-        Why a model could not be determined; empty where it was.
-
-    Returns
-    -------
-    DataFrame
+    ``reasons`` (n_all_models,) say why a model could not be determined; empty where it
+    was.
     """
     everything, kept = tables.observations, part.models
     n_all = everything.n_models
@@ -237,8 +178,7 @@ def model_table(tables, part, solution, reasons):
         is_usable=is_usable,
         reason=reasons,
     )
-    found = spatial_parameters if tables.is_spatial else _parameters
-    for name, values in found(solution).items():
+    for name, values in _parameters(solution, is_spatial=tables.is_spatial).items():
         models[name] = _spread_out(values, kept, n_all)
     return models
 
@@ -260,7 +200,9 @@ def _spread_out(values, kept, n_all):
     return result
 
 
-def _parameters(solution):
+def _parameters(solution, *, is_spatial):
+    if is_spatial:
+        return dict(zip(PARAMETER_NAMES, solution.parameters.T, strict=True))
     affinities, is_affine = solution.affinities, solution.observations.is_affine
     parameters = {}
     if is_affine.any():
@@ -278,15 +220,8 @@ def _parameters(solution):
 def parameter_cofactors(solution):
     """Cofactors of the parameters of each model, in the order of their names.
 
-    Parameters
-    ----------
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    cofactors : ndarray, shape (n_models, n_parameters, n_parameters)
-    names : tuple of str
-        Those of affine where models are of both kinds.
+    Cofactors (n_models, n_parameters, n_parameters) and names; those of affine where
+    models are of both kinds.
     """
     own = solution.parameter_cofactors
     if solution.residuals.shape[1] > len("xy"):
@@ -306,18 +241,8 @@ def parameter_cofactors(solution):
     return own[:, order][:, :, order], names
 
 
-def common_table(tables, solution):
-    """Deformations that the models of a flight share.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    solution : BlockSolution or SpatialSolution
-
-    Returns
-    -------
-    DataFrame
-    """
+def common_table(tables, solution) -> pd.DataFrame:
+    """Deformations that the models of a flight share."""
     if tables.is_spatial:
         return pd.DataFrame(columns=COMMON_COLUMNS)
     deformation = solution.deformation
@@ -333,20 +258,10 @@ def common_table(tables, solution):
     )
 
 
-def deformation_table(tables, solution, tests, options):
+def deformation_table(tables, solution, tests, options) -> pd.DataFrame:
     """Deformations that the models of each flight share, and what is left of them.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    solution : BlockSolution
-        After what was modelled.
-    tests : sequence of DeformationTest
-    options : AdjustmentOptions
-
-    Returns
-    -------
-    DataFrame
+    ``solution`` is that after what was modelled.
     """
     rows = []
     for test in tests:

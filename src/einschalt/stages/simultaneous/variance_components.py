@@ -19,42 +19,20 @@ SETTLED = 0.01
 # beyond it there are gross errors, and one group would take all of them
 MOST_FACTOR = 1e3
 CONTROL = "control"
-COLUMNS = [
-    *("group", "standard_error_m", "factor", "factor_standard_error"),
-    *("redundancy", "is_estimated"),
-]
 
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Groups of measured coordinates.
+    """Groups of measured coordinates."""
 
-    Attributes
-    ----------
-    names : list of str
-        ``low_flight``, or ``low_flight, height`` and the like of spatial models.
-    code : ndarray of int, shape (n_rows, d)
-    is_unknown : ndarray of bool, shape (n_groups,)
-        Nobody has given the size of their errors.
-    """
-
+    # ``low_flight``, or ``low_flight, height`` and the like of spatial models
     names: list
-    code: np.ndarray
-    is_unknown: np.ndarray
+    code: np.ndarray  # (n_rows, d)
+    is_unknown: np.ndarray  # (n_groups,): nobody has given the size of their errors
 
 
 def groups_of(tables, part) -> Groups:
-    """Group the measured coordinates of a block.
-
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-
-    Returns
-    -------
-    Groups
-    """
+    """Group the measured coordinates of a block."""
     observations = part.observations
     flight = observations.flight[observations.model]
     if not tables.is_spatial:
@@ -70,45 +48,26 @@ def groups_of(tables, part) -> Groups:
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A block whose groups have the errors that they show.
+    """A block whose groups have the errors that they show."""
 
-    Attributes
-    ----------
-    part : Part
-        Its observations have these errors.
-    block : OutlierFreeBlock
-    factors : ndarray, shape (n_groups + 1,)
-        Of the errors, since the block was given; the last one is that of the control.
-    table : DataFrame
-        group, standard_error_m (median, of one coordinate), factor (the errors that
-        the residuals show, over those that were given; of groups whose errors nobody
-        gave, over the ones to start with), factor_standard_error, redundancy,
-        is_estimated (they were adjusted with it).
-    """
-
-    part: Part
+    part: Part  # its observations have these errors
     block: OutlierFreeBlock
+    # (n_groups + 1,): of the errors, since the block was given; the last one is that of
+    # the control
     factors: np.ndarray
+    # group, standard_error_m (median, of one coordinate), factor (the errors that the
+    # residuals show, over those that were given; of groups whose errors nobody gave,
+    # over the ones to start with), factor_standard_error, redundancy, is_estimated
+    # (they were adjusted with it)
     table: pd.DataFrame
 
 
 def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
     """Give the groups the errors that their residuals show, where that is asked for.
 
-    Parameters
-    ----------
-    tables : BlockTables
-    part : Part
-    block : OutlierFreeBlock
-        Of the part.
-    all_of_them : bool
-        Estimate every group and the control, or those that nobody has given only.
-    factors : ndarray, shape (n_groups + 1,), optional
-        That the errors of the part have already.
-
-    Returns
-    -------
-    Weighed
+    ``all_of_them`` estimates every group and the control, otherwise those that nobody
+    has given only. ``factors`` (n_groups + 1,) are those that the errors of the part
+    have already; ``block`` is of the part.
     """
     groups = groups_of(tables, part)
     n_groups = len(groups.names)
@@ -161,8 +120,6 @@ def _table(observations, groups, applied, found):
             "factor": factor,
             "factor_standard_error": error_of_factor,
             "redundancy": found.redundancy,
-            "is_estimated": False,
-        },
-        columns=COLUMNS,
+        }
     )
     return table[[size.size > 0 for size in sizes]]

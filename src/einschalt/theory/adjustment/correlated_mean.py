@@ -71,31 +71,17 @@ def _with_known_variances(matrix):
 
 @dataclass(frozen=True, eq=False)
 class JointCovariance:
-    """Covariances between all values of each point.
+    """Covariances between all values of each point."""
 
-    Attributes
-    ----------
-    blocks : ndarray, shape (n_pairs, d, d)
-        [m²] In the order of :func:`pairs_of_values`.
-    start : ndarray of int, shape (n_points + 1,)
-        First value of each point, values sorted by point.
-    """
-
-    blocks: np.ndarray
+    blocks: np.ndarray  # (n_pairs, d, d), in the order of pairs_of_values [m²]
+    # (n_points + 1,): first value of each point, values sorted by point
     start: np.ndarray
 
     def among(self, values):
-        """Covariances between some values of each of some points.
+        """Covariances between k values of each of some points [m²].
 
-        Parameters
-        ----------
-        values : ndarray of int, shape (n_groups, k)
-            Places among the sorted values; those of a row belong to one point.
-
-        Returns
-        -------
-        ndarray, shape (n_groups, k, k, d, d)
-            [m²]
+        ``values`` (n_groups, k) are places among the sorted values, a row for each
+        point. Of the shape (n_groups, k, k, d, d).
         """
         within = _places_within(self.start)
         first_pair = np.cumsum(within + 1) - (within + 1)
@@ -106,20 +92,10 @@ class JointCovariance:
         return np.where(is_turned, found.swapaxes(-1, -2), found)
 
     def shares(self, order, start):
-        """Shares of values in the mean of each group of them.
+        """Shares of values in the mean of each group of them, (n, d, d).
 
-        Parameters
-        ----------
-        order : ndarray of int, shape (n,)
-            Places among the sorted values, sorted by group; the values of a group
-            belong to one point.
-        start : ndarray of int, shape (n_groups + 1,)
-            First of each group.
-
-        Returns
-        -------
-        ndarray, shape (n, d, d)
-            In the order of ``order``.
+        ``order`` (n,) has places among the sorted values, group after group; those of a
+        group belong to one point.
         """
         d, count = self.blocks.shape[-1], np.diff(start)
         found = np.empty((len(order), d, d))
@@ -135,18 +111,9 @@ class JointCovariance:
 def pairs_of_values(start):
     """All pairs of values of the same point, each value with itself among them.
 
-    Parameters
-    ----------
-    start : ndarray of int, shape (n_points + 1,)
-        First value of each point, values sorted by point.
+    ``start`` (n_points + 1,) is the first value of each point. Places among the sorted
+    values, (n_pairs, 2), the later one first.
 
-    Returns
-    -------
-    ndarray of int, shape (n_pairs, 2)
-        Places among the sorted values, the later one first.
-
-    Examples
-    --------
     >>> pairs_of_values(np.array([0, 2, 3])).tolist()
     [[0, 0], [1, 0], [1, 1], [2, 2]]
     """
@@ -163,36 +130,16 @@ def _places_within(start):
 
 
 def times(shares, vectors):
-    """Vectors multiplied by their shares.
-
-    Parameters
-    ----------
-    shares : ndarray, shape (n,) or (n, d, d)
-        Numbers or matrices.
-    vectors : ndarray, shape (n, d)
-
-    Returns
-    -------
-    ndarray, shape (n, d)
-    """
+    """Vectors (n, d) multiplied by their shares: numbers (n,) or matrices (n, d, d)."""
     if shares.ndim == 1:
         return shares[:, None] * vectors
     return np.einsum("nab,nb->na", shares, vectors)
 
 
 def squared_sizes(shares):
-    """By how much shares change the variance of a point in plan.
+    """Factors by which shares change the variance of points in plan.
 
-    Parameters
-    ----------
-    shares : ndarray, shape (n,) or (n, d, d)
-        Numbers or matrices.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Factors of the TOTAL variance of a position whose errors are alike in easting
-        and northing.
+    Of the TOTAL variance, where errors are alike in easting and northing.
     """
     if shares.ndim == 1:
         return shares**2

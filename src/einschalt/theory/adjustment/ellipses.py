@@ -14,19 +14,11 @@ import numpy as np
 
 
 class Ellipses(NamedTuple):
-    """Ellipses about points.
+    """Ellipses about points."""
 
-    Attributes
-    ----------
-    semi_major, semi_minor : ndarray, shape (n,)
-        [m]
-    azimuth : ndarray, shape (n,)
-        Of the major axis, clockwise from north, 0 to π [rad].
-    """
-
-    semi_major: np.ndarray
-    semi_minor: np.ndarray
-    azimuth: np.ndarray
+    semi_major: np.ndarray  # (n,) [m]
+    semi_minor: np.ndarray  # (n,) [m]
+    azimuth: np.ndarray  # of the major axis, clockwise from north, 0 to π [rad]
 
 
 def confidence_ellipses(covariance, confidence) -> Ellipses:
@@ -62,18 +54,9 @@ def confidence_ellipses(covariance, confidence) -> Ellipses:
 
 
 def ellipse_outlines(centres, ellipses, n_vertices=36):
-    """Vertices of ellipses, anticlockwise, the first not repeated.
+    """Vertices of ellipses, anticlockwise, the first not repeated: (n, n_vertices, 2).
 
-    Parameters
-    ----------
-    centres : ndarray, shape (n, 2)
-        Easting, northing.
-    ellipses : Ellipses
-    n_vertices : int
-
-    Returns
-    -------
-    ndarray, shape (n, n_vertices, 2)
+    ``centres`` (n, 2) are easting, northing.
     """
     turn = 2.0 * np.pi * np.arange(n_vertices) / n_vertices
     along = ellipses.semi_major[:, None] * np.cos(turn)

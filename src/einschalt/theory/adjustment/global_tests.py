@@ -49,20 +49,9 @@ def ratio_limits(degrees, significance, least_ratio=1.0):
 def ratio_p_value(ratio, degrees):
     """Probability of an RMS error this large or larger, if the expected one is correct.
 
-    Parameters
-    ----------
-    ratio : float or ndarray
-        RMS error divided by its expected value.
-    degrees : float or ndarray
-        Degrees of freedom.
+    ``ratio`` is the RMS error divided by its expected value: upper tail of χ²_f at
+    f · ratio². NaN where there are no degrees of freedom.
 
-    Returns
-    -------
-    float or ndarray
-        Upper tail of χ²_f at f · ratio²; NaN where there are no degrees of freedom.
-
-    Examples
-    --------
     >>> round(float(ratio_p_value(1.505, 20)), 4)
     0.001
     """
@@ -74,16 +63,9 @@ def ratio_p_value(ratio, degrees):
 def mean_p_values(values):
     """Probabilities of means at least this far from zero, if their expectation is zero.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, n_axes)
-        Independent, of one unknown variance in each axis.
-
-    Returns
-    -------
-    ndarray, shape (n_axes,)
-        Two-sided, of Student's t with n − 1 degrees of freedom; NaN for fewer than two
-        values, and for values that are all zero.
+    The values of each column, (n, n_axes), are independent and have one unknown
+    variance. Two-sided, of Student's t with n − 1 degrees of freedom; NaN for fewer
+    than two values, and for values that are all zero.
     """
     values = np.asarray(values, dtype=float)
     n = len(values)
@@ -98,20 +80,8 @@ def mean_p_values(values):
 def mean_differs_from_zero(values, level):
     """Whether the mean in any axis is farther from zero than chance explains.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n, n_axes)
-        As in :func:`mean_p_values`.
-    level : float
-        Probability of error of all axes together (Bonferroni).
+    ``level`` is the probability of error of all axes together (Bonferroni).
 
-    Returns
-    -------
-    bool
-        False for fewer than two values.
-
-    Examples
-    --------
     >>> shifts = np.array([[0.11, 0.0], [0.12, 0.1], [0.1, -0.1], [0.11, 0.0]])
     >>> mean_differs_from_zero(shifts, 0.001)
     True

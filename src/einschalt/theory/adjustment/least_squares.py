@@ -37,16 +37,9 @@ def standard_error_of_unit_weight(sum_of_squares, redundancy):
 
 
 def pooled_standard_error(sum_of_squares, redundancy):
-    """Standard error of unit weight of several models taken together.
+    """Standard error of unit weight of several models together.
 
-    Parameters
-    ----------
-    sum_of_squares, redundancy : ndarray, shape (n_models,)
-
-    Returns
-    -------
-    float
-        √(Σ vᵀPv / Σ redundancy); NaN where nothing is redundant.
+    √(Σ vᵀPv / Σ redundancy); NaN where nothing is redundant.
     """
     total = np.array([np.nansum(sum_of_squares)])
     return float(
@@ -55,22 +48,11 @@ def pooled_standard_error(sum_of_squares, redundancy):
 
 
 def pool_standard_errors(standard_errors, redundancy):
-    """Standard error of several samples taken together, from theirs.
+    """Standard error of several samples taken together, from theirs: √(Σ r s² / Σ r).
 
-    Parameters
-    ----------
-    standard_errors : ndarray, shape (n,)
-        Per coordinate or total, in any unit; one that is NaN takes no part.
-    redundancy : ndarray, shape (n,)
-        Degrees of freedom that each is from.
+    Per coordinate or total, in any unit; one that is NaN takes no part. NaN where
+    nothing is redundant.
 
-    Returns
-    -------
-    float
-        √(Σ r s² / Σ r); NaN where nothing is redundant.
-
-    Examples
-    --------
     >>> pool_standard_errors(np.array([1.0, 5.0, np.nan]), np.array([2, 1, 0]))
     3.0
     """
@@ -82,16 +64,5 @@ def pool_standard_errors(standard_errors, redundancy):
 
 
 def total_from_coordinate(standard_error):
-    """Total point error of equal errors in easting and northing: √2 times one.
-
-    Parameters
-    ----------
-    standard_error : float or ndarray
-        Per coordinate [m].
-
-    Returns
-    -------
-    float or ndarray
-        √(σ_E² + σ_N²) [m].
-    """
+    """Total point error √(σ_E² + σ_N²) of equal errors: √2 times either of them."""
     return SQRT2 * standard_error

@@ -12,20 +12,11 @@ from scipy.special import chdtrc, stdtr  # scipy.stats takes a second to import
 
 
 def draw_errors(standard_errors, axes, *, n_draws, seed):
-    """Draw normal errors of all sources.
+    """Draw normal errors of all sources, packed, (n_numbers, n_draws) each [m].
 
-    Parameters
-    ----------
-    standard_errors : dict of str to ndarray
-        Of each source's observations, per coordinate [m]; with a column for each axis
-        where they differ.
-    axes : Axes
-    n_draws, seed : int
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_numbers, n_draws)
-        Packed [m].
+    The standard errors of each source's observations are per coordinate [m], with a
+    column for each axis where they differ. A generator as
+    ``seed`` goes on from where it is.
     """
     rng = np.random.default_rng(seed)
     return {
@@ -35,19 +26,9 @@ def draw_errors(standard_errors, axes, *, n_draws, seed):
 
 
 def apply_chains(errors, chains):
-    """What errors make of quantities that are linear in them.
+    """What packed errors of each source make of quantities that are linear in them.
 
-    Parameters
-    ----------
-    errors : dict of str to ndarray, shape (n_numbers, n_draws)
-        Packed.
-    chains : dict of str to PointOperator
-        From each source to the quantities.
-
-    Returns
-    -------
-    ndarray, shape (n_numbers, n_draws)
-        Of the quantities, packed.
+    A chain is the PointOperator from a source to the quantities, (n_numbers, n_draws).
     """
     return sum(chain.apply(errors[source]) for source, chain in chains.items())
 
@@ -77,16 +58,8 @@ def tail_of_squares(observed, drawn):
 def tail_of_mean(observed, drawn):
     """Probability of a nearly normal statistic as large as this, by its draws.
 
-    Parameters
-    ----------
-    observed : float
-    drawn : ndarray, shape (n_draws,)
-
-    Returns
-    -------
-    float
-        Upper tail of Student's t, n_draws − 1 degrees of freedom, of a further value
-        against the draws; NaN where they do not vary.
+    Upper tail of Student's t, n_draws − 1 degrees of freedom, of a further value
+    against the draws; NaN where they do not vary.
     """
     n_draws = len(drawn)
     spread = np.std(drawn, ddof=1) * np.sqrt(1.0 + 1.0 / n_draws)

@@ -4,7 +4,7 @@ What ``statsmodels.stats.multitest.multipletests`` does for one family of tests,
 for the families of all models at once, without a loop over them in Python. Importing
 it takes 1.3 s, most of it scipy.stats, more than whole blocks take to be computed.
 
-Sources: Holm 1979; Benjamini and Hochberg 1995. See docs/theory/reliability.md.
+Source: Holm 1979; see docs/theory/reliability.md.
 """
 
 import numba
@@ -39,39 +39,8 @@ def holm(p_values, start):
     return tests.in_old_order(raw)
 
 
-def benjamini_hochberg(p_values, start):
-    """Adjust probabilities so that only a share α of what is rejected is good.
-
-    Parameters
-    ----------
-    p_values, start
-        As in :func:`holm`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Reject what is at most α.
-    """
-    tests = _Ranked(p_values, start, count_tested(p_values, start))
-    raw = np.minimum(tests.p_values * tests.n_tests / (tests.rank + 1), 1.0)
-    _run_minimum_from_end(raw, tests.start)
-    return tests.in_old_order(raw)
-
-
 def is_rejected_by_holm(p_values, start, significance):
-    """Whether :func:`holm` rejects; sorts only what could be rejected.
-
-    Parameters
-    ----------
-    p_values, start
-        As in :func:`holm`.
-    significance : float
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        False where nothing was tested.
-    """
+    """Whether :func:`holm` rejects; sorts only what could be rejected."""
     p_values = np.asarray(p_values, dtype=float)
     # these are the smallest of their families: their ranks are the same among all
     candidates = np.where(p_values <= significance, p_values, np.nan)
@@ -82,23 +51,11 @@ def is_rejected_by_holm(p_values, start, significance):
 
 
 def bonferroni(p_values, n_tests=None):
-    """Adjust the probabilities of one family by the number of its tests.
+    """Adjust the probabilities of one family by the number of its tests: min(n p, 1).
 
-    Parameters
-    ----------
-    p_values : ndarray, shape (n,)
-        NaN where nothing was tested.
-    n_tests : int, optional
-        Size of the family, if ``p_values`` are only a part of it; otherwise the number
-        of probabilities that are not NaN.
+    ``n_tests`` is the size of the family, if ``p_values`` are only a part of it;
+    otherwise the number of those that are not NaN. Reject what is at most α.
 
-    Returns
-    -------
-    ndarray, shape (n,)
-        min(n_tests · p, 1). Reject what is at most α.
-
-    Examples
-    --------
     >>> bonferroni(np.array([0.01, np.nan, 0.6])).tolist()
     [0.02, nan, 1.0]
     """
@@ -111,20 +68,8 @@ def bonferroni(p_values, n_tests=None):
 def any_significant(p_values, level, n_tests=None):
     """Whether the smallest probability of a family stands out of all its tests.
 
-    Parameters
-    ----------
-    p_values, n_tests
-        As in :func:`bonferroni`.
-    level : float
-        Probability α that it does so by chance.
+    ``level`` is the probability α that it does so by chance.
 
-    Returns
-    -------
-    bool
-        False where nothing was tested.
-
-    Examples
-    --------
     >>> any_significant(np.array([0.004, 0.5, 0.7]), 0.01)
     False
     >>> any_significant(np.array([0.003, 0.5, 0.7]), 0.01)
@@ -134,17 +79,7 @@ def any_significant(p_values, level, n_tests=None):
 
 
 def count_tested(p_values, start):
-    """Count the tests of each family, without those that are NaN.
-
-    Parameters
-    ----------
-    p_values, start
-        As in :func:`holm`.
-
-    Returns
-    -------
-    ndarray of int, shape (n_families,)
-    """
+    """Count the tests of each family, without those that are NaN."""
     return segment_sum(np.isfinite(p_values).astype(np.int64), start)
 
 
@@ -181,10 +116,3 @@ def _run_maximum(values, start):
     for k in range(len(start) - 1):
         for i in range(start[k] + 1, start[k + 1]):
             values[i] = max(values[i], values[i - 1])
-
-
-@numba.njit(cache=True, nogil=True)
-def _run_minimum_from_end(values, start):
-    for k in range(len(start) - 1):
-        for i in range(start[k + 1] - 2, start[k] - 1, -1):
-            values[i] = min(values[i], values[i + 1])

@@ -16,54 +16,23 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Norm:
-    """One way to weigh residuals.
+    """One way to weigh residuals."""
 
-    Attributes
-    ----------
-    weights : callable
-        From the length of residuals, in standard errors of one coordinate, to factors
-        of their weights, 0 to 1. ``statsmodels.robust.norms`` has many more.
-    consistency : float
-        E[factor · length²] / k of clean points with k coordinates.
-    family : str
-        One of FAMILIES, or empty where ``weights`` is another function.
-    limit : float
-        Its limit.
-    """
-
+    # from the length of residuals, in standard errors of one coordinate, to factors of
+    # their weights, 0 to 1. ``statsmodels.robust.norms`` has many more
     weights: Callable
-    consistency: float
-    family: str = ""
+    consistency: float  # E[factor · length²] / k of clean points with k coordinates
+    family: str = ""  # one of FAMILIES, or empty where ``weights`` is another function
     limit: float = np.nan
 
 
 def huber_factors(length, limit=1.345):
-    """Factor 1 up to the limit, then limit / length.
-
-    Parameters
-    ----------
-    length : ndarray
-    limit : float
-
-    Returns
-    -------
-    ndarray
-    """
+    """Factor 1 up to the limit, then limit / length."""
     return limit / np.maximum(length, limit)
 
 
 def tukey_factors(length, limit=4.685):
-    """Factor (1 − (length / limit)²)², and 0 beyond the limit: Tukey's biweight.
-
-    Parameters
-    ----------
-    length : ndarray
-    limit : float
-
-    Returns
-    -------
-    ndarray
-    """
+    """Factor (1 − (length / limit)²)², and 0 beyond the limit: Tukey's biweight."""
     return np.maximum(1.0 - (length / limit) ** 2, 0.0) ** 2
 
 

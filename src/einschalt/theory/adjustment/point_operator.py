@@ -24,21 +24,11 @@ N_PLAN = 2
 
 
 class Axes(Enum):
-    """Numbers that stand for a point in an operator.
+    """Numbers that stand for a point in an operator."""
 
-    Attributes
-    ----------
-    COMPLEX
-        E + iN, for operators that treat easting and northing alike.
-    PLANE
-        Easting, northing.
-    SPACE
-        Easting, northing, height.
-    """
-
-    COMPLEX = 1
-    PLANE = 2
-    SPACE = 3
+    COMPLEX = 1  # E + iN, where easting and northing are treated alike
+    PLANE = 2  # easting, northing
+    SPACE = 3  # easting, northing, height
 
     @property
     def names(self):
@@ -46,17 +36,7 @@ class Axes(Enum):
         return GROUND_NAMES[: max(self.value, N_PLAN)]
 
     def rows(self, places):
-        """Rows that belong to points.
-
-        Parameters
-        ----------
-        places : ndarray of int, any shape
-
-        Returns
-        -------
-        ndarray of int
-            With one axis more, the last one.
-        """
+        """Rows that belong to points, along one axis more, the last one."""
         return np.asarray(places)[..., None] * self.value + np.arange(self.value)
 
     def count(self, n_numbers):
@@ -68,32 +48,13 @@ class Axes(Enum):
         return n_points * self.value
 
     def packed(self, vectors):
-        """Numbers that stand for vectors of points.
-
-        Parameters
-        ----------
-        vectors : ndarray, shape (n_points, n_coordinates)
-            In the order of ``names``.
-
-        Returns
-        -------
-        ndarray, shape (n_numbers,)
-        """
+        """Numbers that stand for vectors of points, (n_points, n_coordinates)."""
         if self is Axes.COMPLEX:
             return vectors @ [1.0, 1j]
         return vectors.ravel()
 
     def unpacked(self, numbers):
-        """Vectors of the points that numbers stand for.
-
-        Parameters
-        ----------
-        numbers : ndarray, shape (n_numbers,) or (n_numbers, n_draws)
-
-        Returns
-        -------
-        ndarray, shape (n_points, n_coordinates) or (n_points, n_coordinates, n_draws)
-        """
+        """Vectors of points that numbers stand for, (n_points, n_coordinates, …)."""
         if self is Axes.COMPLEX:
             return np.stack([numbers.real, numbers.imag], axis=1)
         return numbers.reshape(-1, self.value, *numbers.shape[1:])
@@ -103,31 +64,15 @@ class Axes(Enum):
         return self.unpacked(numbers)[:, :N_PLAN]
 
     def each(self, sizes):
-        """Sizes of errors by coordinate, where one may stand for all of them.
-
-        Parameters
-        ----------
-        sizes : ndarray, shape (n_points,) or (n_points, n_axes)
-
-        Returns
-        -------
-        ndarray, shape (n_points, n_axes)
-        """
+        """Sizes of errors by coordinate, (n_points, n_axes); one may stand for all."""
         columns = np.reshape(sizes, (len(sizes), -1))
         return np.broadcast_to(columns, (len(sizes), self.value))
 
     def blocks_of(self, shares):
-        """Blocks of an operator that multiplies points by shares.
+        """Blocks of an operator that multiplies points by shares, (n, n_axes, n_axes).
 
-        Parameters
-        ----------
-        shares : ndarray, shape (n,) or (n, n_coordinates, n_coordinates)
-            Numbers, or matrices in the order of ``names``; under complex operators
-            those that turn and scale.
-
-        Returns
-        -------
-        ndarray, shape (n, n_axes, n_axes)
+        Shares are numbers (n,) or matrices (n, n_coordinates, n_coordinates); under
+        complex operators those that turn and scale.
         """
         if shares.ndim == 1:
             return shares[:, None, None] * np.eye(self.value)
@@ -136,18 +81,9 @@ class Axes(Enum):
         return shares
 
     def draw(self, rng, sizes, n_draws):
-        """Draw normal errors of points.
+        """Draw normal errors of points, (n_numbers, n_draws).
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-        sizes : ndarray, shape (n_points,) or (n_points, n_axes)
-            Standard errors, per coordinate.
-        n_draws : int
-
-        Returns
-        -------
-        ndarray, shape (n_numbers, n_draws)
+        Standard errors are per coordinate, (n_points,) or (n_points, n_axes).
         """
         each = self.each(sizes).reshape(-1, 1)
         shape = (len(each), n_draws)
@@ -162,16 +98,10 @@ class PointOperator:
     """Linear operator from rows of points to rows of points.
 
     ``@`` puts one after another without multiplying, ``+`` adds without forming the
-    products, ``formed`` multiplies.
-
-    Attributes
-    ----------
-    factors : tuple of sparse arrays
-        Their product is the operator, the last step on the left. Without any it leaves
-        everything as it is.
-    axes : Axes
+    products, ``formed`` multiplies. Without any factor it leaves everything as it is.
     """
 
+    # sparse arrays: their product is the operator, the last step on the left
     factors: tuple
     axes: Axes
 
@@ -233,16 +163,10 @@ class PointOperator:
         return reduce(matmul, self.factors)
 
     def blocks_at(self, rows, columns):
-        """Small matrices by which points depend on others.
+        """Small matrices by which points depend on others, (n_pairs, n_axes, n_axes).
 
-        Parameters
-        ----------
-        rows, columns : ndarray of int, shape (n_pairs,)
-            Places of the point that is given, and of the one that it is taken from.
-
-        Returns
-        -------
-        ndarray, shape (n_pairs, n_axes, n_axes)
+        ``rows`` has the places of the points that are given, ``columns`` of those that
+        they are taken from.
         """
         matrix, n_axes = self.matrix.tocsr(), self.axes.value
         found = np.empty((len(rows), n_axes, n_axes), dtype=matrix.dtype)
@@ -255,14 +179,7 @@ class PointOperator:
     def masked(self, pairs):
         """Keep only how some points depend on some others.
 
-        Parameters
-        ----------
-        pairs : sparse array, shape (n_points, n_sources)
-            1 where they are kept, 0 elsewhere.
-
-        Returns
-        -------
-        PointOperator
+        ``pairs`` (n_points, n_sources) is sparse: 1 where they are kept.
         """
         whole = np.ones((self.axes.value, self.axes.value))
         mask = sparse.kron(pairs, whole, format="csr")
@@ -275,13 +192,7 @@ class PointOperator:
         return PointOperator((matrix,), self.axes)
 
     def row_sums(self):
-        """Sum of the small matrices of each point, on the diagonal.
-
-        Returns
-        -------
-        PointOperator
-            What becomes of a shift that all points share, for each point.
-        """
+        """What becomes of a shift that all points share: on the diagonal, row sums."""
         n_axes = self.axes.value
         every = np.tile(np.eye(n_axes), (self.n_sources, 1))
         return on_diagonal((self.matrix @ every).reshape(-1, n_axes, n_axes))
@@ -292,16 +203,7 @@ class PointOperator:
         return np.unique(self.axes.count(self.matrix.tocsr().indices))
 
     def depends_on(self, sources):
-        """Tell which points depend on any of some others.
-
-        Parameters
-        ----------
-        sources : ndarray of int
-
-        Returns
-        -------
-        ndarray of bool, shape (n_points,)
-        """
+        """Tell which points depend on any of some others."""
         chosen = np.zeros(self.shape[1])
         chosen[self.axes.rows(sources).ravel()] = 1.0
         share = abs(self.matrix.tocsr()) @ chosen
@@ -313,13 +215,7 @@ class PointOperator:
         return PointOperator(tuple(part.T for part in self.factors[::-1]), self.axes)
 
     def formed(self):
-        """Multiply its factors.
-
-        Returns
-        -------
-        PointOperator
-            With one factor.
-        """
+        """Multiply its factors: the same operator with one factor."""
         return PointOperator((self.matrix,), self.axes)
 
     def tocsr(self):
@@ -332,75 +228,34 @@ class PointOperator:
         return PointOperator(self.factors[:1], self.axes)
 
     def with_last_step(self, last_step):
-        """Take another last step in place of its own.
-
-        Parameters
-        ----------
-        last_step : PointOperator
-            Of the same values.
-
-        Returns
-        -------
-        PointOperator
-        """
+        """Take another last step, of the same values, in place of its own."""
         return PointOperator((*last_step.factors, *self.factors[1:]), self.axes)
 
     def apply(self, numbers):
-        """What becomes of packed vectors, or of columns of them.
-
-        Parameters
-        ----------
-        numbers : ndarray, shape (n_numbers,) or (n_numbers, n_draws)
-
-        Returns
-        -------
-        ndarray
-        """
+        """What becomes of packed vectors, or of columns of them."""
         for matrix in reversed(self.factors):
             numbers = _applied(matrix.tocsr(), numbers)
         return numbers
 
     def of_vectors(self, vectors):
-        """What becomes of vectors of points.
-
-        Parameters
-        ----------
-        vectors : ndarray, shape (n_sources, n_coordinates)
-
-        Returns
-        -------
-        ndarray, shape (n_points, n_coordinates)
-        """
+        """What becomes of vectors of points, (n_sources, n_coordinates)."""
         return self.axes.unpacked(self.apply(self.axes.packed(vectors)))
 
     def of_functionals(self, rows):
         """Weighted sums of what it gives, as sums over what it takes.
 
-        Parameters
-        ----------
-        rows : ndarray, shape (n_sums, n_points, n_coordinates)
-
-        Returns
-        -------
-        ndarray, shape (n_sums, n_numbers)
-            A sum is the real part of a row times packed vectors.
+        From ``rows`` (n_sums, n_points, n_coordinates) to (n_sums, n_numbers). A sum is
+        the real part of a row times packed vectors.
         """
         if self.axes is Axes.COMPLEX:
             rows = rows @ np.array([1.0, -1j])
         return reduce(matmul, self.factors, rows.reshape(len(rows), -1))
 
     def covariances(self, standard_errors):
-        """Covariance of each point from independent errors.
+        """Covariance of each point, (…, n_coordinates, n_coordinates) [m²].
 
-        Parameters
-        ----------
-        standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
-            Per coordinate [m].
-
-        Returns
-        -------
-        ndarray, shape (n_points, n_coordinates, n_coordinates)
-            [m²]. Equal and uncorrelated errors stay so under complex operators.
+        Independent standard errors are per coordinate, (n_sources,) or (n_sources,
+        n_axes) [m]. Equal and uncorrelated ones stay so under complex operators.
         """
         size = (self.axes.value, self.axes.value)
         blocks = sparse.bsr_array(self.matrix, blocksize=size)
@@ -412,19 +267,9 @@ class PointOperator:
         return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)
 
     def covariances_between(self, pairs, standard_errors):
-        """Covariances between pairs of points from independent errors.
+        """Covariances between pairs of points, (n_pairs, 2), from independent errors.
 
-        Parameters
-        ----------
-        pairs : ndarray of int, shape (n_pairs, 2)
-            Places of the points of each pair.
-        standard_errors : ndarray, shape (n_sources,) or (n_sources, n_axes)
-            Per coordinate [m].
-
-        Returns
-        -------
-        ndarray, shape (n_pairs, n_coordinates, n_coordinates)
-            [m²]. Rows belong to the first point.
+        As :meth:`covariances`; rows belong to the first point.
         """
         rows = sparse.csr_array(self.matrix)
         rows.sort_indices()
@@ -438,36 +283,16 @@ class PointOperator:
 
 
 def unchanged(axes):
-    """Leave all points as they are, however many they are.
-
-    Parameters
-    ----------
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
-    """
+    """Leave all points as they are, however many they are."""
     return PointOperator((), axes)
 
 
 def of_blocks(blocks, columns, pointer, n_columns):
     """Operator of small matrices, each from one point to another.
 
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, n_axes, n_axes)
-        Sorted by the point that they lead to.
-    columns : ndarray of int, shape (n_blocks,)
-        The point that each leads from.
-    pointer : ndarray of int, shape (n_points + 1,)
-        First block of each point.
-    n_columns : int
-        Number of points that they may lead from.
-
-    Returns
-    -------
-    PointOperator
+    ``blocks`` (n_blocks, n_axes, n_axes) are sorted by the point that they lead to:
+    point k has those from ``pointer[k]``. Each leads from the point ``columns[i]``, one
+    of ``n_columns``.
     """
     axes = Axes(blocks.shape[1])
     shape = (axes.size(len(pointer) - 1), axes.size(n_columns))
@@ -481,61 +306,26 @@ def on_diagonal(blocks):
 
 
 def sums(shares, columns, pointer, n_columns, axes):
-    """Weighted sums of points.
+    """Weighted sums of points, sum k from ``pointer[k]``.
 
-    Parameters
-    ----------
-    shares : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
-        Sorted by sum: numbers, the same in every coordinate, or matrices.
-    columns : ndarray of int, shape (n_values,)
-        Which point each belongs to.
-    pointer : ndarray of int, shape (n_sums + 1,)
-        First value of each sum.
-    n_columns : int
-        Number of points that they are taken from.
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
+    ``shares`` are numbers (n_values,), the same in every coordinate, or matrices
+    (n_values, n_coordinates, n_coordinates); ``columns`` has the point that each
+    belongs to, one of ``n_columns``.
     """
     return of_blocks(axes.blocks_of(shares), columns, pointer, n_columns)
 
 
 def selection(columns, n_columns, axes):
-    """Pick points: row i of the result is the point ``columns[i]``.
-
-    Parameters
-    ----------
-    columns : ndarray of int, shape (n_rows,)
-    n_columns : int
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
-    """
+    """Pick points: row i of the result is the point ``columns[i]``."""
     one = np.ones(len(columns))
     return sums(one, columns, np.arange(len(columns) + 1), n_columns, axes)
 
 
 def weighted_mean(rows, weights, start, n_all, axes):
-    """Weighted mean of the values of each point.
+    """Weighted mean of the values of each point, of ``n_all`` values.
 
-    Parameters
-    ----------
-    rows : ndarray of int, shape (n_values,)
-        Which values, sorted by point.
-    weights : ndarray, shape (n_values,) or (n_values, n_coordinates, n_coordinates)
-        Numbers; or matrices whose sum is the unit matrix at every point.
-    start : ndarray of int, shape (n_points + 1,)
-    n_all : int
-        Number of all values.
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
+    ``rows`` has the values, sorted by point; the weights are numbers, or matrices whose
+    sum is the unit matrix at every point.
     """
     if weights.ndim > 1:
         return sums(weights, rows, start, n_all, axes)
@@ -544,34 +334,15 @@ def weighted_mean(rows, weights, start, n_all, axes):
 
 
 def zero(n_points, n_sources, axes):
-    """Operator of which nothing comes.
-
-    Parameters
-    ----------
-    n_points, n_sources : int
-    axes : Axes
-
-    Returns
-    -------
-    PointOperator
-    """
+    """Operator of which nothing comes."""
     shape = (axes.size(n_points), axes.size(n_sources))
     return PointOperator((sparse.csr_array(shape),), axes)
 
 
 def by_coordinate(matrix, axes, *, is_plan_only=False):
-    """Operator of a matrix that has one row and one column for each point.
+    """Operator of a sparse matrix that has one row and one column for each point.
 
-    Parameters
-    ----------
-    matrix : sparse array, shape (n_points, n_sources)
-    axes : Axes
-    is_plan_only : bool
-        Leave heights out: 0 comes of them.
-
-    Returns
-    -------
-    PointOperator
+    ``is_plan_only`` leaves heights out: 0 comes of them.
     """
     is_used = np.arange(axes.value) < (N_PLAN if is_plan_only else axes.value)
     each = np.diag(is_used.astype(float))
@@ -579,17 +350,7 @@ def by_coordinate(matrix, axes, *, is_plan_only=False):
 
 
 def stacked(rows):
-    """Operator of operators beside and above each other.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of PointOperator
-        Those of a row stand beside each other.
-
-    Returns
-    -------
-    PointOperator
-    """
+    """Operator of operators beside each other in a row, and rows above each other."""
     beside = [sparse.hstack([part.matrix.tocsr() for part in row]) for row in rows]
     return PointOperator((sparse.vstack(beside, format="csr"),), rows[0][0].axes)
 

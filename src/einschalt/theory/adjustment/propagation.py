@@ -65,20 +65,10 @@ def _fill_hat(blocks, designs, weight_sum, weights, pairs):
 class PairLayout:
     """All pairs of a row and a fitted point of the same model.
 
-    Parameters
-    ----------
-    start_rows : ndarray of int, shape (n_models + 1,)
-        Segments of all rows, sorted by model.
-    row_of_fitted : ndarray of int, shape (n_fitted,)
-        Which rows were fitted, ascending.
-
-    Attributes
-    ----------
-    model_of_row : ndarray of int, shape (n_rows,)
-    row, fitted : ndarray of int, shape (n_pairs,)
-        The row, and the position of the fitted point among the fitted ones.
-    pointer : ndarray of int, shape (n_rows + 1,)
-        First pair of each row.
+    ``start_rows`` (n_models + 1,) has the segments of all rows, sorted by model;
+    ``row_of_fitted`` (n_fitted,) says which were fitted, ascending. ``row`` and
+    ``fitted`` (n_pairs,) are the row, and the position of the fitted point among the
+    fitted ones; ``pointer`` (n_rows + 1,) is the first pair of each row.
     """
 
     def __init__(self, start_rows, row_of_fitted):
@@ -95,20 +85,10 @@ class PairLayout:
 
 
 def scattered(blocks, rows, columns, shape):
-    """Sum of small matrices, each at its rows and columns of a large one.
+    """Sum of small matrices, each at its rows and columns of a large sparse one.
 
-    Parameters
-    ----------
-    blocks : ndarray, shape (n_blocks, n_rows, n_columns)
-        NaN, of models that are not usable, has no part in the sum.
-    rows : ndarray of int, shape (n_blocks, n_rows)
-    columns : ndarray of int, shape (n_blocks, n_columns)
-    shape : tuple of int
-        Of the large matrix.
-
-    Returns
-    -------
-    csr_array
+    ``blocks`` (n_blocks, n_rows, n_columns): NaN, of models that are not usable, has no
+    part in the sum.
     """
     places = [
         np.broadcast_to(part, blocks.shape).ravel()

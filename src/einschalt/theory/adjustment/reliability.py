@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from scipy.special import chdtri, chndtrinc, stdtr, stdtrit
+from scipy.special import chdtri, chndtrinc, stdtr
 
 from einschalt.foundations.batches import over_segments
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -67,18 +67,8 @@ def standardized_residuals(residuals, redundancy_number, sigma):
 def external_t(tau, redundancy):
     """Student's t of an observation against the adjustment without it.
 
-    Parameters
-    ----------
-    tau : ndarray
-        Pope's τ.
-    redundancy : int or ndarray
-        Of the adjustment with the observation.
-
-    Returns
-    -------
-    ndarray
-        τ √((f − 1) / (f − τ²)), Student's with f − 1 degrees of freedom; NaN where
-        f ≤ 1.
+    τ √((f − 1) / (f − τ²)) with Pope's τ and the redundancy f with the observation: of
+    f − 1 degrees of freedom; NaN where f ≤ 1.
     """
     tau, f = np.asarray(tau, dtype=float), np.asarray(redundancy, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -87,77 +77,32 @@ def external_t(tau, redundancy):
 
 
 def tau_p_value(tau, redundancy):
-    """Two-sided probability of a τ as large as this without a gross error.
-
-    Parameters
-    ----------
-    tau : ndarray
-    redundancy : int or ndarray
-
-    Returns
-    -------
-    ndarray
-        NaN where the redundancy is 1 or less.
-    """
+    """Two-sided probability of a τ as large as this without a gross error."""
     degrees = np.asarray(redundancy, dtype=float) - 1.0
     t = external_t(tau, redundancy)
     return 2.0 * stdtr(np.where(degrees > 0.0, degrees, np.nan), -np.abs(t))
 
 
-def critical_tau(significance, redundancy):
-    """Limit that a single τ exceeds, in size, with the probability ``significance``.
-
-    Parameters
-    ----------
-    significance : float
-    redundancy : int or ndarray
-
-    Returns
-    -------
-    ndarray
-        Pope 1976: √(f t² / (f − 1 + t²)) with Student's t of f − 1 degrees of freedom.
-    """
-    f = np.asarray(redundancy, dtype=float)
-    t = stdtrit(np.where(f > 1.0, f - 1.0, np.nan), 1.0 - significance / 2.0)
-    return np.sqrt(f * t**2 / (f - 1.0 + t**2))
-
-
 @dataclass(frozen=True, eq=False)
 class FittedPoints:
-    """What the joint test needs of the points of all models, sorted by model.
+    """What the joint test needs of the points of all models, sorted by model."""
 
-    Attributes
-    ----------
-    residuals : ndarray, shape (n_points, 2)
-        Easting, northing [m].
-    weights : ndarray, shape (n_points,)
-    leverage : ndarray, shape (n_points, 2)
-    cross_leverage : ndarray, shape (n_points,)
-        Off-diagonal element of each point's block of the hat matrix; 0 for affine and
-        helmert.
-    start : ndarray of int, shape (n_models + 1,)
-    """
-
-    residuals: np.ndarray
-    weights: np.ndarray
-    leverage: np.ndarray
+    residuals: np.ndarray  # (n_points, 2): easting, northing [m]
+    weights: np.ndarray  # (n_points,)
+    leverage: np.ndarray  # (n_points, 2)
+    # (n_points,): off-diagonal element of each point's block of the hat matrix; 0 for
+    # affine and helmert
     cross_leverage: np.ndarray
-    start: np.ndarray
+    start: np.ndarray  # (n_models + 1,)
 
 
 @dataclass(frozen=True, eq=False)
 class PointTests:
-    """Joint tests of both coordinates of each point.
+    """Joint tests of both coordinates of each point."""
 
-    Attributes
-    ----------
-    w : ndarray, shape (n_points,)
-        √(w_E² + w_N²), or √(vᵀ Q_vv⁻¹ v) / s_0 where the two are correlated.
-    p_value : ndarray, shape (n_points,)
-        Probability of a w as large as this without a gross error.
-    """
-
+    # (n_points,): √(w_E² + w_N²), or √(vᵀ Q_vv⁻¹ v) / s_0 where the two are correlated
     w: np.ndarray
+    # (n_points,): probability of a w as large as this without a gross error
     p_value: np.ndarray
 
 
@@ -295,17 +240,5 @@ def minimal_detectable_bias(
 
 
 def external_reliability(bias, redundancy_number):
-    """Share of an undetected error that stays in the point's own fitted value.
-
-    Parameters
-    ----------
-    bias : ndarray
-        As from :func:`minimal_detectable_bias` [m].
-    redundancy_number : ndarray
-
-    Returns
-    -------
-    ndarray
-        (1 − r) · bias [m].
-    """
+    """Share (1 − r) ∇ of an undetected error that stays in the point's fitted value."""
     return (1.0 - np.asarray(redundancy_number, dtype=float)) * bias

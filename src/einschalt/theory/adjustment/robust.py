@@ -72,21 +72,12 @@ def _worst_rows(p_values, start, significance):
 
 @dataclass(frozen=True, eq=False)
 class RobustFit:
-    """Robust fits of all models.
+    """Robust fits of all models."""
 
-    Attributes
-    ----------
-    fit : PlaneFit or SpatialFit
-        With the final weights; its ``sum_of_squares`` is such that s_0 is the standard
-        error of a good observation.
-    weights : ndarray, shape (n_points,)
-        The given weights times the factors of the norm.
-    is_converged : ndarray of bool, shape (n_models,)
-    """
-
+    # with the final weights; its sum of squares makes s_0 that of a good observation
     fit: object
-    weights: np.ndarray
-    is_converged: np.ndarray
+    weights: np.ndarray  # (n_points,): the given weights times the factors of the norm
+    is_converged: np.ndarray  # (n_models,)
 
 
 def fit_robustly(points, fit_of, norm, start_weights=None):
@@ -147,15 +138,7 @@ def _factors(fit, part, norm):
 def usual_length(fit, points):
     """Median length of the residuals of each model where the standard error is 1.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    points : CommonPoints
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        √(χ²_k(½) f / (k n)) with the redundancy f of n points with k coordinates.
+    √(χ²_k(½) f / (k n)) with the redundancy f of n points with k coordinates.
     """
     n_coordinates = fit.residuals.shape[1]
     n_observations = n_coordinates * np.diff(points.start)
@@ -164,19 +147,7 @@ def usual_length(fit, points):
 
 
 def segment_median(values, start):
-    """Median of each segment.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_rows,)
-        Sorted by segment.
-    start : ndarray of int, shape (n_segments + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_segments,)
-        NaN where a segment is empty or holds NaN.
-    """
+    """Median of each segment; NaN where one is empty or holds NaN."""
     median = np.full(len(start) - 1, np.nan)
     over_segments(_medians, np.asarray(start), np.asarray(values, float), median)
     return median

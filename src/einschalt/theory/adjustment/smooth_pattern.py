@@ -32,28 +32,15 @@ COARSEST_CHECK = 1e-2
 
 
 class SmoothPattern(NamedTuple):
-    """A smooth pattern in the errors of control points.
+    """A smooth pattern in the errors of control points."""
 
-    Attributes
-    ----------
-    size : float
-        Root mean square of one coordinate of the field at the points, as it is
-        estimated [m].
-    reach : float
-        ℓ, over which the field keeps its direction [m].
-    p_value : float
-        Of the test against errors of the given sizes.
-    p_value_if_scaled : float
-        Of the test against errors that are all larger by one factor.
-    field : ndarray, shape (n, 2)
-        The displacement of each point as it is estimated [m]; what a shift of all of
-        them does is not seen.
-    """
-
-    size: float
-    reach: float
-    p_value: float
+    size: float  # RMS of one coordinate of the field at the points, as estimated [m]
+    reach: float  # ℓ, over which the field keeps its direction [m]
+    p_value: float  # of the test against errors of the given sizes
+    # of the test against errors that are all larger by one factor
     p_value_if_scaled: float
+    # (n, 2): the displacement of each point as it is estimated [m]; what a shift of all
+    # of them does is not seen
     field: np.ndarray
 
 

@@ -17,20 +17,11 @@ LARGEST_DISTANCE = 6.0  # in median distances of neighbours
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """Pairs of points that lie near each other.
+    """Pairs of points that lie near each other."""
 
-    Attributes
-    ----------
-    first, second : ndarray of int, shape (n_pairs,)
-        Each pair once.
-    distance : ndarray, shape (n_pairs,)
-        [m]
-    n_points : int
-    """
-
-    first: np.ndarray
+    first: np.ndarray  # (n_pairs,), each pair once
     second: np.ndarray
-    distance: np.ndarray
+    distance: np.ndarray  # (n_pairs,) [m]
     n_points: int
 
     def matrix(self):
@@ -52,17 +43,8 @@ class Neighbours:
 def nearest_neighbours(xy, n_neighbours=N_NEIGHBOURS) -> Neighbours:
     """Pair each point with its nearest ones.
 
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        [m]
-    n_neighbours : int
-
-    Returns
-    -------
-    Neighbours
-        A pair stands once, though each may be a neighbour of the other. Points at the
-        same place are no neighbours.
+    A pair stands once, though each may be a neighbour of the other. Points at the same
+    place are no neighbours.
     """
     n_points = len(xy)
     nothing = np.empty(0, dtype=np.int64)
@@ -79,19 +61,7 @@ def nearest_neighbours(xy, n_neighbours=N_NEIGHBOURS) -> Neighbours:
 
 
 def pairs_within(xy, reach) -> Neighbours:
-    """All pairs of points that lie within a distance of each other.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        [m]
-    reach : float
-        [m]
-
-    Returns
-    -------
-    Neighbours
-    """
+    """All pairs of points that lie within a distance of each other."""
     pairs = cKDTree(xy).query_pairs(reach, output_type="ndarray")
     first, second = pairs.T
     distance = np.hypot(*(xy[first] - xy[second]).T)
@@ -125,36 +95,18 @@ def morans_i(vectors, neighbours):
 
 @dataclass(frozen=True, eq=False)
 class Correlogram:
-    """Correlation of vectors by the distance of their points.
+    """Correlation of vectors by the distance of their points."""
 
-    Attributes
-    ----------
-    distance : ndarray, shape (n_classes,)
-        Mean of each class [m].
-    correlation : ndarray, shape (n_classes,) or (n_classes, n_draws)
-    n_pairs : ndarray of int, shape (n_classes,)
-    """
-
-    distance: np.ndarray
-    correlation: np.ndarray
-    n_pairs: np.ndarray
+    distance: np.ndarray  # (n_classes,): mean of each class [m]
+    correlation: np.ndarray  # (n_classes,) or (n_classes, n_draws)
+    n_pairs: np.ndarray  # (n_classes,)
 
 
 def correlogram(vectors, xy, n_classes=N_CLASSES) -> Correlogram:
-    """Correlation of vectors in classes of distance.
+    """Correlation of vectors, as :func:`morans_i` takes them, in classes of distance.
 
-    Parameters
-    ----------
-    vectors : ndarray, shape (n_points, 2) or (n_points, 2, n_draws)
-    xy : ndarray, shape (n_points, 2)
-        [m]
-    n_classes : int
-        Of equal width, from 0 to six times the median distance of neighbours.
-
-    Returns
-    -------
-    Correlogram
-        Classes without pairs are left out.
+    The classes are of equal width, from 0 to six times the median distance of
+    neighbours; those without pairs are left out.
     """
     near = nearest_neighbours(xy)
     if len(near.first) == 0:

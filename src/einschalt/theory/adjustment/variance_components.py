@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
+from einschalt.theory.adjustment.monte_carlo import draw_errors
+
 N_DRAWS = 100
 N_ITERATIONS = 20
 TOLERANCE = 1e-4
@@ -27,52 +29,27 @@ NUMBERS_AT_ONCE = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class SumOfSquares:
-    """One sum of squares, and how it comes from the errors of all sources.
+    """One sum of squares, and how it comes from the errors of all sources."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (n_numbers,)
-        Observed quantities that vanish without errors, packed [m].
-    chains : dict of str to PointOperator
-        From the errors of each source to ``values``. A source that has none does not
-        enter.
-    """
-
+    # (n_numbers,): observed quantities that vanish without errors, packed [m]
     values: np.ndarray
+    # of PointOperator, from the errors of each source; one that has none does not enter
     chains: dict
 
 
 @dataclass(frozen=True, eq=False)
 class VarianceFactors:
-    """Factors of the given variances of all sources.
-
-    Attributes
-    ----------
-    sources : tuple of str
-    factors : ndarray, shape (n_sources,)
-        1 where the data agree with what was given.
-    covariance : ndarray, shape (n_sources, n_sources)
-        Of the factors.
-    """
+    """Factors of the given variances of all sources."""
 
     sources: tuple[str, ...]
-    factors: np.ndarray
-    covariance: np.ndarray
+    factors: np.ndarray  # (n_sources,), 1 where the data agree with what was given
+    covariance: np.ndarray  # (n_sources, n_sources): of the factors
 
     def scaled(self, source, given):
-        """Standard error of a source, and how well it is known.
+        """Standard error of a source, and how well it is known, in any unit.
 
-        Parameters
-        ----------
-        source : str
-        given : float
-            What was given for it, in any unit.
-
-        Returns
-        -------
-        value, standard_error : float
-            In the unit of ``given``; a value of 0 has the standard error to which one
-            standard error of its factor leads.
+        A value of 0 has the standard error to which one standard error of its factor
+        leads.
         """
         place = self.sources.index(source)
         factor, error = self.factors[place], np.sqrt(self.covariance[place, place])
@@ -144,10 +121,7 @@ def _drawn_products(sums, standard_errors, seed):
     products = np.empty((N_DRAWS, len(sums), n_sources, n_sources))
     for first in range(0, N_DRAWS, at_once):
         n_draws = min(at_once, N_DRAWS - first)
-        errors = {
-            source: axes.draw(rng, sizes, n_draws)
-            for source, sizes in standard_errors.items()
-        }
+        errors = draw_errors(standard_errors, axes, n_draws=n_draws, seed=rng)
         for place, part in enumerate(sums):
             stacked = np.stack([_drawn(part, name, errors) for name in errors])
             products[first : first + n_draws, place] = np.real(

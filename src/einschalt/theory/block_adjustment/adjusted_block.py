@@ -11,32 +11,18 @@ from einschalt.theory.block_adjustment.solver import Ordering, Solver
 
 @dataclass(frozen=True, eq=False)
 class AdjustedBlock:
-    """Adjusted block with d coordinates, in the order of the observations.
-
-    Attributes
-    ----------
-    observations : BlockObservations or SpatialObservations
-    points : ndarray, shape (n_points, d)
-        Easting, northing [, height] [m].
-    residuals : ndarray, shape (n_rows, d)
-        Transformed less adjusted [m].
-    control_residuals : ndarray, shape (n_points, d)
-        Adjusted less given [m]; NaN where a point is no control, 0 where it is held.
-    redundancy : int
-    sum_of_squares : float
-        Σ w v² of all observations, of the control, and of the orientations' errors.
-    solver : Solver
-    ordering : Ordering
-        The last two in the order of elimination.
-    """
+    """Adjusted block with d coordinates, in the order of the observations."""
 
     observations: ObservedBlock
-    points: np.ndarray
-    residuals: np.ndarray
+    points: np.ndarray  # (n_points, d): easting, northing [, height] [m]
+    residuals: np.ndarray  # (n_rows, d): transformed less adjusted [m]
+    # (n_points, d): adjusted less given [m]; NaN where a point is no control, 0 where
+    # it is held
     control_residuals: np.ndarray
     redundancy: int
+    # Σ w v² of all observations, of the control, and of the orientations' errors
     sum_of_squares: float
-    solver: Solver
+    solver: Solver  # in the order of elimination
     ordering: Ordering
 
     @property
@@ -52,17 +38,9 @@ class AdjustedBlock:
         return in_old_order(self.solver.factor.is_held, self.ordering.order)
 
     def null_motion(self, model, unknown):
-        """How all models move with an unknown that nothing determines.
+        """How far each model moves at its edge with an undetermined unknown [m].
 
-        Parameters
-        ----------
-        model, unknown : int
-            One of ``is_held``.
-
-        Returns
-        -------
-        ndarray, shape (n_models,)
-            Size of the motion of each model, at its edge [m].
+        ``model`` and ``unknown`` are one of ``is_held``.
         """
         place = int(np.flatnonzero(self.ordering.order == model)[0])
         motion = np.abs(self.solver.factor.null_vector(place, unknown)).max(axis=1)
@@ -104,23 +82,9 @@ class AdjustedBlock:
 class BlockInOrder:
     """Observations and control of a block, in the order of elimination.
 
-    Parameters
-    ----------
-    observations : BlockObservations or SpatialObservations
-    ordering : Ordering
-        Of its models and points.
-
-    Attributes
-    ----------
-    given : BlockObservations or SpatialObservations
-        In their own order.
-    rows, points : ndarray of int
-        Old number of each observation and point.
-    incidence : Incidence
-    weights : ndarray, shape (n_rows,) or (n_rows, d)
-    prior : tuple of ndarray
-        Weight of the given coordinates of each point, and whether they are held.
-    is_control : ndarray of bool, shape (n_points,)
+    ``given`` has them in their own order; ``rows`` and ``points`` are the old numbers
+    of each observation and point; ``prior`` is the weight of each point's given
+    coordinates, and whether they are held.
     """
 
     def __init__(self, observations, ordering):
@@ -143,19 +107,9 @@ class BlockInOrder:
     def common_fields(self, points, residuals, control, origin, n_unknowns):
         """Fields of the adjusted block that are known whatever its models are.
 
-        Parameters
-        ----------
-        points, control : ndarray, shape (n_points, d)
-            Adjusted and given, from the origin [m].
-        residuals : ndarray, shape (n_rows, d)
-        origin : ndarray, shape (d,)
-        n_unknowns : int
-            Of the models.
-
-        Returns
-        -------
-        dict
-            In the order of the observations as they were given.
+        ``points`` (adjusted) and ``control`` (given) count from the origin [m];
+        ``n_unknowns`` are those of the models. The fields are in the order of the
+        observations as given.
         """
         given, d = self.given, points.shape[1]
         control_residuals = np.full_like(points, np.nan)
@@ -177,18 +131,7 @@ class BlockInOrder:
 
 
 def in_old_order(values, old_number):
-    """Put rows back into their old order.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, …)
-    old_number : ndarray of int, shape (n,)
-        Old place of each row.
-
-    Returns
-    -------
-    ndarray, shape (n, …)
-    """
+    """Put rows back into their old order."""
     result = np.empty_like(values)
     result[old_number] = values
     return result
@@ -197,15 +140,8 @@ def in_old_order(values, old_number):
 def largest_error(cofactors):
     """Largest standard error of the unknowns of each model, for σ_0 = 1.
 
-    Parameters
-    ----------
-    cofactors : ndarray, shape (n_models, n_unknowns)
-        Diagonal elements.
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        NaN where rounding has left no positive variance.
+    From the diagonal elements, (n_models, n_unknowns); NaN where rounding has left no
+    positive variance.
     """
     is_possible = (cofactors >= 0.0).all(axis=1)
     return np.sqrt(np.where(is_possible, cofactors.max(axis=1), np.nan))

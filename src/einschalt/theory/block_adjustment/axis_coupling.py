@@ -14,55 +14,22 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class ModelFrames:
-    """Where the reduced coordinates of each model have their origin, and their unit.
+    """Where the reduced coordinates of each model have their origin, and their unit."""
 
-    Attributes
-    ----------
-    centroid : ndarray, shape (n_models, 2)
-    extent : ndarray, shape (n_models,)
-        Root mean square distance from the centroid.
+    centroid: np.ndarray  # (n_models, 2)
+    extent: np.ndarray  # (n_models,): root mean square distance from the centroid
+
+
+def reduce_models(xy, model, n_models):
+    """Reduce coordinates, sorted by model, to centroid and extent of each model.
+
+    The reduced ones, (n_rows, 2), and the ModelFrames.
     """
-
-    centroid: np.ndarray
-    extent: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class ReducedModels:
-    """Model coordinates about the centroid of each model, in units of its extent.
-
-    Attributes
-    ----------
-    xy : ndarray, shape (n_rows, 2)
-    frames : ModelFrames
-    """
-
-    xy: np.ndarray
-    frames: ModelFrames
-
-
-def reduce_models(xy, model, n_models) -> ReducedModels:
-    """Reduce model coordinates to centroid and extent.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n_rows, 2)
-    model : ndarray of int, shape (n_rows,)
-        Ascending.
-    n_models : int
-
-    Returns
-    -------
-    ReducedModels
-    """
-    reduced, centroid, extent = (
-        np.empty((len(xy), 2)),
-        np.zeros((n_models, 2)),
-        np.ones(n_models),
-    )
+    reduced = np.empty((len(xy), 2))
+    centroid, extent = np.zeros((n_models, 2)), np.ones(n_models)
     start = np.searchsorted(model, np.arange(n_models + 1))
     _reduce(np.ascontiguousarray(xy), start, reduced, centroid, extent)
-    return ReducedModels(reduced, ModelFrames(centroid, extent))
+    return reduced, ModelFrames(centroid, extent)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -99,21 +66,10 @@ class Channels:
     a, b for helmert, in reduced coordinates; coupled, helmert has two more, which are
     0.
 
-    Parameters
-    ----------
-    is_affine : ndarray of bool, shape (n_models,)
-        Kind of each model.
-    is_coupled : bool
-        Whether control couples easting and northing. Models of both kinds do so too.
-    n_shared : int, optional
-        Errors that all points of a model share, as further unknowns of it; they couple
-        easting and northing as well.
-
-    Attributes
-    ----------
-    way : {"complex", "shared", "coupled"}
-        One complex coordinate, one real system with two right sides, or two rows for
-        each point.
+    The ``way`` is "complex", one complex coordinate; "shared", one real system with two
+    right sides; or "coupled", two rows for each point: where control couples easting
+    and northing, models are of both kinds, or have errors that all their points share
+    (``n_shared`` further unknowns).
     """
 
     def __init__(self, is_affine, *, is_coupled, n_shared=0):
@@ -135,19 +91,10 @@ class Channels:
         return weight
 
     def design(self, xy, model, shared=None):
-        """Coefficients of the unknowns of each observation's model.
+        """Coefficients of the unknowns of each observation, (n_rows, d, n_unknowns).
 
-        Parameters
-        ----------
-        xy : ndarray, shape (n_rows, 2)
-            Reduced.
-        model : ndarray of int, shape (n_rows,)
-        shared : ndarray, shape (n_rows, 2, n_shared), optional
-            What the errors of variance 1 that a model shares do on the ground [m].
-
-        Returns
-        -------
-        ndarray, shape (n_rows, d, n_unknowns)
+        ``xy`` is reduced; ``shared`` (n_rows, 2, n_shared) is what the errors of
+        variance 1 that a model shares do on the ground [m].
         """
         one = np.ones(len(xy))
         if self.way == "complex":
@@ -172,16 +119,7 @@ class Channels:
         return empty
 
     def split(self, values):
-        """Arrange easting and northing as right sides.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, 2, n_columns)
-
-        Returns
-        -------
-        ndarray, shape (n, d, n_right)
-        """
+        """Arrange easting and northing, (n, 2, …), as right sides, (n, d, n_right)."""
         if self.way == "complex":
             return values[:, :1] + 1j * values[:, 1:]
         if self.way == "shared":
@@ -189,16 +127,7 @@ class Channels:
         return np.ascontiguousarray(values)
 
     def join(self, values):
-        """Give easting and northing back; the inverse of :meth:`split`.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, d, n_right)
-
-        Returns
-        -------
-        ndarray, shape (n, 2, n_columns)
-        """
+        """Give easting and northing back; the inverse of :meth:`split`."""
         if self.way == "complex":
             return np.concatenate([values.real, values.imag], 1)
         if self.way == "shared":
@@ -206,17 +135,7 @@ class Channels:
         return values
 
     def plane(self, cofactors):
-        """Cofactors of easting and northing.
-
-        Parameters
-        ----------
-        cofactors : ndarray, shape (n, d, d)
-            Of points.
-
-        Returns
-        -------
-        ndarray, shape (n, 2, 2)
-        """
+        """Cofactors of easting and northing, (n, 2, 2), from those of points."""
         if self.way == "coupled":
             return cofactors
         both = np.zeros((len(cofactors), 2, 2))
@@ -224,31 +143,13 @@ class Channels:
         return both
 
     def control_weight(self, weight):
-        """Weights of control as the points take them.
-
-        Parameters
-        ----------
-        weight : ndarray, shape (n_points, 2, 2)
-
-        Returns
-        -------
-        ndarray, shape (n_points, d, d)
-        """
+        """Weights of control as the points take them, (n_points, d, d)."""
         if self.way == "coupled":
             return weight
         return np.ascontiguousarray(weight[:, :1, :1])
 
     def unknowns(self, solved):
-        """Real unknowns of each model.
-
-        Parameters
-        ----------
-        solved : ndarray, shape (n_models, n_solved, n_right)
-
-        Returns
-        -------
-        ndarray, shape (n_models, n_unknowns, n_columns)
-        """
+        """Real unknowns of each model, (n_models, n_unknowns, n_columns)."""
         if self.way == "complex":
             both = np.stack([solved.real, solved.imag], 2)
             return both.reshape(len(solved), 4, -1)
@@ -257,16 +158,7 @@ class Channels:
         return solved
 
     def unknown_cofactors(self, solved):
-        """Cofactors of the real unknowns of each model.
-
-        Parameters
-        ----------
-        solved : ndarray, shape (n_models, n_solved, n_solved)
-
-        Returns
-        -------
-        ndarray, shape (n_models, n_unknowns, n_unknowns)
-        """
+        """Cofactors of the real unknowns of each model."""
         if self.way == "coupled":
             return np.where(self.is_empty[:, :, None], 0.0, solved)
         n_models, u, _ = solved.shape
@@ -278,17 +170,9 @@ class Channels:
         return both.reshape(n_models, 2 * u, 2 * u)
 
     def affinities(self, unknowns):
-        """Every model as an affinity of its reduced coordinates.
+        """Every model as an affinity of its reduced coordinates, (n_models, 2, 3).
 
-        Parameters
-        ----------
-        unknowns : ndarray, shape (n_models, n_unknowns)
-            Real.
-
-        Returns
-        -------
-        ndarray, shape (n_models, 2, 3)
-            Rows easting, northing; columns shift, x, y.
+        Rows are easting, northing; columns shift, x, y.
         """
         e0, n0, ex, nx = unknowns[:, :4].T
         if unknowns.shape[1] == 4:

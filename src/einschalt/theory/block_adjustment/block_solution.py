@@ -22,11 +22,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
     deformation_of,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.solver import (
-    Solver,
-    build_solver,
-    order_block,
-)
+from einschalt.theory.block_adjustment.solver import Solver, build_solver, order_block
 
 # common parameters are bilinear with the models; they move by 1e-4 in the first pass
 MOST_PASSES = 6
@@ -43,19 +39,13 @@ class UndeterminedTermsError(np.linalg.LinAlgError):
 
 @dataclass(frozen=True, eq=False)
 class Bordered:
-    """What the common parameters add, in the order of elimination.
+    """What the common parameters add, in the order of elimination."""
 
-    Attributes
-    ----------
-    cofactors : ndarray, shape (n_terms, n_terms)
-    points, residuals, unknowns : ndarray, shape (n, 2 or n_unknowns, n_terms)
-        How points, residuals and unknowns of the models move with each term.
-    """
-
-    cofactors: np.ndarray
-    points: np.ndarray
-    residuals: np.ndarray
-    unknowns: np.ndarray
+    cofactors: np.ndarray  # (n_terms, n_terms)
+    # how each moves with each term
+    points: np.ndarray  # (n_points, 2, n_terms)
+    residuals: np.ndarray  # (n_rows, 2, n_terms)
+    unknowns: np.ndarray  # (n_models, n_unknowns, n_terms)
 
     def spread(self, motion):
         """Cofactors that follow from those of the common parameters."""
@@ -64,66 +54,30 @@ class Bordered:
 
 @dataclass(frozen=True, eq=False)
 class BlockSolution(AdjustedBlock):
-    """Adjusted block of plane models.
+    """Adjusted block of plane models."""
 
-    Attributes
-    ----------
-    affinities : ndarray, shape (n_models, 2, 3)
-        Every model as E, N = shift + coefficient of x + coefficient of y, of model
-        coordinates as they were measured, or as ``xy`` where they were corrected.
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates, corrected by the common parameters.
-    common : ndarray, shape (n_terms,)
-        Coefficients of the deformation: ratios, or model units at the edge.
-    common_cofactors : ndarray, shape (n_terms, n_terms)
-    terms : tuple of CommonTerms
-        Deformations that the models of a flight share.
-    deformation : Deformation
-        What these make of the observations.
-    orientation : ndarray, shape (n_models, n_elements)
-        Errors of the orientations as adjusted, over their standard errors.
-    bordered : Bordered
-        In the order of elimination.
-    reduced : ModelFrames
-        Of the reduced coordinates in which the models were solved.
-    """
-
+    # (n_models, 2, 3): every model as E, N = shift + coefficient of x + coefficient of
+    # y, of model coordinates as they were measured, or as ``xy`` where they were
+    # corrected
     affinities: np.ndarray
-    xy: np.ndarray
+    xy: np.ndarray  # (n_rows, 2): model coordinates, corrected by the common parameters
+    # (n_terms,): coefficients of the deformation: ratios, or model units at the edge
     common: np.ndarray
-    common_cofactors: np.ndarray
-    terms: tuple[CommonTerms, ...]
-    deformation: Deformation
+    common_cofactors: np.ndarray  # (n_terms, n_terms)
+    terms: tuple[CommonTerms, ...]  # deformations that the models of a flight share
+    deformation: Deformation  # what these make of the observations
+    # (n_models, n_elements): errors of the orientations as adjusted, over their
+    # standard errors
     orientation: np.ndarray
-    bordered: Bordered
-    reduced: ModelFrames
+    bordered: Bordered  # in the order of elimination
+    reduced: ModelFrames  # of the reduced coordinates in which the models were solved
 
     def readjusted(self, observations):
-        """Adjust the same block with other errors or given coordinates.
-
-        Parameters
-        ----------
-        observations : BlockObservations
-            Of the same models and points.
-
-        Returns
-        -------
-        BlockSolution
-            With the same terms.
-        """
+        """Adjust the same models and points with other errors or given coordinates."""
         return adjust(observations, self.terms, self.ordering)
 
     def with_terms(self, terms):
-        """Adjust the same observations with other deformations.
-
-        Parameters
-        ----------
-        terms : sequence of CommonTerms
-
-        Returns
-        -------
-        BlockSolution
-        """
+        """Adjust the same observations with other deformations."""
         return adjust(self.observations, terms, self.ordering)
 
     def _cofactors(self, quantity):
@@ -134,10 +88,7 @@ class BlockSolution(AdjustedBlock):
     def relative_errors(self):
         """Standard error of the linear part of each model, relative to that part.
 
-        Returns
-        -------
-        ndarray, shape (n_models,)
-            For σ_0 = 1; NaN where rounding has left no positive variance.
+        For σ_0 = 1; NaN where rounding has left no positive variance.
         """
         cofactors = np.diagonal(self.parameter_cofactors, axis1=1, axis2=2)[:, 2:]
         linear = self.affinities[:, :, 1:]
@@ -148,10 +99,7 @@ class BlockSolution(AdjustedBlock):
     def parameter_cofactors(self):
         """Cofactors of the parameters of each model in measured coordinates.
 
-        Returns
-        -------
-        ndarray, shape (n_models, n_parameters, n_parameters)
-            Order E0, N0, E_x, N_x, E_y, N_y, or E0, N0, a, b where all are helmert.
+        Order E0, N0, E_x, N_x, E_y, N_y, or E0, N0, a, b where all are helmert.
         """
         solver = self.solver
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
@@ -184,23 +132,10 @@ def _to_measured(frames, n_unknowns, is_affine):
 def adjust(observations, terms=(), ordering=None) -> BlockSolution:
     """Adjust all models of a block with its control.
 
-    Parameters
-    ----------
-    observations : BlockObservations
-        Determined: see :mod:`einschalt.theory.block_adjustment.determinacy`.
-    terms : sequence of CommonTerms
-        Deformations that the models of a flight share.
-    ordering : Ordering, optional
-        Of the same models and points, from an earlier adjustment.
-
-    Returns
-    -------
-    BlockSolution
-
-    Raises
-    ------
-    UndeterminedTermsError
-        The points of the models do not determine the common terms.
+    The block is determined (see :mod:`.determinacy`); ``terms`` are deformations that
+    the models of a flight share; an ``ordering`` comes from an earlier adjustment of
+    the same models and points. Raises UndeterminedTermsError where the points of the
+    models do not determine the terms.
     """
     task = _Task(observations, terms, ordering)
     common = np.zeros(len(task.deformation.names))
@@ -238,8 +173,8 @@ class _Task(BlockInOrder):
             incidence = incidence_of(
                 observations.model, observations.point, n_models, n_points
             )
-            near = reduce_models(observations.xy, observations.model, n_models)
-            chained = near.xy * near.frames.extent[observations.model][:, None]
+            near, frames = reduce_models(observations.xy, observations.model, n_models)
+            chained = near * frames.extent[observations.model][:, None]
             ordering = order_block(incidence, chained)
         super().__init__(observations, ordering)
         control = observations.control[self.points][self.is_control]
@@ -281,15 +216,15 @@ class _Task(BlockInOrder):
         """Adjust with model coordinates corrected by known common parameters."""
         # a block of millions of observations has no room for copies
         xy = self._xy if len(common) == 0 else self._xy + self._columns @ common
-        reduced = reduce_models(xy, self.incidence.model, self.incidence.n_models)
+        incidence = self.incidence
+        reduced, frames = reduce_models(xy, incidence.model, incidence.n_models)
         channels, shared = self._channels, None
         if self._orientation is not None and affinities is not None:
-            linear = affinities[self.incidence.model][:, :, 1:]
+            linear = affinities[incidence.model][:, :, 1:]
             channels, shared = self._oriented, linear @ self._orientation
         solver = build_solver(
-            self.ordering, reduced.xy, self.weights, self.prior, channels, shared
+            self.ordering, reduced, self.weights, self.prior, channels, shared
         )
-        frames = reduced.frames
         points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
             affinities = _measured(channels.affinities(unknowns), frames)
@@ -366,9 +301,7 @@ class _Task(BlockInOrder):
         return BlockSolution(
             **common,
             affinities=in_old_order(affinities, order),
-            xy=given.xy
-            if passed.xy is self._xy
-            else in_old_order(passed.xy, self.rows),
+            xy=in_old_order(passed.xy, self.rows) if len(passed.common) else given.xy,
             common=passed.common,
             common_cofactors=passed.bordered.cofactors,
             terms=self._terms,

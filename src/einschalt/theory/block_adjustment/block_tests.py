@@ -21,21 +21,13 @@ CLEARLY = 10.0  # times that
 
 @dataclass(frozen=True, eq=False)
 class BlockTests:
-    """Joint tests of all coordinates of a point.
+    """Joint tests of all coordinates of a point."""
 
-    Attributes
-    ----------
-    w : ndarray, shape (n,)
-        √T / s_0.
-    p_value : ndarray, shape (n,)
-        Probability of a w as large as this without a gross error.
-    error : ndarray, shape (n, d)
-        Gross error of the measured or given point that explains its residual best
-        [m].
-    """
-
-    w: np.ndarray
+    w: np.ndarray  # (n,): √T / s_0
+    # (n,): probability of a w as large as this without a gross error
     p_value: np.ndarray
+    # (n, d): gross error of the measured or given point that explains its residual best
+    # [m]
     error: np.ndarray
 
 
@@ -77,14 +69,7 @@ def judge_observations(solution, given) -> BlockTests:
 def judge_control(solution) -> BlockTests:
     """Test the given coordinates of all points.
 
-    Parameters
-    ----------
-    solution : AdjustedBlock
-
-    Returns
-    -------
-    BlockTests
-        Row for row as the points; NaN where a point is no control, or is held.
+    Row for row as the points; NaN where a point is no control, or is held.
     """
     observations = solution.observations
     is_tested = observations.is_control & ~observations.is_fixed

@@ -23,16 +23,10 @@ DEGREE = {QUADRATIC: 2, CUBIC: 3}
 
 @dataclass(frozen=True)
 class CommonTerms:
-    """Terms that the models of one flight share.
-
-    Attributes
-    ----------
-    flight : int
-    families : tuple of {"affinity", "quadratic", "cubic"}
-    """
+    """Terms that the models of one flight share."""
 
     flight: int
-    families: tuple[str, ...]
+    families: tuple[str, ...]  # of "affinity", "quadratic", "cubic"
 
     @property
     def names(self):
@@ -41,17 +35,7 @@ class CommonTerms:
 
 
 def term_names(family):
-    """Names of the terms of a family.
-
-    Parameters
-    ----------
-    family : {"affinity", "quadratic", "cubic"}
-
-    Returns
-    -------
-    tuple of str
-        ``dx:x2`` displaces x with the square of x.
-    """
+    """Names of the terms of a family: ``dx:x2`` displaces x with the square of x."""
     if family == AFFINITY:
         return ("film_affinity", "film_shear")
     degree = DEGREE[family]
@@ -93,25 +77,16 @@ def displacement(family, position):
 
 @dataclass(frozen=True, eq=False)
 class Deformation:
-    """Displacements of all observations, each by the terms of its own flight.
-
-    Attributes
-    ----------
-    names : tuple of str
-    flight : tuple of int
-        Of each term.
-    columns : ndarray, shape (n_rows, 2, n_terms)
-        Displacement of each observation by each term with the coefficient 1, in model
-        units; 0 in rows of other flights. Coefficients of an affinity are ratios,
-        those of a polynomial are model units at the edge.
-    extent : float
-        Half extent of the models [model units]: the median of each flight, and the
-        largest of these.
-    """
+    """Displacements of all observations, each by the terms of its own flight."""
 
     names: tuple[str, ...]
-    flight: tuple[int, ...]
+    flight: tuple[int, ...]  # of each term
+    # (n_rows, 2, n_terms): displacement of each observation by each term with the
+    # coefficient 1, in model units; 0 in rows of other flights. Coefficients of an
+    # affinity are ratios, those of a polynomial are model units at the edge
     columns: np.ndarray
+    # half extent of the models [model units]: the median of each flight, and the
+    # largest of these
     extent: float
 
     def displaced(self, coefficients):
@@ -120,17 +95,7 @@ class Deformation:
 
 
 def deformation_of(observations, terms) -> Deformation:
-    """Arrange the terms of all flights.
-
-    Parameters
-    ----------
-    observations : BlockObservations
-    terms : sequence of CommonTerms
-
-    Returns
-    -------
-    Deformation
-    """
+    """Arrange the terms of all flights."""
     flight_of_row = observations.flight[observations.model]
     names, flights, largest = [], [], 0.0
     columns = [np.zeros((len(flight_of_row), 2, 0))]
@@ -157,20 +122,9 @@ COMMON_FRAME = 0.25
 
 
 def positions_in_model(observations, rows):
-    """Position of observations of one flight in their models.
+    """Position of a flight's observations in their models, and the model units of 1.
 
-    Parameters
-    ----------
-    observations : BlockObservations
-    rows : ndarray of int
-        All observations of the flight.
-
-    Returns
-    -------
-    position : ndarray, shape (len(rows), 2)
-        About 1 at the edge.
-    extent : float
-        Model units that 1 stands for.
+    ``rows`` are all observations of the flight. About 1 at the edge.
     """
     models, model = np.unique(observations.model[rows], return_inverse=True)
     xy = observations.xy[rows]

@@ -32,43 +32,25 @@ AT_ONCE = 256  # right sides: more would take much memory
 
 @dataclass(frozen=True, eq=False)
 class ModelValues:
-    """Values of points in models.
+    """Values of points in models."""
 
-    Attributes
-    ----------
-    design : ndarray, shape (n_values, n_parameters)
-        D of each value, with columns of about unit size; complex where it must be.
-    model, point : ndarray of int, shape (n_values,)
-    value : ndarray of complex, shape (n_values,)
-        Easting + i northing, from any place near all points [m].
-    weight : ndarray, shape (n_values,)
-        1 / σ² of one coordinate [1/m²].
-    """
-
+    # (n_values, n_parameters): D of each value, with columns of about unit size;
+    # complex where it must be
     design: np.ndarray
-    model: np.ndarray
-    point: np.ndarray
+    model: np.ndarray  # (n_values,)
+    point: np.ndarray  # (n_values,)
+    # complex (n_values,): easting + i northing, from any place near all points [m]
     value: np.ndarray
-    weight: np.ndarray
+    weight: np.ndarray  # (n_values,), 1 / σ² of one coordinate [1/m²]
 
 
 @dataclass(frozen=True, eq=False)
 class ControlValues:
-    """Given coordinates of control points.
+    """Given coordinates of control points."""
 
-    Attributes
-    ----------
-    point : ndarray of int, shape (n,)
-        Which point each is; none twice.
-    value : ndarray of complex, shape (n,)
-        As in :class:`ModelValues` [m].
-    weight : ndarray, shape (n,)
-        1 / σ² of one coordinate [1/m²].
-    """
-
-    point: np.ndarray
-    value: np.ndarray
-    weight: np.ndarray
+    point: np.ndarray  # (n,): which point each is; none twice
+    value: np.ndarray  # complex (n,): as in ModelValues [m]
+    weight: np.ndarray  # (n,), 1 / σ² of one coordinate [1/m²]
 
 
 def control_information(flights, control):

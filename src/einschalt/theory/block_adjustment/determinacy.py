@@ -25,24 +25,15 @@ NEAR_LINE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Determinacy:
-    """Which models of a block can be determined.
+    """Which models of a block can be determined."""
 
-    Attributes
-    ----------
-    verdict : ndarray of int, shape (n_models,)
-        FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE.
-    n_ties : ndarray of int, shape (n_models,)
-        Points that control or another determined model holds as well.
-    part : ndarray of int, shape (n_models,)
-        Parts that hang together, −1 for models that were taken out singly.
-    n_control : ndarray of int, shape (n_models,)
-        Control points of each model's part.
-    """
-
+    # (n_models,): FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE
     verdict: np.ndarray
+    # (n_models,): points that control or another determined model holds as well
     n_ties: np.ndarray
+    # (n_models,): parts that hang together, −1 for models that were taken out singly
     part: np.ndarray
-    n_control: np.ndarray
+    n_control: np.ndarray  # (n_models,): control points of each model's part
 
     @property
     def is_fine(self):
@@ -51,40 +42,22 @@ class Determinacy:
 
 
 def examine(observations) -> Determinacy:
-    """Find the models that cannot be determined, and why.
-
-    Parameters
-    ----------
-    observations : BlockObservations
-
-    Returns
-    -------
-    Determinacy
-    """
+    """Find the models that cannot be determined, and why."""
     n_models = observations.n_models
     verdict = np.full(n_models, FINE)
-    needed = np.where(
-        observations.is_affine, LEAST_POINTS[True], LEAST_POINTS[False]
-    ).astype(np.int64)
+    needed = _least_points(observations.is_affine)
     incidence = incidence_of(
         observations.model, observations.point, n_models, observations.n_points
-    )
-    arrays = (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
     )
     is_control = observations.is_control
     n_ties = np.zeros(n_models, dtype=np.int64)
     while True:
-        _prune(verdict, n_ties, needed, is_control, *arrays)
+        _prune(verdict, n_ties, needed, is_control, *incidence.arrays)
         on_line = _ties_on_line(observations, verdict, is_control)
         if not on_line.any():
             break
         verdict[on_line] = TIES_ON_LINE
-    part = _label_parts(verdict, *arrays)
+    part = _label_parts(verdict, *incidence.arrays)
     n_control = _judge_parts(observations, verdict, part)
     return Determinacy(verdict, n_ties, part, n_control)
 
@@ -160,11 +133,7 @@ def _ties_on_line(observations, verdict, is_control):
     is_used = verdict[model] == FINE
     holders = np.bincount(point[is_used], minlength=observations.n_points)
     is_tie = is_used & (is_control[point] | (holders[point] > 1))
-    flat = _is_flat(
-        observations.xy[is_tie],
-        model[is_tie],
-        observations.is_affine,
-    )
+    flat = _is_flat(observations.xy[is_tie], model[is_tie], observations.is_affine)
     return flat & (verdict == FINE)
 
 
@@ -199,18 +168,18 @@ def _judge_parts(observations, verdict, part):
     is_affine = np.ones(n_parts, dtype=bool)
     is_helmert = (part >= 0) & ~observations.is_affine
     is_affine[part[is_helmert]] = False
-    needed = np.where(is_affine, LEAST_POINTS[True], LEAST_POINTS[False])
     on_line = _is_flat(observations.control[pairs[:, 1]], pairs[:, 0], is_affine)
-    is_few = count < needed
-    of_model = part >= 0
+    of_part = np.where(on_line, CONTROL_ON_LINE, FINE)
+    of_part[count < _least_points(is_affine)] = NO_CONTROL
+    is_in = part >= 0
+    verdict[is_in] = of_part[part[is_in]]
     n_control = np.zeros(len(part), dtype=np.int64)
-    n_control[of_model] = count[part[of_model]]
-    few, line = np.zeros(len(part), dtype=bool), np.zeros(len(part), dtype=bool)
-    few[of_model] = is_few[part[of_model]]
-    line[of_model] = (on_line & ~is_few)[part[of_model]]
-    verdict[few] = NO_CONTROL
-    verdict[line] = CONTROL_ON_LINE
+    n_control[is_in] = count[part[is_in]]
     return n_control
+
+
+def _least_points(is_affine):
+    return np.where(is_affine, LEAST_POINTS[True], LEAST_POINTS[False])
 
 
 # what moves less than this share of the largest motion does not move
@@ -223,14 +192,7 @@ LEAST_PRECISION = 0.1
 def loose_models(solution):
     """Models that move freely, or as good as freely, against the rest of the block.
 
-    Parameters
-    ----------
-    solution : BlockSolution
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
-        Parts that are joined to the block like a hinge, or hang on it by a thread.
+    They are joined to it like a hinge, or hang on it by a thread.
     """
     is_loose = solution.is_held.any(axis=1)
     if is_loose.any():
@@ -245,17 +207,8 @@ def loose_models(solution):
 def why_loose(observations, is_loose):
     """Say whether control as good as on a line lets models move.
 
-    Parameters
-    ----------
-    observations : BlockObservations or SpatialObservations
-        Of the part of the block that was adjusted.
-    is_loose : ndarray of bool, shape (n_models,)
-
-    Returns
-    -------
-    ndarray of int, shape (n_models,)
-        CONTROL_ON_LINE where nothing of the block stands and its control lies near a
-        line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
+    CONTROL_ON_LINE where nothing of the adjusted block stands and its control lies near
+    a line: errors of a few centimetres keep it from lying on one. LOOSE otherwise.
     """
     cause = np.full(is_loose.size, LOOSE)
     control = observations.control[observations.is_control][:, :2]

@@ -22,20 +22,11 @@ LARGEST = 10.0
 
 
 def displacement_by_design(solution):
-    """Displacement that errors of the model coordinates cause in the mean.
+    """Displacement that errors of the model coordinates cause in the mean [m].
 
     Errors ε and −ε of the size of those in the measurements are added to these. What is
     linear in them cancels in the mean of both; what is left is what the errors that the
     measurements have had done already.
-
-    Parameters
-    ----------
-    solution : BlockSolution
-
-    Returns
-    -------
-    ndarray, shape (n_points, 2)
-        Of the adjusted points, away from where they should be [m].
     """
     observations = solution.observations
     scale = np.sqrt(np.abs(np.linalg.det(solution.affinities[:, :, 1:])))

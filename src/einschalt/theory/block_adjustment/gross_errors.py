@@ -35,80 +35,34 @@ NORMS = {"huber": HUBER, "tukey": TUKEY}
 
 @dataclass(frozen=True, eq=False)
 class CleanedBlock:
-    """A block after its gross errors were dealt with.
+    """A block after its gross errors were dealt with."""
 
-    Attributes
-    ----------
-    solution : AdjustedBlock
-        Its observations have the standard errors that were used.
-    is_out : ndarray of bool, shape (n_rows,)
-        What was taken out.
-    """
-
-    solution: AdjustedBlock
-    is_out: np.ndarray
+    solution: AdjustedBlock  # its observations have the standard errors that were used
+    is_out: np.ndarray  # (n_rows,): what was taken out
 
 
 @dataclass(frozen=True, eq=False)
 class OutlierFreeBlock:
-    """A block without its gross errors.
+    """A block without its gross errors."""
 
-    Attributes
-    ----------
-    solution : AdjustedBlock
-        Of the sound observations and the sound control.
-    is_out : ndarray of bool, shape (n_rows,)
-        Measurements that were taken out.
-    is_wrong : ndarray of bool, shape (n_points,)
-        Given points that were set aside.
-    """
-
-    solution: AdjustedBlock
-    is_out: np.ndarray
-    is_wrong: np.ndarray
+    solution: AdjustedBlock  # of the sound observations and the sound control
+    is_out: np.ndarray  # (n_rows,): measurements that were taken out
+    is_wrong: np.ndarray  # (n_points,): given points that were set aside
 
     @classmethod
     def whole(cls, solution):
-        """Take a block as it is.
-
-        Parameters
-        ----------
-        solution : AdjustedBlock
-
-        Returns
-        -------
-        OutlierFreeBlock
-        """
+        """Take a block as it is."""
         n_rows, n_points = len(solution.residuals), solution.observations.n_points
         return cls(solution, np.zeros(n_rows, dtype=bool), np.zeros(n_points, bool))
 
     def has_the_errors_of(self, other):
-        """Whether another block has the same gross errors.
-
-        Parameters
-        ----------
-        other : OutlierFreeBlock
-
-        Returns
-        -------
-        bool
-        """
+        """Whether another block has the same gross errors."""
         return np.array_equal(self.is_out, other.is_out) and np.array_equal(
             self.is_wrong, other.is_wrong
         )
 
     def readjusted(self, given):
-        """Adjust the block anew, without the same rows and given points.
-
-        Parameters
-        ----------
-        given : BlockObservations
-            All of them, with other errors.
-
-        Returns
-        -------
-        OutlierFreeBlock
-        """
+        """Adjust with other errors anew, without the same rows and given points."""
         solution = _without(self.solution, given, self.is_out, self.is_wrong)
         return OutlierFreeBlock(solution, self.is_out, self.is_wrong)
 
@@ -119,17 +73,8 @@ def outlier_free_block(solution, significance) -> OutlierFreeBlock:
     Given points that contradict the block more than any measurement of theirs are set
     aside: the measurements would be taken out in their place. A large gross error makes
     good control look wrong as well, so all of it is judged once more in the end.
-
-    Parameters
-    ----------
-    solution : AdjustedBlock
-        With all observations.
-    significance : float
-        Probability with which a model without gross errors loses a point.
-
-    Returns
-    -------
-    OutlierFreeBlock
+    ``significance`` is the probability with which a model without gross errors loses a
+    point.
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
@@ -156,19 +101,7 @@ def outlier_free_block(solution, significance) -> OutlierFreeBlock:
 
 
 def with_all_control(block, given) -> CleanedBlock:
-    """Put given points that were set aside back into a sound block.
-
-    Parameters
-    ----------
-    block : OutlierFreeBlock
-    given : BlockObservations
-        All of them.
-
-    Returns
-    -------
-    CleanedBlock
-        For ``examine_control`` to name them.
-    """
+    """Put given points that were set aside back, to be named by ``examine_control``."""
     solution = block.solution
     if block.is_wrong.any():
         none = np.zeros_like(block.is_wrong)
@@ -251,20 +184,8 @@ def downweight(block, given, norm_name) -> CleanedBlock:
 
     The weights begin with the residuals of the sound block, and without its wrong
     control: the measurements of that would lose their weight in its place, and nothing
-    would contradict it any more.
-
-    Parameters
-    ----------
-    block : OutlierFreeBlock
-    given : BlockObservations
-        All of them.
-    norm_name : {"huber", "tukey"}
-        Tukey's begins where Huber's ends.
-
-    Returns
-    -------
-    CleanedBlock
-        With all control, for ``examine_control`` to name what is wrong.
+    would contradict it any more. Tukey's norm begins where Huber's ends. The block has
+    all control again, for ``examine_control`` to name what is wrong.
     """
     # what was taken out comes back, with little weight
     n_back = block.solution.residuals.shape[1] * np.count_nonzero(block.is_out)
@@ -315,42 +236,24 @@ def _weighted(solution, norms, given_error):
 
 @dataclass(frozen=True, eq=False)
 class ControlVerdict:
-    """Given points against the block, row for row as the points.
+    """Given points against the block, row for row as the points."""
 
-    Attributes
-    ----------
-    is_suspect : ndarray of bool, shape (n_points,)
-    w, p_value : ndarray, shape (n_points,)
-        Of a suspect, when it was found; of the others, without the suspects. NaN where
-        nothing checks a point.
-    error : ndarray, shape (n_points, 2)
-        Error of the given coordinates that explains the contradiction [m].
-    without : AdjustedBlock
-        The block with the suspects set aside.
-    """
-
-    is_suspect: np.ndarray
+    is_suspect: np.ndarray  # (n_points,)
+    # of a suspect, when it was found; of the others, without the suspects. NaN where
+    # nothing checks a point
     w: np.ndarray
     p_value: np.ndarray
+    # (n_points, 2): error of the given coordinates that explains the contradiction [m]
     error: np.ndarray
-    without: AdjustedBlock
+    without: AdjustedBlock  # the block with the suspects set aside
 
 
 def examine_control(solution, significance) -> ControlVerdict:
     """Find the given points that contradict the block, the worst first.
 
     A wrong one makes its neighbours look wrong too. So it is set aside before these are
-    judged; the solution that is given is left as it is.
-
-    Parameters
-    ----------
-    solution : AdjustedBlock
-    significance : float
-        Probability with which good control has a suspect.
-
-    Returns
-    -------
-    ControlVerdict
+    judged; the solution that is given is left as it is. ``significance`` is the
+    probability with which good control has a suspect.
     """
     tests = judge_control(solution)
     is_suspect = np.zeros(len(tests.w), dtype=bool)

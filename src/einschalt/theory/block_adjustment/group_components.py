@@ -18,35 +18,18 @@ LEAST_REDUNDANCY = 5.0
 
 @dataclass(frozen=True, eq=False)
 class GroupComponents:
-    """Errors that groups of observations show.
+    """Errors that groups of observations show."""
 
-    Attributes
-    ----------
-    factor : ndarray, shape (n_groups,)
-        Of the standard errors that were used; NaN with too little redundancy.
-    redundancy : ndarray, shape (n_groups,)
-        Sum of the redundancy numbers.
-    """
-
+    # (n_groups,): of the standard errors that were used; NaN with too little redundancy
     factor: np.ndarray
-    redundancy: np.ndarray
+    redundancy: np.ndarray  # (n_groups,): sum of the redundancy numbers
 
 
 def group_components(block, group, n_groups) -> GroupComponents:
-    """Size of the errors of each group of measurements, and of the control.
+    """Size of the errors of each group of measurements, and last of the control.
 
-    Parameters
-    ----------
-    block : OutlierFreeBlock
-        What was taken out of it does not count.
-    group : ndarray of int, shape (n_rows, d)
-        Group of each measured coordinate.
-    n_groups : int
-
-    Returns
-    -------
-    GroupComponents
-        The last one, beyond ``n_groups``, is the control.
+    ``group`` (n_rows, d) is that of each measured coordinate. What was taken out of the
+    block does not count.
     """
     solution = block.solution
     observations = solution.observations

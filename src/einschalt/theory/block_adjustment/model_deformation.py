@@ -35,39 +35,21 @@ BEYOND_CHANCE = 3.1
 
 @dataclass(frozen=True, eq=False)
 class DeformationTest:
-    """Test of one flight for a deformation that its models share.
+    """Test of one flight for a deformation that its models share."""
 
-    Attributes
-    ----------
-    terms : CommonTerms
-        That take it up.
-    f_statistic, p_value : float
-        NaN where the flight is too small to tell, or no residuals are left.
-    size, size_middle, size_edge : float
-        Displacement that no affine transformation takes up, over all points, in the
-        middle and at the edge of the models (RMS, total, on the ground) [m].
-    """
-
-    terms: CommonTerms
+    terms: CommonTerms  # that take it up
+    # NaN where the flight is too small to tell, or no residuals are left
     f_statistic: float
     p_value: float
+    # displacement that no affine transformation takes up, over all points, in the
+    # middle and at the edge of the models (RMS, total, on the ground) [m]
     size: float
     size_middle: float
     size_edge: float
 
 
 def examine_deformation(solution, flight) -> DeformationTest:
-    """Test the models of a flight for a common deformation.
-
-    Parameters
-    ----------
-    solution : BlockSolution
-    flight : int
-
-    Returns
-    -------
-    DeformationTest
-    """
+    """Test the models of a flight for a common deformation."""
     observations = solution.observations
     known = {t.flight: t.families for t in solution.terms}.get(flight, ())
     is_affine = observations.is_affine[observations.flight == flight].all()
@@ -112,19 +94,12 @@ def _sizes(solution, flight, rows):
 
 @dataclass(frozen=True)
 class Likeness:
-    """How alike residuals of neighbouring points in a model are.
+    """How alike residuals of neighbouring points in a model are."""
 
-    Attributes
-    ----------
-    correlation : float
-        Of the residuals of each point with those of its nearest neighbour; somewhat
-        below 0 where errors are independent. NaN without residuals.
-    standard_error : float
-        Where the errors are independent.
-    """
-
+    # of the residuals of each point with those of its nearest neighbour; somewhat below
+    # 0 where errors are independent. NaN without residuals
     correlation: float
-    standard_error: float
+    standard_error: float  # where the errors are independent
 
     @property
     def is_large(self):
@@ -134,17 +109,7 @@ class Likeness:
 
 
 def neighbour_autocorrelation(solution, flight) -> Likeness:
-    """Correlate the residuals of every point with those of its nearest neighbour.
-
-    Parameters
-    ----------
-    solution : BlockSolution
-    flight : int
-
-    Returns
-    -------
-    Likeness
-    """
+    """Correlate the residuals of every point with those of its nearest neighbour."""
     observations = solution.observations
     rows = np.flatnonzero(observations.flight[observations.model] == flight)
     model = observations.model[rows]

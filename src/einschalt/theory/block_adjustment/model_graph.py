@@ -18,22 +18,13 @@ LEAST_FACTOR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Incidence:
-    """Observations sorted by model, and the same sorted by point.
+    """Observations sorted by model, and the same sorted by point."""
 
-    Attributes
-    ----------
-    model, point : ndarray of int64, shape (n_rows,)
-        Of each observation; sorted by model.
-    model_start : ndarray of int64, shape (n_models + 1,)
-    point_start : ndarray of int64, shape (n_points + 1,)
-    rows : ndarray of int64, shape (n_rows,)
-        Observations of each point: point k owns ``rows[point_start[k]:…]``.
-    """
-
-    model: np.ndarray
-    point: np.ndarray
-    model_start: np.ndarray
-    point_start: np.ndarray
+    model: np.ndarray  # (n_rows,): of each observation, ascending
+    point: np.ndarray  # (n_rows,): of each observation
+    model_start: np.ndarray  # (n_models + 1,)
+    point_start: np.ndarray  # (n_points + 1,)
+    # (n_rows,): observations of each point: point k owns ``rows[point_start[k]:…]``
     rows: np.ndarray
 
     @property
@@ -46,19 +37,16 @@ class Incidence:
         """Number of points."""
         return len(self.point_start) - 1
 
+    @property
+    def arrays(self):
+        """All of them, as the kernels take them."""
+        return self.model, self.point, self.model_start, self.point_start, self.rows
+
     def reordered(self, order):
         """Put the models in another order, their observations and points with them.
 
-        Parameters
-        ----------
-        order : ndarray of int64, shape (n_models,)
-            Models as they are to stand.
-
-        Returns
-        -------
-        Reordered
-            Points stand in the order of their first appearance, so that what is used
-            together lies together.
+        Points stand in the order of their first appearance, so that what is used
+        together lies together.
         """
         model, point, rows, points = _reorder(order, self.point, self.model_start)
         incidence = incidence_of(model, point, self.n_models, len(points))
@@ -67,17 +55,10 @@ class Incidence:
 
 @dataclass(frozen=True, eq=False)
 class Reordered:
-    """Observations in another order.
-
-    Attributes
-    ----------
-    incidence : Incidence
-    rows, points : ndarray of int64
-        Old number of each observation and of each point.
-    """
+    """Observations in another order."""
 
     incidence: Incidence
-    rows: np.ndarray
+    rows: np.ndarray  # old number of each observation and of each point
     points: np.ndarray
 
 
@@ -106,18 +87,7 @@ def _reorder(order, point, model_start):
 
 
 def incidence_of(model, point, n_models, n_points) -> Incidence:
-    """Sort observations by their point.
-
-    Parameters
-    ----------
-    model, point : ndarray of int, shape (n_rows,)
-        Sorted by model.
-    n_models, n_points : int
-
-    Returns
-    -------
-    Incidence
-    """
+    """Sort observations, which are sorted by model, by their point as well."""
     model = np.ascontiguousarray(model, dtype=np.int64)
     point = np.ascontiguousarray(point, dtype=np.int64)
     by_point = segments(point, n_points)
@@ -128,94 +98,50 @@ def incidence_of(model, point, n_models, n_points) -> Incidence:
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """Neighbours of every model.
+    """Neighbours of every model."""
 
-    Attributes
-    ----------
-    start : ndarray of int64, shape (n_models + 1,)
-    models : ndarray of int64, shape (n_pairs,)
-        Model k has the neighbours ``models[start[k]:start[k + 1]]``, without itself.
-    """
-
-    start: np.ndarray
+    start: np.ndarray  # (n_models + 1,)
+    # (n_pairs,): model k has the neighbours ``models[start[k]:start[k + 1]]``, without
+    # itself
     models: np.ndarray
 
 
 def neighbours_of(incidence) -> Neighbours:
-    """Find the models that share a point with each model.
-
-    Parameters
-    ----------
-    incidence : Incidence
-
-    Returns
-    -------
-    Neighbours
-    """
-    arrays = (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
-    )
-    start = np.concatenate([[0], np.cumsum(_count_neighbours(*arrays))])
-    return Neighbours(start, _fill_neighbours(start, *arrays))
+    """Find the models that share a point with each model."""
+    return Neighbours(*_find_neighbours(*incidence.arrays))
 
 
 @numba.njit(cache=True, nogil=True)
-def _count_neighbours(model, point, model_start, point_start, rows):
+def _find_neighbours(model, point, model_start, point_start, rows):
     n_models = model_start.size - 1
-    count = np.zeros(n_models, dtype=np.int64)
-    seen = np.full(n_models, -1, dtype=np.int64)
-    for m in range(n_models):
-        seen[m] = m
-        for row in range(model_start[m], model_start[m + 1]):
-            p = point[row]
-            for k in range(point_start[p], point_start[p + 1]):
-                other = model[rows[k]]
-                if seen[other] != m:
-                    seen[other] = m
-                    count[m] += 1
-    return count
-
-
-@numba.njit(cache=True, nogil=True)
-def _fill_neighbours(start, model, point, model_start, point_start, rows):
-    n_models = model_start.size - 1
-    found = np.empty(start[-1], dtype=np.int64)
-    seen = np.full(n_models, -1, dtype=np.int64)
-    for m in range(n_models):
-        seen[m] = m
-        place = start[m]
-        for row in range(model_start[m], model_start[m + 1]):
-            p = point[row]
-            for k in range(point_start[p], point_start[p + 1]):
-                other = model[rows[k]]
-                if seen[other] != m:
-                    seen[other] = m
-                    found[place] = other
-                    place += 1
-    return found
+    start = np.zeros(n_models + 1, dtype=np.int64)
+    found = np.empty(0, dtype=np.int64)
+    for is_counted in (False, True):
+        if is_counted:
+            found = np.empty(start[-1], dtype=np.int64)
+        seen = np.full(n_models, -1, dtype=np.int64)
+        for m in range(n_models):
+            seen[m] = m
+            place = start[m]
+            for row in range(model_start[m], model_start[m + 1]):
+                p = point[row]
+                for k in range(point_start[p], point_start[p + 1]):
+                    other = model[rows[k]]
+                    if seen[other] != m:
+                        seen[other] = m
+                        if is_counted:
+                            found[place] = other
+                        place += 1
+            start[m + 1] = place
+    return start, found
 
 
 def chained_positions(incidence, xy):
     """Put the models together one after the other, to see where they lie.
 
-    Each model is put onto the one that it shares most points with, of those that lie
-    already. Errors add up on the way; the positions serve the order of elimination
-    only, which may be any.
-
-    Parameters
-    ----------
-    incidence : Incidence
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates, each model about its own centre.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 2)
-        In the frame of the first model.
+    Each model, given by coordinates about its own centre, is put onto the one that it
+    shares most points with, of those that lie already. Errors add up on the way; the
+    positions serve the order of elimination only, which may be any.
     """
     z = np.ascontiguousarray(xy[:, 0] + 1j * xy[:, 1])
     fan = (incidence.point_start, incidence.rows)

@@ -6,11 +6,21 @@ from typing import ClassVar
 import numpy as np
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ObservedBlock:
-    """What observations in plan and in space have in common.
+    """What observations in plan (d = 2) and in space (d = 3) have in common.
 
-    The names say which arrays go by rows and by models; those of control go by points.
+    They are sorted by model. The names say which arrays go by rows and by models; those
+    of control go by points.
     """
+
+    model: np.ndarray  # (n_rows,)
+    point: np.ndarray  # (n_rows,): every one from 0 to n_points − 1 occurs
+    # (n_models,): models of one flight share their common parameters
+    flight: np.ndarray
+    control: np.ndarray  # (n_points, d): given [m]; NaN where a point is no control
+    # (n_points, d, d): of the given coordinates [m²]; 0 where they are to be held
+    control_covariance: np.ndarray
 
     _by_row: ClassVar[tuple[str, ...]]
     _by_model: ClassVar[tuple[str, ...]]
@@ -26,6 +36,18 @@ class ObservedBlock:
         return len(self.control)
 
     @property
+    def is_control(self):
+        """Which points have given coordinates."""
+        # all() and any() over axes of two elements take many times as long
+        return np.logical_and.reduce([np.isfinite(axis) for axis in self.control.T])
+
+    @property
+    def is_fixed(self):
+        """Which of them are held."""
+        elements = self.control_covariance.reshape(-1, self.control.shape[1] ** 2).T
+        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
+
+    @property
     def control_weight(self):
         """Inverse of the covariances of control, 0 elsewhere, (n_points, d, d)."""
         weight = np.zeros(self.control_covariance.shape)
@@ -34,33 +56,12 @@ class ObservedBlock:
         return weight
 
     def of_models(self, is_kept):
-        """Leave models out, and the points that only these hold.
-
-        Parameters
-        ----------
-        is_kept : ndarray of bool, shape (n_models,)
-
-        Returns
-        -------
-        Part
-        """
+        """Leave models out, and the points that only these hold."""
         rows = np.flatnonzero(is_kept[self.model])
         return self.of_rows(rows, np.flatnonzero(is_kept))
 
     def of_rows(self, rows, models):
-        """Take some of the observations.
-
-        Parameters
-        ----------
-        rows : ndarray of int
-            Ascending.
-        models : ndarray of int
-            Models that are kept, ascending; ``rows`` belong to these.
-
-        Returns
-        -------
-        Part
-        """
+        """Take some of the observations, ascending, and the models that hold them."""
         model_number = np.full(self.n_models, -1)
         model_number[models] = np.arange(len(models))
         points, point = np.unique(self.point[rows], return_inverse=True)
@@ -79,54 +80,20 @@ class ObservedBlock:
         return Part(kept, rows, models, points)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BlockObservations(ObservedBlock):
-    """Observations of a block, sorted by model.
+    """Observations of a block in plan."""
 
-    Attributes
-    ----------
-    model, point : ndarray of int64, shape (n_rows,)
-        Every point from 0 to n_points − 1 occurs.
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates, in any unit.
-    standard_error : ndarray, shape (n_rows,)
-        Of one measured coordinate on the ground [m].
-    is_affine : ndarray of bool, shape (n_models,)
-        Affine, or helmert.
-    flight : ndarray of int64, shape (n_models,)
-        Models of one flight share their common parameters.
-    control : ndarray, shape (n_points, 2)
-        Given easting, northing [m]; NaN where a point is no control.
-    control_covariance : ndarray, shape (n_points, 2, 2)
-        Of the given coordinates [m²]; 0 where they are to be held.
-    orientation : ndarray, shape (n_rows, 2, n_elements), optional
-        ``xy`` by errors that all points of a model share: independent, of variance 1.
-    """
-
-    model: np.ndarray
-    point: np.ndarray
-    xy: np.ndarray
+    xy: np.ndarray  # (n_rows, 2): model coordinates, in any unit
+    # (n_rows,): of one measured coordinate on the ground [m]
     standard_error: np.ndarray
-    is_affine: np.ndarray
-    flight: np.ndarray
-    control: np.ndarray
-    control_covariance: np.ndarray
+    is_affine: np.ndarray  # (n_models,): affine, or helmert
+    # (n_rows, 2, n_elements): ``xy`` by errors that all points of a model share:
+    # independent, of variance 1
     orientation: np.ndarray | None = None
 
     _by_row = ("xy", "standard_error", "orientation")
     _by_model = ("is_affine", "flight")
-
-    @property
-    def is_control(self):
-        """Which points have given coordinates."""
-        return np.isfinite(self.control[:, 0]) & np.isfinite(self.control[:, 1])
-
-    @property
-    def is_fixed(self):
-        """Which of them are held."""
-        # any() over axes of two elements takes many times as long
-        elements = self.control_covariance.reshape(-1, 4).T
-        return self.is_control & np.logical_and.reduce([e == 0.0 for e in elements])
 
     @property
     def is_coupled(self):
@@ -138,16 +105,9 @@ class BlockObservations(ObservedBlock):
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Part of the observations of a block.
-
-    Attributes
-    ----------
-    observations : BlockObservations or SpatialObservations
-    rows, models, points : ndarray of int
-        Old number of each observation, model and point.
-    """
+    """Part of the observations of a block."""
 
     observations: ObservedBlock
-    rows: np.ndarray
+    rows: np.ndarray  # old number of each observation, model and point
     models: np.ndarray
     points: np.ndarray

@@ -28,28 +28,16 @@ class PointSystem:
     """Observations of a block as the kernels take them.
 
     The number of rows d of a point is 1, or 2 where easting and northing are coupled.
-
-    Attributes
-    ----------
-    incidence : Incidence
-    design : ndarray, shape (n_rows, d, n_unknowns)
-        G of each observation, float or complex.
-    weights : ndarray, shape (n_rows, d)
-        Of each row [1/m²].
-    control_weight : ndarray of float, shape (n_points, d, d)
-        W_c, 0 where a point is no control [1/m²].
-    is_fixed : ndarray of bool, shape (n_points,)
-        Control that is held as it is given.
-    inverse : ndarray of float, shape (n_points, d, d)
-        P⁻¹, 0 where a point is fixed [m²].
     """
 
     incidence: Incidence
+    # (n_rows, d, n_unknowns): G of each observation, float or complex
     design: np.ndarray
-    weights: np.ndarray
+    weights: np.ndarray  # (n_rows, d): of each row [1/m²]
+    # (n_points, d, d): W_c, 0 where a point is no control [1/m²]
     control_weight: np.ndarray
-    is_fixed: np.ndarray
-    inverse: np.ndarray
+    is_fixed: np.ndarray  # (n_points,): control that is held as it is given
+    inverse: np.ndarray  # (n_points, d, d): P⁻¹, 0 where a point is fixed [m²]
 
     @property
     def n_unknowns(self):
@@ -57,31 +45,13 @@ class PointSystem:
         return self.design.shape[2]
 
     def transformed(self, parameters):
-        """Points of all models in the ground system, with twice the usual digits.
-
-        Parameters
-        ----------
-        parameters : ndarray, shape (n_models, n_unknowns, n_right)
-
-        Returns
-        -------
-        Transformed
-        """
+        """Points of all models in the ground system, with twice the usual digits."""
         return transform_exactly(self.design, self.incidence.model, parameters)
 
     def points_from(self, values, control):
-        """Points that fit given values of their observations best.
+        """Points that fit values T − l of their observations best, (n, d, n_right).
 
-        Parameters
-        ----------
-        values : ndarray, shape (n_rows, d, n_right)
-            T − l.
-        control : ndarray, shape (n_points, d, n_right)
-            c; 0 where a point is no control.
-
-        Returns
-        -------
-        ndarray, shape (n_points, d, n_right)
+        ``control`` is c, 0 where a point is no control.
         """
         points = np.empty_like(control, dtype=values.dtype)
         _mean_values(
@@ -95,16 +65,7 @@ class PointSystem:
         return points
 
     def gradient(self, residuals):
-        """Σ w Gᴴ v of each model.
-
-        Parameters
-        ----------
-        residuals : ndarray, shape (n_rows, d, n_right)
-
-        Returns
-        -------
-        ndarray, shape (n_models, n_unknowns, n_right)
-        """
+        """Σ w Gᴴ v of each model, (n_models, n_unknowns, n_right)."""
         shape = (self.incidence.n_models, self.n_unknowns, residuals.shape[2])
         gradient = np.zeros(shape, dtype=self.design.dtype)
         _gradient(
@@ -114,20 +75,7 @@ class PointSystem:
 
 
 def invert_point_blocks(incidence, weights, control_weight, is_fixed):
-    """P⁻¹ of all points.
-
-    Parameters
-    ----------
-    incidence : Incidence
-    weights : ndarray, shape (n_rows, d)
-    control_weight : ndarray, shape (n_points, d, d)
-    is_fixed : ndarray of bool, shape (n_points,)
-
-    Returns
-    -------
-    ndarray, shape (n_points, d, d)
-        0 where a point is fixed, or has no observation at all.
-    """
+    """P⁻¹ of all points; 0 where one is fixed, or has no observation at all."""
     d = control_weight.shape[1]
     sums = [
         np.bincount(incidence.point, column, incidence.n_points) for column in weights.T
@@ -186,39 +134,20 @@ def _gradient(gradient, residuals, design, weights, model_start):
 
 
 def assemble(system, pattern):
-    """Blocks of the reduced normal equations.
+    """Blocks of the reduced normal equations on and below the diagonal.
 
-    Parameters
-    ----------
-    system : PointSystem
-        With its models in the order of elimination.
-    pattern : BlockPattern
-
-    Returns
-    -------
-    ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-        On and below the diagonal.
+    The models are in the order of elimination.
     """
     _, d, u = system.design.shape
     blocks = np.zeros((len(pattern.row), u, u), dtype=system.design.dtype)
     _assemble_blocks(
         blocks,
         (pattern.start, pattern.row),
-        _fan_arrays(system.incidence),
+        system.incidence.arrays,
         (system.design, system.weights, system.inverse),
         ((0,) * d, (0,) * u),
     )
     return blocks
-
-
-def _fan_arrays(incidence):
-    return (
-        incidence.model,
-        incidence.point,
-        incidence.model_start,
-        incidence.point_start,
-        incidence.rows,
-    )
 
 
 @numba.njit(cache=True, nogil=True)
@@ -268,51 +197,20 @@ def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
 
 @dataclass(frozen=True, eq=False)
 class PointCofactors:
-    """Cofactors of points and of what was adjusted, for σ_0 = 1.
+    """Cofactors of points and of what was adjusted, for σ_0 = 1."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n_points, d, d)
-        Q_XX [m²].
-    transformed : ndarray, shape (n_rows, d, d)
-        Of each model's value T of a point.
-    cross : ndarray, shape (n_rows, d, d)
-        Between T and X.
-    """
-
-    points: np.ndarray
-    transformed: np.ndarray
-    cross: np.ndarray
+    points: np.ndarray  # (n_points, d, d): Q_XX [m²]
+    transformed: np.ndarray  # (n_rows, d, d): of each model's value T of a point
+    cross: np.ndarray  # (n_rows, d, d): between T and X
 
     def of_differences(self, point):
-        """Cofactors of T − X, the adjusted observations.
-
-        Parameters
-        ----------
-        point : ndarray of int, shape (n_rows,)
-
-        Returns
-        -------
-        ndarray, shape (n_rows, d, d)
-        """
+        """Cofactors of T − X, the adjusted observations."""
         both = self.cross + np.conj(np.swapaxes(self.cross, 1, 2))
         return self.transformed + self.points[point] - both
 
 
 def point_cofactors(system, pattern, inverse) -> PointCofactors:
-    """Cofactors of all points from the selected inverse.
-
-    Parameters
-    ----------
-    system : PointSystem
-        With its models in the order of elimination.
-    pattern : BlockPattern
-    inverse : ndarray, shape (n_blocks, n_unknowns, n_unknowns)
-
-    Returns
-    -------
-    PointCofactors
-    """
+    """Cofactors of all points from the selected inverse, in elimination order."""
     n_rows, d, u = system.design.shape
     points = np.zeros((system.incidence.n_points, d, d), dtype=inverse.dtype)
     transformed = np.zeros((n_rows, d, d), dtype=inverse.dtype)
@@ -321,7 +219,7 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
         (points, transformed, cross),
         inverse,
         (pattern.start, pattern.row),
-        _fan_arrays(system.incidence),
+        system.incidence.arrays,
         (system.design, system.weights),
         ((0,) * d, (0,) * u),
     )

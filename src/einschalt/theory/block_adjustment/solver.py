@@ -33,19 +33,10 @@ CONVERGED = 1e-11
 
 @dataclass(frozen=True, eq=False)
 class Ordering:
-    """What follows from which point lies in which model, whatever was measured.
-
-    Attributes
-    ----------
-    reordered : Reordered
-    order : ndarray of int64, shape (n_models,)
-        Old number of each model.
-    pattern : BlockPattern
-    fronts : Fronts
-    """
+    """What follows from which point lies in which model, whatever was measured."""
 
     reordered: Reordered
-    order: np.ndarray
+    order: np.ndarray  # (n_models,): old number of each model
     pattern: BlockPattern
     fronts: Fronts
 
@@ -53,31 +44,13 @@ class Ordering:
 def order_block(incidence, xy) -> Ordering:
     """Find the order of elimination and what it fills.
 
-    Parameters
-    ----------
-    incidence : Incidence
-    xy : ndarray, shape (n_rows, 2)
-        Model coordinates about the centre of each model.
-
-    Returns
-    -------
-    Ordering
+    ``xy`` are model coordinates about the centre of each model.
     """
     return order_placed(incidence, chained_positions(incidence, xy))
 
 
 def order_placed(incidence, positions) -> Ordering:
-    """Find the order of elimination of models whose places are known.
-
-    Parameters
-    ----------
-    incidence : Incidence
-    positions : ndarray, shape (n_models, 2)
-
-    Returns
-    -------
-    Ordering
-    """
+    """Find the order of elimination of models whose places are known."""
     neighbours = neighbours_of(incidence)
     elimination = dissect(neighbours, positions)
     pattern = block_pattern(neighbours, elimination)
@@ -89,19 +62,11 @@ def order_placed(incidence, positions) -> Ordering:
 
 @dataclass(frozen=True, eq=False)
 class Projection:
-    """Least-squares solution for given right sides.
+    """Least-squares solution for given right sides."""
 
-    Attributes
-    ----------
-    parameters : ndarray, shape (n_models, n_solved, n_right)
-    points : ndarray, shape (n_points, d, n_right)
-    residuals : ndarray, shape (n_rows, d, n_right)
-        T − X − l.
-    """
-
-    parameters: np.ndarray
-    points: np.ndarray
-    residuals: np.ndarray
+    parameters: np.ndarray  # (n_models, n_solved, n_right)
+    points: np.ndarray  # (n_points, d, n_right)
+    residuals: np.ndarray  # (n_rows, d, n_right): T − X − l
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,37 +74,20 @@ class Solver:
     """A factored block.
 
     All arrays are in the order of elimination.
-
-    Attributes
-    ----------
-    system : PointSystem
-    channels : Channels or None
-        How easting and northing are arranged in it.
-    pattern : BlockPattern
-    factor : Factor
-    prior : ndarray, shape (n_unknowns,)
-        Weight with which each unknown is 0 before it is observed.
     """
 
     system: PointSystem
-    channels: Channels | None
+    channels: Channels | None  # how easting and northing are arranged in it
     pattern: BlockPattern
     factor: Factor
+    # (n_unknowns,): weight with which each unknown is 0 before it is observed
     prior: np.ndarray
 
     def project(self, shift, control) -> Projection:
-        """Adjust observations T − X = l and X = c.
+        """Adjust observations T − X = l (``shift``) and X = c (``control``).
 
-        Parameters
-        ----------
-        shift : ndarray, shape (n_rows, d, n_right), or 0.0
-            l [m].
-        control : ndarray, shape (n_points, d, n_right)
-            c [m]; 0 where a point is no control.
-
-        Returns
-        -------
-        Projection
+        Both (n, d, n_right) [m]; a shift of 0.0 stands for all, c is 0 where a point is
+        no control.
         """
         system, incidence = self.system, self.system.incidence
         shape = (incidence.n_models, system.n_unknowns, control.shape[2])
@@ -206,23 +154,10 @@ class Solver:
 def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solver:
     """Assemble and factor a block of plane models.
 
-    Parameters
-    ----------
-    ordering : Ordering
-    xy : ndarray, shape (n_rows, 2)
-        Reduced model coordinates, in the order of elimination, as all that follows.
-    weights : ndarray, shape (n_rows,)
-        Of one coordinate [1/m²].
-    control : tuple of ndarray
-        Weight (n_points, 2, 2) of each point's given coordinates [1/m²], and whether
-        they are held (n_points,).
-    channels : Channels
-    shared : ndarray, shape (n_rows, 2, n_shared), optional
-        As :meth:`Channels.design` takes it.
-
-    Returns
-    -------
-    Solver
+    Arrays are in the order of elimination: reduced ``xy``, ``weights`` (n_rows,) of one
+    coordinate [1/m²], and ``control``, the weight (n_points, 2, 2) of each point's
+    given coordinates [1/m²] and whether they are held. ``shared`` as
+    :meth:`Channels.design` takes it.
     """
     model = ordering.reordered.incidence.model
     design = np.ascontiguousarray(channels.design(xy, model, shared))
@@ -231,30 +166,18 @@ def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solve
     return factor_block(
         ordering,
         design,
-        weights[:, None] if d == 1 else np.repeat(weights[:, None], d, axis=1),
+        np.repeat(weights[:, None], d, axis=1),
         (channels.control_weight(weight), is_fixed),
         channels,
     )
 
 
 def factor_block(ordering, design, weights, control, channels) -> Solver:
-    """Assemble and factor a block with any design.
+    """Assemble and factor a block with any design, (n_rows, d, n_unknowns).
 
-    Parameters
-    ----------
-    ordering : Ordering
-    design : ndarray, shape (n_rows, d, n_unknowns)
-        In the order of elimination, as all that follows.
-    weights : ndarray, shape (n_rows, d)
-    control : tuple of ndarray
-        Weight (n_points, d, d) of each point's given coordinates [1/m²], and whether
-        they are held (n_points,).
-    channels : Channels or None
-        None where every model has every unknown.
-
-    Returns
-    -------
-    Solver
+    Arrays are in the order of elimination: ``weights`` (n_rows, d), and ``control``,
+    the weight (n_points, d, d) of each point's given coordinates [1/m²] and whether
+    they are held. Without ``channels`` every model has every unknown.
     """
     incidence = ordering.reordered.incidence
     inverse = invert_point_blocks(incidence, weights, *control)

@@ -10,58 +10,20 @@ from einschalt.theory.block_adjustment.observations import (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SpatialObservations(ObservedBlock):
-    """Observations of a block of spatial models, sorted by model.
+    """Observations of a block of spatial models."""
 
-    Attributes
-    ----------
-    model, point : ndarray of int64, shape (n_rows,)
-        Every point from 0 to n_points − 1 occurs.
-    xyz : ndarray, shape (n_rows, 3)
-        Model coordinates, in any unit; z points up, by some degrees.
-    standard_error : ndarray, shape (n_rows, 3)
-        Of measured easting, northing, height on the ground [m].
-    flight : ndarray of int64, shape (n_models,)
-    control : ndarray, shape (n_points, 3)
-        Given easting, northing, height [m]; NaN where a point is no control.
-    control_covariance : ndarray, shape (n_points, 3, 3)
-        Of the given coordinates [m²]; 0 where they are to be held.
-    """
-
-    model: np.ndarray
-    point: np.ndarray
+    # (n_rows, 3): model coordinates, in any unit; z points up, by some degrees
     xyz: np.ndarray
+    # (n_rows, 3): of measured easting, northing, height on the ground [m]
     standard_error: np.ndarray
-    flight: np.ndarray
-    control: np.ndarray
-    control_covariance: np.ndarray
 
     _by_row = ("xyz", "standard_error")
     _by_model = ("flight",)
 
-    @property
-    def is_control(self):
-        """Which points have given coordinates."""
-        return np.isfinite(self.control).all(axis=1)
-
-    @property
-    def is_fixed(self):
-        """Which of them are held."""
-        return self.is_control & ~self.control_covariance.any(axis=(1, 2))
-
     def in_plan(self, *, is_affine):
-        """Easting and northing alone.
-
-        Parameters
-        ----------
-        is_affine : bool
-            Whether the models are to be affine in plan, or helmert.
-
-        Returns
-        -------
-        BlockObservations
-        """
+        """Easting and northing alone, in affine models or helmert ones."""
         return BlockObservations(
             model=self.model,
             point=self.point,

@@ -23,15 +23,9 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     largest_error,
 )
 from einschalt.theory.block_adjustment.model_graph import incidence_of
-from einschalt.theory.block_adjustment.solver import (
-    factor_block,
-    order_block,
-)
+from einschalt.theory.block_adjustment.solver import factor_block, order_block
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
-from einschalt.theory.transformation.helmert_3d import (
-    angles_of,
-    parameters_from_step,
-)
+from einschalt.theory.transformation.helmert_3d import angles_of, parameters_from_step
 
 MOST_PASSES = 50
 # a step that is as small as this changes nothing but its own square [m]
@@ -45,42 +39,22 @@ class NoConvergenceError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class SpatialSolution(AdjustedBlock):
-    """Adjusted block of spatial models.
+    """Adjusted block of spatial models."""
 
-    Attributes
-    ----------
-    placement : Placement
-        Of the adjusted models.
-    extent : ndarray, shape (n_models,)
-        Root mean square distance of the points of each model from its centroid, on the
-        ground [m]: unit of its scale and turn.
-    """
-
-    placement: Placement
+    placement: Placement  # of the adjusted models
+    # (n_models,): root mean square distance of the points of each model from its
+    # centroid, on the ground [m]: unit of its scale and turn
     extent: np.ndarray
 
     def readjusted(self, observations):
-        """Adjust the same block with other errors or given coordinates.
-
-        Parameters
-        ----------
-        observations : SpatialObservations
-            Of the same models and points.
-
-        Returns
-        -------
-        SpatialSolution
-        """
+        """Adjust the same models and points with other errors or given coordinates."""
         return _Task(observations, self.ordering).solve(self.placement)
 
     @property
     def relative_errors(self):
         """Standard error of scale and turn of each model, relative.
 
-        Returns
-        -------
-        ndarray, shape (n_models,)
-            For σ_0 = 1; NaN where rounding has left no positive variance.
+        For σ_0 = 1; NaN where rounding has left no positive variance.
         """
         return largest_error(np.diagonal(self._step_cofactors, axis1=1, axis2=2)[:, 3:])
 
@@ -110,22 +84,10 @@ class SpatialSolution(AdjustedBlock):
 
 
 def adjust_spatially(observations, start=None) -> SpatialSolution:
-    """Adjust all spatial models of a block with its control.
+    """Adjust all spatial models of a determined block with its control.
 
-    Parameters
-    ----------
-    observations : SpatialObservations
-        Determined.
-    start : Placement, optional
-        Of the same models; without one they must stand upright but for some degrees.
-
-    Returns
-    -------
-    SpatialSolution
-
-    Raises
-    ------
-    NoConvergenceError
+    Without a ``start`` the models must stand upright but for some degrees. Raises
+    NoConvergenceError.
     """
     plan = observations.in_plan(is_affine=True)
     incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)
@@ -146,13 +108,7 @@ class _Task(BlockInOrder):
     def solve(self, start) -> SpatialSolution:
         """Iterate from a start."""
         order = self.ordering.order
-        place = replace(
-            start,
-            **{
-                name: getattr(start, name)[order]
-                for name in ("centroid", "centre", "scale", "rotation")
-            },
-        )
+        place = start.arranged(lambda values: values[order])
         control = self.control_from(place.origin)
         last = np.inf
         for _ in range(MOST_PASSES):
@@ -198,13 +154,7 @@ class _Task(BlockInOrder):
         n_unknowns = N_UNKNOWNS * self.given.n_models
         return SpatialSolution(
             **self.common_fields(points, residuals, control, place.origin, n_unknowns),
-            placement=replace(
-                place,
-                **{
-                    name: in_old_order(getattr(place, name), order)
-                    for name in ("centroid", "centre", "scale", "rotation")
-                },
-            ),
+            placement=place.arranged(lambda values: in_old_order(values, order)),
             extent=in_old_order(extent, order),
             solver=solver,
         )

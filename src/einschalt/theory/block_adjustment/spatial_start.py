@@ -9,14 +9,11 @@ and the slopes are the tilts. Both adjust all models at once, and a block that h
 little control needs no chain of models to begin with.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from einschalt.theory.block_adjustment.axis_coupling import (
-    Channels,
-    reduce_models,
-)
+from einschalt.theory.block_adjustment.axis_coupling import Channels, reduce_models
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.solver import build_solver
 
@@ -26,22 +23,13 @@ STEEPEST = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Spatial models on the ground: centre + scale · rotation · (xyz − centroid).
+    """Spatial models on the ground: centre + scale · rotation · (xyz − centroid)."""
 
-    Attributes
-    ----------
-    centroid, centre : ndarray, shape (n_models, 3)
-        In the model, and on the ground from the origin [m].
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    origin : ndarray, shape (3,)
-        Easting, northing, height from which the ground is counted [m].
-    """
-
-    centroid: np.ndarray
-    centre: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
+    centroid: np.ndarray  # (n_models, 3): in the model
+    centre: np.ndarray  # (n_models, 3): on the ground, from the origin [m]
+    scale: np.ndarray  # (n_models,)
+    rotation: np.ndarray  # (n_models, 3, 3)
+    # (3,): easting, northing, height from which the ground is counted [m]
     origin: np.ndarray
 
     @property
@@ -49,19 +37,14 @@ class Placement:
         """Ground from model, shape (n_models, 3, 3)."""
         return self.scale[:, None, None] * self.rotation
 
+    def arranged(self, arrange):
+        """Put the models into another order by a function of their arrays."""
+        names = ("centroid", "centre", "scale", "rotation")
+        return replace(self, **{name: arrange(getattr(self, name)) for name in names})
+
 
 def place_models(observations) -> Placement:
-    """Place all models, well enough to begin with.
-
-    Parameters
-    ----------
-    observations : SpatialObservations
-        Determined in plan.
-
-    Returns
-    -------
-    Placement
-    """
+    """Place all models, well enough to begin with; the block is determined in plan."""
     plan = adjust(observations.in_plan(is_affine=False))
     east_x, north_x = plan.affinities[:, :, 1].T
     scale = np.hypot(east_x, north_x)
@@ -86,17 +69,14 @@ def place_models(observations) -> Placement:
 
 
 def _centroids(observations):
-    plane = reduce_models(
-        np.ascontiguousarray(observations.xyz[:, :2]),
-        observations.model,
-        observations.n_models,
-    )
-    count = np.bincount(observations.model, minlength=observations.n_models)
-    z = observations.xyz[:, 2]
-    first = np.zeros(len(count))
-    first[observations.model] = z
-    above = np.bincount(observations.model, z - first[observations.model], len(count))
-    return np.column_stack([plane.frames.centroid, first + above / count])
+    model, n_models = observations.model, observations.n_models
+    xy, z = np.ascontiguousarray(observations.xyz[:, :2]), observations.xyz[:, 2]
+    frames = reduce_models(xy, model, n_models)[1]
+    first = np.zeros(n_models)
+    first[model] = z
+    above = np.bincount(model, z - first[model], n_models)
+    count = np.bincount(model, minlength=n_models)
+    return np.column_stack([frames.centroid, first + above / count])
 
 
 def _heights(observations, ordering, scale, z_of_centroid):
@@ -110,10 +90,10 @@ def _heights(observations, ordering, scale, z_of_centroid):
     weight[:, 0, 0] = observations.control_weight[points, 2, 2]
     z = observations.xyz[rows, 2] - z_of_centroid[order][incidence.model]
     xy = np.ascontiguousarray(observations.xyz[rows, :2])
-    reduced = reduce_models(xy, incidence.model, incidence.n_models)
+    reduced, frames = reduce_models(xy, incidence.model, incidence.n_models)
     solver = build_solver(
         ordering,
-        reduced.xy,
+        reduced,
         observations.standard_error[rows, 2] ** -2.0,
         (weight, observations.is_fixed[points]),
         Channels(np.ones(incidence.n_models, dtype=bool), is_coupled=False),
@@ -124,23 +104,15 @@ def _heights(observations, ordering, scale, z_of_centroid):
     ).parameters[:, :, 0]
     height, slope = np.empty(len(order)), np.empty((len(order), 2))
     height[order] = found[:, 0]
-    slope[order] = found[:, 1:] / reduced.frames.extent[:, None]
+    slope[order] = found[:, 1:] / frames.extent[:, None]
     return height, slope, origin
 
 
 def _tilted(cosine, sine, up):
     """Rotations whose last row is given, as near to a direction in plan as can be.
 
-    Parameters
-    ----------
-    cosine, sine : ndarray, shape (n,)
-        Of the direction of the model's x-axis on the ground, from easting.
-    up : ndarray, shape (n, 2)
-        First two elements of the last row.
-
-    Returns
-    -------
-    ndarray, shape (n, 3, 3)
+    Cosine and sine are those of the direction of the model's x-axis on the ground, from
+    easting; ``up`` (n, 2) is the first two elements of the last row.
     """
     third = np.column_stack([up, np.sqrt(1.0 - (up**2).sum(axis=1))])
     first = np.column_stack([cosine, -sine, np.zeros(len(up))])

@@ -8,11 +8,11 @@ a layout is where models and points lie.
 See docs/theory/planned_expectation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from einschalt.theory.planning.kovarik_precision import FEW_POINTS, PlannedModel
+from einschalt.theory.planning.kovarik_precision import FEW_POINTS
 from einschalt.theory.planning.leverage import SHARE_OF_MOMENTS
 
 # mean of n·h over a model that is filled evenly: the number of parameters by two
@@ -27,90 +27,49 @@ are fitted to the same points in part."""
 
 @dataclass(frozen=True, eq=False)
 class FlightsToExpect:
-    """Two flights, arrays that broadcast; metres, TOTAL.
-
-    Attributes
-    ----------
-    scale_number, high_scale_number : float or ndarray
-    spacing : float or ndarray
-    m_g, high_m_g : float or ndarray
-        Measuring error of a point in the image, of the mean of its settings.
-    n_coverages : int or ndarray
-        Of both flights.
-    control_error : float
-    control_per_model : {5, 9}
-    """
+    """Two flights, arrays that broadcast; metres, TOTAL."""
 
     scale_number: np.ndarray
     high_scale_number: np.ndarray
     spacing: np.ndarray
+    # measuring error in the image, of the mean of a point's settings
     m_g: np.ndarray
     high_m_g: np.ndarray
-    n_coverages: np.ndarray
+    n_coverages: np.ndarray  # of both flights
     control_error: float
-    control_per_model: int = 5
+    control_per_model: int = 5  # or 9
 
 
 @dataclass(frozen=True, eq=False)
 class ExpectedParts:
-    """Variances by their origin, and the errors that they make [m², m]; TOTAL.
+    """Variances by their origin, and the errors that they make [m², m]; TOTAL."""
 
-    Attributes
-    ----------
-    measuring, noise, transformation, control : ndarray
-        Parts of the variance of the mean of all values of a point: measuring in the low
-        flight; noise of single approximate coordinates; transformations of the high
-        flight; errors of control.
-    approximate : ndarray
-        Error of the approximate coordinates.
-    centre, edge : ndarray
-        Error of one model's value in its middle and at its edge.
-    mean : ndarray
-        Error of the mean of all values of a point.
-    """
-
+    # parts of the variance of the mean of all values of a point: measuring in the low
+    # flight; noise of single approximate coordinates; transformations of the high
+    # flight; errors of control
     measuring: np.ndarray
     noise: np.ndarray
     transformation: np.ndarray
     control: np.ndarray
-    approximate: np.ndarray
-    centre: np.ndarray
-    edge: np.ndarray
-    mean: np.ndarray
+    approximate: np.ndarray  # error of the approximate coordinates
+    centre: np.ndarray  # error of one model's value in its middle
+    edge: np.ndarray  # the same at its edge
+    mean: np.ndarray  # error of the mean of all values of a point
 
 
 @dataclass(frozen=True, eq=False)
 class BreakEven:
-    """Where more of an effort leaves the greater part of the variance as it is.
+    """Where more of an effort leaves the greater part of the variance as it is."""
 
-    Attributes
-    ----------
-    settings : ndarray
-        Settings of a point in the low flight, as many times as planned.
-    n_coverages : ndarray
-        Of both flights.
-    spacing : ndarray
-        Mean distance of points [m]; denser ones gain little.
-    """
-
+    # settings of a point in the low flight, as many times as planned
     settings: np.ndarray
-    n_coverages: np.ndarray
-    spacing: np.ndarray
+    n_coverages: np.ndarray  # of both flights
+    spacing: np.ndarray  # mean distance of points [m]; denser ones gain little
 
 
 def models_per_point(model):
     """How many models of one coverage hold a point, on average.
 
-    Parameters
-    ----------
-    model : PlannedModel
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
     >>> round(models_per_point(PlannedModel()), 2)
     2.14
     """
@@ -121,18 +80,9 @@ def models_per_point(model):
 def control_leverage(kind, control_per_model):
     """Mean leverage, over the neat model, of a high-flight model's control.
 
-    Parameters
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-    control_per_model : {5, 9}
-        Four corners and the middle of the neat model, or 3 x 3 places in it.
+    Five control points lie in the corners and the middle of the neat model, nine at 3 x
+    3 places in it.
 
-    Returns
-    -------
-    float
-
-    Examples
-    --------
     >>> round(control_leverage("affine", 5), 3)
     0.367
     """
@@ -199,22 +149,9 @@ def break_even(parts, flights) -> BreakEven:
     """Find where more settings, coverages or points stop paying.
 
     Each reduces some parts of the variance of the mean and leaves the others; it pays
-    until both are equal, and beyond that at most by √2.
-
-    Parameters
-    ----------
-    parts : ExpectedParts
-        Of these flights.
-    flights : FlightsToExpect
-
-    Returns
-    -------
-    BreakEven
-
-    Notes
-    -----
-    Settings of the low flight divide ``measuring``, coverages everything but
-    ``control``, the square of the spacing multiplies ``noise``.
+    until both are equal, and beyond that at most by √2. Settings of the low flight
+    divide ``measuring``, coverages everything but ``control``, the square of the
+    spacing multiplies ``noise``.
     """
     whole = parts.measuring + parts.noise + parts.transformation + parts.control
     with np.errstate(divide="ignore"):
@@ -229,16 +166,7 @@ def break_even(parts, flights) -> BreakEven:
 
 
 def _leverages(flights, model):
-    evenly, lattice = (
-        PlannedModel(
-            model.kind,
-            edge,
-            model.image_format,
-            model.forward_overlap,
-            model.side_overlap,
-        )
-        for edge in ("mid_edge", "lattice")
-    )
+    evenly, lattice = (replace(model, edge=edge) for edge in ("mid_edge", "lattice"))
     where = flights.scale_number, flights.spacing
     n_points = evenly.n_points(*where)
     is_few = n_points < FEW_POINTS

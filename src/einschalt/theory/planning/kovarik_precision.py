@@ -31,22 +31,13 @@ NARROWINGS = 60
 
 @dataclass(frozen=True)
 class PlannedModel:
-    """A model as far as it is known before the flight.
+    """A model as far as it is known before the flight."""
 
-    Attributes
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-    edge : {"kovarik", "mid_edge", "corner", "lattice"}
-        Where the edge of a model is looked at. ``kovarik`` counts the points on the
-        part that no neighbouring strip holds, the others on all of the overlap.
-    image_format : tuple of float
-        Of the image along and across the strip [m].
-    forward_overlap, side_overlap : float
-    """
-
-    kind: str = "affine"
+    kind: str = "affine"  # affine, helmert or rigid
+    # one of EDGES: where a model's edge is looked at. ``kovarik`` counts the points on
+    # the part that no neighbouring strip holds, the others on all of the overlap
     edge: str = "kovarik"
-    image_format: tuple[float, float] = (0.23, 0.23)
+    image_format: tuple[float, float] = (0.23, 0.23)  # along and across the strip [m]
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
 
@@ -79,30 +70,11 @@ class PlannedModel:
         return np.nan
 
     def n_points(self, scale_number, spacing):
-        """Mean number of points in a model, not rounded.
-
-        Parameters
-        ----------
-        scale_number, spacing : float or ndarray
-            spacing in metres.
-
-        Returns
-        -------
-        ndarray
-        """
+        """Mean number of points in a model, not rounded; spacing in metres."""
         return self.area * np.square(np.divide(scale_number, spacing))
 
     def leverage(self, scale_number, spacing) -> PlannedLeverage:
-        """Leverage in the middle and at the edge.
-
-        Parameters
-        ----------
-        scale_number, spacing : float or ndarray
-
-        Returns
-        -------
-        PlannedLeverage
-        """
+        """Leverage in the middle and at the edge."""
         if self.edge == "lattice":
             in_spacings = np.divide(scale_number, spacing)
             along, across = self.extent
@@ -115,29 +87,16 @@ class PlannedModel:
 
 @dataclass(frozen=True, eq=False)
 class PlannedPrecision:
-    """What is to be expected of a flight after Kovarik; metres, TOTAL.
+    """What is to be expected of a flight after Kovarik; metres, TOTAL."""
 
-    Attributes
-    ----------
-    n_points : ndarray
-        In a model.
-    m_g_ground : ndarray
-        Measuring error on the ground.
-    m_t_centre, m_t_edge : ndarray
-        From the transformation.
-    M_centre, M_edge : ndarray
-        Both together.
-    M_double : ndarray
-        Mean of two values, one from the middle of a model, one from the edge of one of
-        the other coverage.
-    """
-
-    n_points: np.ndarray
-    m_g_ground: np.ndarray
-    m_t_centre: np.ndarray
+    n_points: np.ndarray  # in a model
+    m_g_ground: np.ndarray  # measuring error on the ground
+    m_t_centre: np.ndarray  # from the transformation
     m_t_edge: np.ndarray
-    M_centre: np.ndarray
+    M_centre: np.ndarray  # both together
     M_edge: np.ndarray
+    # mean of two values, one from the middle of a model, one from the edge of one of
+    # the other coverage
     M_double: np.ndarray
 
 
@@ -183,17 +142,9 @@ def planned_precision(scale_number, spacing, m_0, m_g, model) -> PlannedPrecisio
 
 
 def mean_of_coverages(M_centre, M_edge, n_coverages):
-    """Mean of several coverages, half of them seen from the middle, half from the edge.
+    """Mean of k coverages, half of them seen from the middle, half from the edge.
 
-    Parameters
-    ----------
-    M_centre, M_edge : float or ndarray
-    n_coverages : int or ndarray
-
-    Returns
-    -------
-    ndarray
-        √((M_centre² + M_edge²)/(2 k)): independent errors, as the paper takes them.
+    √((M_centre² + M_edge²)/(2 k)): independent errors, as the paper takes them.
     """
     return np.hypot(M_centre, M_edge) / np.sqrt(np.multiply(2.0, n_coverages))
 
@@ -265,22 +216,9 @@ def settings_that_balance(m_g_ground, m_t):
 
     The mean of k settings has m_g/√k. Up to this k a further setting gains; beyond it
     the transformation decides, and more settings are wasted: Kovarik's verdict on
-    diagram 4 d.
+    diagram 4 d. Below 1 where even one is more than the transformation deserves. m_g is
+    that of ONE setting, on the ground [m].
 
-    Parameters
-    ----------
-    m_g_ground : float or ndarray
-        Of ONE setting, on the ground [m].
-    m_t : float or ndarray
-        [m]
-
-    Returns
-    -------
-    ndarray
-        Below 1 where even one setting is more than the transformation deserves.
-
-    Examples
-    --------
     >>> round(float(settings_that_balance(0.08, 0.04)), 1)
     4.0
     """
@@ -288,23 +226,11 @@ def settings_that_balance(m_g_ground, m_t):
 
 
 def spacing_that_balances(spacing, m_g_ground, m_t):
-    """Mean distance of points at which measuring and transformation are equal.
+    """Mean distance of points at which measuring and transformation are equal [m].
 
-    m_t grows with the spacing. Down to this distance denser points gain; below it
-    measuring decides.
+    m_t, of the given spacing, grows with it. Down to this distance denser points gain;
+    below it measuring decides.
 
-    Parameters
-    ----------
-    spacing, m_g_ground, m_t : float or ndarray
-        m_t is that of the spacing [m].
-
-    Returns
-    -------
-    ndarray
-        [m]
-
-    Examples
-    --------
     >>> float(spacing_that_balances(400.0, 0.03, 0.06))
     200.0
     """

@@ -21,14 +21,9 @@ LEAST_POINTS = {"affine": 3, "helmert": 2, "rigid": 2}
 
 @dataclass(frozen=True, eq=False)
 class PlannedLeverage:
-    """Leverages in the middle of a model and at its edge.
+    """Leverages in the middle of a model and at its edge."""
 
-    Attributes
-    ----------
-    centre, edge : ndarray
-        Infinite where the transformation might not be determined at all.
-    """
-
+    # infinite where the transformation might not be determined at all
     centre: np.ndarray
     edge: np.ndarray
 
@@ -36,18 +31,8 @@ class PlannedLeverage:
 def mid_edge_factor(kind, extent):
     """n·h in the middle of the farther edge of an evenly filled rectangle.
 
-    Parameters
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-    extent : tuple of float
-        Of the model along and across the strip.
+    ``extent`` is that of the model along and across the strip.
 
-    Returns
-    -------
-    float
-
-    Examples
-    --------
     >>> mid_edge_factor("affine", (138.0, 230.0))
     4.0
     >>> round(mid_edge_factor("helmert", (138.0, 230.0)), 4)
@@ -63,16 +48,6 @@ def mid_edge_factor(kind, extent):
 def corner_factor(kind):
     """n·h in the corner of an evenly filled rectangle.
 
-    Parameters
-    ----------
-    kind : {"affine", "helmert", "rigid"}
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
     >>> [corner_factor(kind) for kind in PLANNED_KINDS]
     [7.0, 4.0, 2.5]
     """

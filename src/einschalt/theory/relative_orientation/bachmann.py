@@ -2,23 +2,16 @@
 
 Every step of such a procedure reads the model as the step before left it, with a fresh
 error. With d the turns that the bundles still need and ε the errors of reading, a pass
-is
-
-    d ← T d + S ε,
-
-whatever the procedure. Hence a covariance P of d becomes T P Tᵀ + S Sᵀ σ² after one
-more pass, and after many passes it is the P that this leaves as it is. It does *not*
-become smaller: the errors of the last pass are always there, so that the parallaxes
-that remain in the model stay larger than σ in some points. That is what Bachmann means
-by saying that the procedure does not converge; a mean over several passes, or over
-several complete orientations, is the way out.
+is d ← T d + S ε, whatever the procedure. Hence a covariance P of d becomes T P Tᵀ + S
+Sᵀ σ² after one more pass, and after many passes it is the P that this leaves as it is.
+It does *not* become smaller: the errors of the last pass are always there, so that the
+parallaxes that remain in the model stay larger than σ in some points. That is what
+Bachmann means by saying that the procedure does not converge; a mean over several
+passes, or over several complete orientations, is the way out.
 
 All covariances here are for readings of unit standard error (σ = 1), hence cofactors;
 the order of the elements is ``ELEMENTS[case]``, that of the points the rows of the
-design matrix. What to use when: :func:`pass_matrices` for T and S,
-:func:`stationary_covariance` for "repeated until nothing changes",
-:func:`covariance_after_passes` for a few passes, the two means for repetition, and
-:func:`compare_errors` for a table of it all beside least squares.
+design matrix.
 
 Source: W. K. Bachmann 1943 and 1947 (doi 10.5169/seals-204738) state the principle and
 the result; the formulas here are derived from it.
@@ -39,28 +32,20 @@ _MOST_DOUBLINGS = 60
 
 @dataclass(frozen=True, eq=False)
 class PassMatrices:
-    """What a sequence of steps does to the orientation.
+    """What a sequence of steps does to the orientation."""
 
-    Attributes
-    ----------
-    T : ndarray, shape (..., 5, 5)
-        Turns still needed after the pass, from those before it.
-    S : ndarray, shape (..., 5, n_readings)
-        The same from the errors of reading.
-    points : tuple of int
-        Point number of each reading: one for every point of every step.
-    """
-
+    # (..., 5, 5): turns still needed after the pass, from those before it
     T: np.ndarray
-    S: np.ndarray
+    S: np.ndarray  # (..., 5, n_readings): the same from the errors of reading
+    # point number of each reading: one for every point of every step
     points: tuple[int, ...]
 
     @cached_property
     def eigenvalue(self):
         """Eigenvalue of T that is largest in size, ndarray of complex, shape (...).
 
-        It is what an error keeps from one pass to the next: 1 - rel for Gruber's
-        procedure in flat terrain; negative where each pass overshoots.
+        What an error keeps from one pass to the next: 1 - rel for Gruber's procedure in
+        flat terrain; negative where each pass overshoots.
         """
         is_finite = np.isfinite(self.T).all(axis=(-1, -2))
         values = np.linalg.eigvals(np.where(is_finite[..., None, None], self.T, 0.0))
@@ -79,16 +64,9 @@ class PassMatrices:
         return self.spectral_radius > LARGEST_RADIUS
 
     def limit(self, parallax):
-        """Elements that the procedure ends with, on parallaxes read without new errors.
+        """Elements (..., 5) that the procedure ends with on parallaxes (..., n_points).
 
-        Parameters
-        ----------
-        parallax : ndarray, shape (..., n_points)
-
-        Returns
-        -------
-        ndarray, shape (..., 5)
-            NaN where the procedure diverges.
+        These are read without new errors; NaN where the procedure diverges.
         """
         parallax = np.asarray(parallax, dtype=float)
         return np.einsum(
@@ -96,17 +74,7 @@ class PassMatrices:
         )
 
     def solution(self, n_points):
-        """Coefficients of that limit in the parallaxes: (I - T)⁻¹ G.
-
-        Parameters
-        ----------
-        n_points : int
-
-        Returns
-        -------
-        ndarray, shape (..., 5, n_points)
-            NaN where the procedure diverges.
-        """
+        """Coefficients (..., 5, n_points) of it in the parallaxes: (I - T)⁻¹ G."""
         by_point = np.zeros((*self.S.shape[:-1], n_points))
         for reading_number, point in enumerate(self.points):
             by_point[..., point - 1] -= self.S[..., reading_number]
@@ -118,18 +86,9 @@ class PassMatrices:
 def pass_matrices(procedure, design, *, steps=None):
     """Matrices T and S of one pass of any procedure.
 
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (..., n_points, 5)
-        Coefficients of the parallaxes, for one model or many.
-    steps : sequence of Step, optional
-        Other steps than those of a pass, such as ``procedure.start``.
-
-    Returns
-    -------
-    PassMatrices
-        Infinite or NaN where a step reads nothing of the element that it turns.
+    ``design`` (..., n_points, 5) has the coefficients of the parallaxes, for one model
+    or many; ``steps`` are others than those of a pass, such as ``procedure.start``.
+    Infinite or NaN where a step reads nothing of the element that it turns.
 
     Raises
     ------
@@ -158,21 +117,11 @@ def pass_matrices(procedure, design, *, steps=None):
 
 
 def covariance_after_passes(procedure, design, n_passes):
-    """Covariance of the elements after the start, and after each of some passes.
+    """Covariances (n_passes + 1, ..., 5, 5) of the elements, the first after the start.
 
-    Only errors of reading are in it, not what the first passes have yet to clear of
-    the orientation with which the work began.
-
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (..., n_points, 5)
-    n_passes : int
-
-    Returns
-    -------
-    ndarray, shape (n_passes + 1, ..., 5, 5)
-        Entry 0 is after the start; for readings of unit standard error.
+    For readings of unit standard error; ``design`` (..., n_points, 5). Only errors of
+    reading are in it, not what the first passes have yet to clear of the orientation
+    with which the work began.
     """
     one = pass_matrices(procedure, design)
     start = pass_matrices(procedure, design, steps=procedure.start).S
@@ -184,20 +133,12 @@ def covariance_after_passes(procedure, design, n_passes):
 
 
 def stationary_covariance(matrices):
-    """Covariance of the elements that further passes leave as it is.
+    """Covariance (..., 5, 5) of the elements that further passes leave as it is.
 
     The solution of ``P = T P Tᵀ + S Sᵀ``, vec P = (I - T⊗T)⁻¹ vec S Sᵀ, as the sum of
     all ``Tᵏ S Sᵀ Tᵏᵀ``, whose number of terms is doubled until it stands still: nothing
-    is subtracted, and nothing larger than 5 by 5 is solved.
-
-    Parameters
-    ----------
-    matrices : PassMatrices
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        For readings of unit standard error; NaN where the procedure diverges.
+    is subtracted, and nothing larger than 5 by 5 is solved. For readings of unit
+    standard error; NaN where the procedure diverges.
     """
     is_good = ~matrices.diverges[..., None, None]
     power, fresh = (np.where(is_good, each, 0.0) for each in (matrices.T, matrices.S))
@@ -212,35 +153,16 @@ def stationary_covariance(matrices):
 
 
 def residual_covariance(design, covariance):
-    """Covariance A P Aᵀ of the parallaxes that remain in the model.
-
-    Parameters
-    ----------
-    design : ndarray, shape (..., n_points, 5)
-    covariance : ndarray, shape (..., 5, 5)
-        Of the elements.
-
-    Returns
-    -------
-    ndarray, shape (..., n_points, n_points)
-    """
+    """Covariance A P Aᵀ of the parallaxes that remain, (..., n_points, n_points)."""
     design = np.asarray(design, dtype=float)
     return design @ covariance @ _transposed(design)
 
 
 def covariance_of_consecutive_mean(matrices, n_passes):
-    """Covariance of the mean of the elements after each of r consecutive passes.
+    """Covariance (..., 5, 5) of the mean of the elements after each of r passes.
 
-    Parameters
-    ----------
-    matrices : PassMatrices
-    n_passes : int
-        r, counted after the errors of the start have died away.
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        (1/r²) [r P + Σ (r - k) (Tᵏ P + P Tᵏᵀ)]; NaN where the procedure diverges.
+    The passes follow each other, counted after the errors of the start have died away:
+    (1/r²) [r P + Σ (r - k) (Tᵏ P + P Tᵏᵀ)]; NaN where the procedure diverges.
     """
     covariance = stationary_covariance(matrices)
     total = n_passes * covariance
@@ -252,55 +174,27 @@ def covariance_of_consecutive_mean(matrices, n_passes):
 
 
 def covariance_of_independent_mean(matrices, n_runs):
-    """Covariance of the mean of r complete orientations, each begun anew.
-
-    Parameters
-    ----------
-    matrices : PassMatrices
-    n_runs : int
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        P/r; NaN where the procedure diverges.
-    """
+    """Covariance P/r of the mean of r complete orientations, each begun anew."""
     return stationary_covariance(matrices) / n_runs
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorComparison:
-    """Standard errors of the parallaxes that remain, in units of one reading's.
-
-    Attributes
-    ----------
-    passes : tuple of int
-    after_passes : ndarray, shape (len(passes), n_points)
-        After so many passes of the procedure.
-    stationary : ndarray, shape (n_points,)
-        However often it is repeated; NaN where it diverges.
-    least_squares : ndarray, shape (n_points,)
-        After an adjustment of one reading of every point.
-    """
+    """Standard errors of the parallaxes that remain, in units of one reading's."""
 
     passes: tuple[int, ...]
+    # (len(passes), n_points): after so many passes of the procedure
     after_passes: np.ndarray
+    # (n_points,): however often it is repeated; NaN where it diverges
     stationary: np.ndarray
+    # (n_points,): after an adjustment of one reading of every point
     least_squares: np.ndarray
 
 
 def compare_errors(procedure, design, passes=(1, 2, 5, 20)):
     """Remaining parallaxes after more and more passes, beside least squares.
 
-    Parameters
-    ----------
-    procedure : Procedure
-    design : ndarray, shape (n_points, 5)
-        Of one model.
-    passes : sequence of int, optional
-
-    Returns
-    -------
-    ErrorComparison
+    ``design`` (n_points, 5) is that of one model.
     """
     covariances = covariance_after_passes(procedure, design, max(passes))
     stationary = stationary_covariance(pass_matrices(procedure, design))

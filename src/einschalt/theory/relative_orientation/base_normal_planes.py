@@ -30,35 +30,25 @@ NEAR_PLANE = 0.15
 
 @dataclass(frozen=True, eq=False)
 class PlaneCriteria:
-    """How well three points of a base-normal plane determine the tilt.
+    """How well three points of a base-normal plane determine the tilt."""
 
-    Attributes
-    ----------
-    determinant : ndarray, shape (...)
-        N = det [y, z, y² + z²] over the points i, j, l; 0 where the tilt is
-        undetermined. Its sign is that of the order of j and l.
-    weight : ndarray, shape (...)
-        N² / q of the tilt from this plane alone, for parallaxes of unit weight. The
-        least-squares tilt of six points is the mean of both planes with these weights.
-    over_correction_n, over_correction_k : ndarray, shape (...)
-        Signed; infinite on the dangerous circle.
-    gap : ndarray, shape (...)
-        Of point i from the circle through the centre, j and l, in parts of the ray
-        to the circle: 0 on the circle, a² / (a² + h²) in flat terrain.
-    circle_end : ndarray, shape (..., 2)
-        (Y, Z) of the point opposite the centre on the circle through the centre, i
-        and j; infinite or NaN where these lie on one ray.
-    intersection : ndarray, shape (..., 2)
-        Second point of that circle on the ray of l.
-    """
-
+    # (...): N = det [y, z, y² + z²] over the points i, j, l; 0 where the tilt is
+    # undetermined. Its sign is that of the order of j and l.
     determinant: np.ndarray
+    # (...): N² / q of the tilt from this plane alone, for parallaxes of unit weight.
+    # The least-squares tilt of six points is the mean of both planes with these
+    # weights.
     weight: np.ndarray
+    # both (...): signed; infinite on the dangerous circle
     over_correction_n: np.ndarray
     over_correction_k: np.ndarray
+    # (...): of point i from the circle through the centre, j and l, in parts of the ray
+    # to the circle: 0 on the circle, a² / (a² + h²) in flat terrain
     gap: np.ndarray
+    # (..., 2): (Y, Z) of the point opposite the centre on the circle through the
+    # centre, i and j; infinite or NaN where these lie on one ray
     circle_end: np.ndarray
-    intersection: np.ndarray
+    intersection: np.ndarray  # (..., 2): second point of that circle on the ray of l
 
     @property
     def sigma_omega(self):
@@ -142,22 +132,12 @@ def _circle_end(y, z, squares, cross):
 
 
 def standard_planes(xyz, base, model_start):
-    """Choose three points below each projection centre.
+    """Choose three points below each projection centre: y, z, (n_models, 2, 3, 2).
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Model coordinates sorted by model, origin in the left projection centre, z < 0.
-    base : ndarray, shape (n_models,)
-    model_start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows model_start[k]:model_start[k + 1].
-
-    Returns
-    -------
-    ndarray, shape (n_models, 2, 3, 2)
-        y, z of the points i, j, l in the planes of the left and of the right centre: i
-        is seen nearest to the plumb line, j farthest to the side of +y, l to that of
-        -y. NaN where there are no three such points within 15 % of the base.
+    In the planes of the left and of the right centre i is seen nearest to the plumb
+    line, j farthest to the side of +y, l to that of -y. NaN where there are no three
+    such points within 15 % of the base. ``xyz`` (n_points, 3) is sorted by model, its
+    origin in the left projection centre, z < 0.
     """
     n_models = len(base)
     chosen = np.full((n_models, 2, 3, 2), np.nan)
@@ -191,18 +171,10 @@ def _first_of_each(rows, measure, model, n_models):
 def base_system(base, upwards):
     """Axes of the base-normal planes: x along the base, z as far upwards as can be.
 
-    Parameters
-    ----------
-    base : ndarray, shape (n_pairs, 3)
-        From the left to the right projection centre, in any system, of any length.
-    upwards : ndarray, shape (n_pairs, 3)
-        Direction away from the scene in the same system, of any length: for images the
-        sum of both optical axes.
-
-    Returns
-    -------
-    ndarray, shape (n_pairs, 3, 3)
-        Rows x, y, z. NaN where there is no base, or it points upwards itself.
+    Rows x, y, z (n_pairs, 3, 3) from vectors (n_pairs, 3) of any length in any one
+    system: the base from the left to the right centre, and the direction away from the
+    scene, for images the sum of both optical axes. NaN where there is no base, or it
+    points upwards itself.
 
     Examples
     --------

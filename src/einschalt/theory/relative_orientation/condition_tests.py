@@ -11,13 +11,12 @@ Sources: Baarda 1968, Pope 1976; see docs/theory/reliability.md.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numba
 import numpy as np
 from scipy.special import stdtr
 
-from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.batches import over_segments
 from einschalt.theory.adjustment.reliability import (
     PointTests,
     standardized_residuals,
@@ -29,26 +28,19 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     coplanarity,
 )
 from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
+from einschalt.theory.sorted_points import SortedPoints
 
 # residuals below it are those of rounding [mm]
 LEAST_SIGMA_MM = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class StereoPairs:
-    """Image coordinates of many pairs.
+class StereoPairs(SortedPoints):
+    """Image coordinates of many pairs."""
 
-    Attributes
-    ----------
-    image : ndarray, shape (n_points, 4)
-        x', y', x", y" [mm], sorted by pair.
-    start : ndarray of int, shape (n_pairs + 1,)
-    distance : ndarray, shape (n_pairs, 2)
-        Principal distances of the left and the right photograph [mm].
-    """
-
-    image: np.ndarray
-    start: np.ndarray
+    image: np.ndarray  # (n_points, 4): x', y', x", y" [mm], sorted by pair
+    start: np.ndarray  # of int, (n_pairs + 1,)
+    # (n_pairs, 2): principal distances of the left and the right photograph [mm]
     distance: np.ndarray
 
     @property
@@ -56,36 +48,8 @@ class StereoPairs:
         """Weight 1 for each point."""
         return np.ones(len(self.image))
 
-    @cached_property
-    def model(self):
-        """Pair of each point."""
-        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
-
-    def chosen(self, is_chosen):
-        """Some of the points, with all pairs, of which some may be left empty."""
-        count = segment_sum(np.asarray(is_chosen).astype(np.int64), self.start)
-        start = np.concatenate([[0], np.cumsum(count)])
-        return StereoPairs(self.image[is_chosen], start, self.distance)
-
-    def of_models(self, models):
-        """All points of some pairs, which are numbered anew.
-
-        Parameters
-        ----------
-        models : ndarray of int
-            Ascending.
-
-        Returns
-        -------
-        rows : ndarray of int
-            Where they are among the points of all pairs.
-        pairs : StereoPairs
-        """
-        is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
-        is_wanted[models] = True
-        rows = np.flatnonzero(is_wanted[self.model])
-        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[is_wanted])])
-        return rows, StereoPairs(self.image[rows], start, self.distance[is_wanted])
+    def _taken(self, rows, start, pairs=...):
+        return StereoPairs(self.image[rows], start, self.distance[pairs])
 
     def orient(self, estimator="rigorous"):
         """Orient all pairs; PairOrientation."""
@@ -94,18 +58,12 @@ class StereoPairs:
 
 @dataclass(frozen=True, eq=False)
 class Misclosures:
-    """What points lack of their conditions in orientations that are given.
+    """What points lack of their conditions in orientations that are given."""
 
-    Attributes
-    ----------
-    corrections : ndarray, shape (n_points, 4)
-        Smallest corrections that close the linearised condition [mm].
-    spread : ndarray, shape (n_points,)
-        Variance of the misclosure that comes from the orientation, over that which
-        comes from the point's own image coordinates.
-    """
-
+    # (n_points, 4): smallest corrections that close the linearised condition [mm]
     corrections: np.ndarray
+    # (n_points,): variance of the misclosure that comes from the orientation, over that
+    # which comes from the point's own image coordinates
     spread: np.ndarray
 
     @property
@@ -117,29 +75,18 @@ class Misclosures:
 def misclosures(orientation, pairs) -> Misclosures:
     """Compare points with orientations in which they need not have taken part.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    pairs : StereoPairs
-        Any points of the same pairs.
-
-    Returns
-    -------
-    Misclosures
-        NaN where a pair is not oriented.
+    NaN where a pair is not oriented.
     """
     left = pairs.distance[:, :1]
     found = Misclosures(np.empty((len(pairs.image), 4)), np.empty(len(pairs.image)))
-    turned = np.swapaxes(orientation.rotation, 1, 2).reshape(-1, 9)
     over_segments(
         _compare,
         np.ascontiguousarray(pairs.start, dtype=np.int64),
         np.ascontiguousarray(pairs.image, dtype=float),
         np.ascontiguousarray(pairs.distance),
-        np.hstack([orientation.base, turned]),
+        orientation.poses,
         np.ascontiguousarray(orientation.cofactor * left[:, :, None] ** 2),
-        found.corrections,
-        found.spread,
+        *(found.corrections, found.spread),
     )
     return found
 
@@ -147,19 +94,10 @@ def misclosures(orientation, pairs) -> Misclosures:
 def condition_tests(orientation, pairs) -> PointTests:
     """Test the points of an adjustment against its other points.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-        Of just these points.
-    pairs : StereoPairs
-
-    Returns
-    -------
-    PointTests
-        w is the length of the corrections over its standard error (Pope's τ without its
-        sign), p_value that of Student's t of the adjustment without the point. NaN
-        where the redundancy is 1 or less, the point is not checked by others, or
-        nothing but rounding is left.
+    w is the length of the corrections over its standard error (Pope's τ without its
+    sign), p_value that of Student's t of the adjustment without the point. NaN where
+    the redundancy is 1 or less, the point is not checked by others, or nothing but
+    rounding is left.
 
     Notes
     -----
@@ -178,17 +116,8 @@ def condition_tests(orientation, pairs) -> PointTests:
 def prediction_tests(orientation, pairs) -> PointTests:
     """Test points against an adjustment in which they took no part.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    pairs : StereoPairs
-        Other points of the same pairs.
-
-    Returns
-    -------
-    PointTests
-        w is the misclosure over its predicted standard error, p_value that of Student's
-        t; NaN without redundancy.
+    w is the misclosure over its predicted standard error, p_value that of Student's t;
+    NaN without redundancy.
     """
     found = misclosures(orientation, pairs)
     sigma = _sigma(orientation)[pairs.model]
@@ -212,12 +141,8 @@ def _compare(
         base, rotation = pose_at(poses[k])
         left, zr = distance[k, 0], -distance[k, 1] / distance[k, 0]
         for i in range(start[k], start[k + 1]):
-            point = (
-                image[i, 0] / left,
-                image[i, 1] / left,
-                image[i, 2] / left,
-                image[i, 3] / left,
-            )
+            x, y = image[i, 0] / left, image[i, 1] / left
+            point = x, y, image[i, 2] / left, image[i, 3] / left
             f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
             d0, d1, d2, d3 = by_image
             q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3

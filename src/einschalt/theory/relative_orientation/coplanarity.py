@@ -47,6 +47,7 @@ from einschalt.theory.relative_orientation.coplanarity_solution import (
     choose,
     descend,
     pose_at,
+    put_pose,
 )
 from einschalt.theory.relative_orientation.starting_orientations import facing
 
@@ -66,43 +67,36 @@ class PairOrientation:
 
     A point X of the left image system (origin in the left projection centre) has the
     right image ray ``rotation @ (X - base)``.
-
-    Attributes
-    ----------
-    estimator : str
-    base : ndarray, shape (n_pairs, 3)
-        Unit vector from the left to the right projection centre; NaN where the pair
-        could not be oriented.
-    rotation : ndarray, shape (n_pairs, 3, 3)
-        Right image system from left image system.
-    cofactor : ndarray, shape (n_pairs, 6, 6)
-        Of the base vector (3) and a small turn of the right camera about the axes of
-        the left system (3) [1/mm²]; of rank 5, since the base stays a unit vector.
-    sum_of_squares : ndarray, shape (n_pairs,)
-        Of the corrections of all image coordinates [mm²].
-    residuals : ndarray, shape (n_points, 4)
-        Corrections of x', y', x", y" [mm]: adjusted less measured.
-    redundancy_numbers : ndarray, shape (n_points,)
-        Of the conditions; each pair's sum is its redundancy.
-    n_points, n_in_front : ndarray of int, shape (n_pairs,)
-        Points, and those of them in front of both cameras.
-    status : ndarray of int, shape (n_pairs,)
-        ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND.
-    is_ambiguous : ndarray of bool, shape (n_pairs,)
-        Another orientation with all points in front fits about as well.
     """
 
     estimator: str
+    # (n_pairs, 3): unit vector from the left to the right projection centre; NaN where
+    # the pair could not be oriented
     base: np.ndarray
-    rotation: np.ndarray
+    rotation: np.ndarray  # (n_pairs, 3, 3): right image system from left image system
+    # (n_pairs, 6, 6): of the base vector (3) and a small turn of the right camera about
+    # the axes of the left system (3) [1/mm²]; of rank 5, since the base stays a unit
+    # vector
     cofactor: np.ndarray
+    # (n_pairs,): of the corrections of all image coordinates [mm²]
     sum_of_squares: np.ndarray
+    # (n_points, 4): corrections of x', y', x", y" [mm]: adjusted less measured
     residuals: np.ndarray
+    # (n_points,): of the conditions; each pair's sum is its redundancy
     redundancy_numbers: np.ndarray
+    # both of int, (n_pairs,): points, and those of them in front of both cameras
     n_points: np.ndarray
     n_in_front: np.ndarray
+    # of int, (n_pairs,): ORIENTED, TOO_FEW, UNDETERMINED, NOT_CONVERGED or BEHIND
     status: np.ndarray
+    # of bool, (n_pairs,): another one with all points in front fits about as well
     is_ambiguous: np.ndarray
+
+    @property
+    def poses(self):
+        """Base and transposed rotation as the kernels take them, (n_pairs, 12)."""
+        turned = np.swapaxes(self.rotation, 1, 2).reshape(-1, 9)
+        return np.hstack([self.base, turned])
 
     @property
     def redundancy(self):
@@ -213,7 +207,7 @@ def _choose_range(first, last, model_start, scaled, right_z, out):
         image = np.ascontiguousarray(scaled[:, begin:end])
         pose, out.is_ambiguous[k] = choose(image, right_z[k])
         out.status[k] = NOT_CONVERGED
-        _put(pose, out.pose[k])
+        put_pose(pose, out.pose[k])
 
 
 @numba.njit(**COMPILED)
@@ -231,7 +225,7 @@ def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
         if is_converged:
             is_behind = n_in_front < (1.0 - MOST_BEHIND) * (end - begin)
             out.status[k] = BEHIND if is_behind else ORIENTED
-        _put(pose, out.pose[k])
+        put_pose(pose, out.pose[k])
         out.n_in_front[k] = n_in_front
         out.squares[k] = close_conditions(image, corrections, zr, pose)
         out.corrections[:, begin:end] = corrections
@@ -255,29 +249,10 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
 
 
 @numba.njit(**COMPILED)
-def _put(pose, place):
-    base, rotation = pose
-    for i in range(3):
-        place[i] = base[i]
-    for i in range(9):
-        place[3 + i] = rotation[i]
-
-
-@numba.njit(**COMPILED)
 def close_conditions(image, corrections, zr, pose):
-    """Smallest corrections that satisfy the conditions at a pose.
+    """Sum of squares of the smallest corrections that satisfy the conditions at a pose.
 
-    Parameters
-    ----------
-    image, corrections : ndarray, shape (4, n)
-        ``corrections`` are improved in place; each pass squares what is missing.
-    zr : float
-    pose : pose
-
-    Returns
-    -------
-    float
-        Sum of squares of the corrections.
+    ``corrections`` (4, n) are improved in place; each pass squares what is missing.
     """
     frame = frame_of(pose, False)
     sums = form_normals(image, corrections, zr, frame, GAUSS_HELMERT)
@@ -297,22 +272,10 @@ def is_determined(cofactor):
 def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     """Cofactors of the orientation and redundancy numbers of its conditions.
 
-    Parameters
-    ----------
-    at : ndarray, shape (4, n)
-        Image coordinates at which the conditions are linearised.
-    zr : float
-    pose : pose
-    mode : Mode
-    numbers : ndarray, shape (n,)
-        Filled with redundancy numbers.
-    cofactor : ndarray, shape (6, 6)
-        Filled with those of the base vector and the turn of the right camera; NaN where
-        the points do not determine them.
-
-    See Also
-    --------
-    coplanarity_precision : how they are formed.
+    Linearised at the image coordinates ``at`` (4, n). Fills ``numbers`` (n,) and
+    ``cofactor`` (6, 6), of the base vector and the turn of the right camera, as
+    :mod:`~.coplanarity_precision` forms them; NaN where the points do not determine
+    them.
     """
     base, tangents, rotation = frame_of(pose, mode.fixes_x)
     n = at.shape[1]

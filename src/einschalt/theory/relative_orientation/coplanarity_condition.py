@@ -52,22 +52,14 @@ COS_45 = math.sqrt(0.5)
 
 
 class Mode(NamedTuple):
-    """What is minimised.
+    """What is minimised."""
 
-    Attributes
-    ----------
-    is_weighted : bool
-        Conditions have the weight of their image coordinates, otherwise 1.
-    keep : float
-        1 where the observations are corrected, 0 where the condition is linearised at
-        the observations as measured.
-    fixes_x : bool
-        The x of the base is fixed instead of its length, where the base lies within
-        45 degrees of x.
-    """
-
+    # conditions have the weight of their image coordinates, otherwise 1
     is_weighted: bool
+    # 1 where the observations are corrected, 0 where the condition is linearised at the
+    # observations as measured
     keep: float
+    # the x of the base is fixed, not its length, where the base is within 45° of x
     fixes_x: bool
 
 
@@ -121,17 +113,10 @@ def cayley(half):
     """Rotation matrix of the quaternion (1, half), not normalised before."""
     a, b, c = half
     f = 2.0 / (1.0 + a * a + b * b + c * c)
-    return (
-        1.0 - f * (b * b + c * c),
-        f * (a * b - c),
-        f * (a * c + b),
-        f * (a * b + c),
-        1.0 - f * (a * a + c * c),
-        f * (b * c - a),
-        f * (a * c - b),
-        f * (b * c + a),
-        1.0 - f * (a * a + b * b),
-    )
+    top = 1.0 - f * (b * b + c * c), f * (a * b - c), f * (a * c + b)
+    middle = f * (a * b + c), 1.0 - f * (a * a + c * c), f * (b * c - a)
+    bottom = f * (a * c - b), f * (b * c + a), 1.0 - f * (a * a + b * b)
+    return top + middle + bottom
 
 
 @numba.njit(**COMPILED)
@@ -139,17 +124,10 @@ def product(first, second):
     """Product of two 3 x 3 matrices, row by row."""
     a, b, c, d, e, f, g, h, i = first
     j, k, m, n, o, p, q, r, s = second
-    return (
-        a * j + b * n + c * q,
-        a * k + b * o + c * r,
-        a * m + b * p + c * s,
-        d * j + e * n + f * q,
-        d * k + e * o + f * r,
-        d * m + e * p + f * s,
-        g * j + h * n + i * q,
-        g * k + h * o + i * r,
-        g * m + h * p + i * s,
-    )
+    top = a * j + b * n + c * q, a * k + b * o + c * r, a * m + b * p + c * s
+    middle = d * j + e * n + f * q, d * k + e * o + f * r, d * m + e * p + f * s
+    bottom = g * j + h * n + i * q, g * k + h * o + i * r, g * m + h * p + i * s
+    return top + middle + bottom
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
@@ -167,19 +145,8 @@ def right_ray(x, y, z, rotation):
 def coplanarity(point, zr, base, rotation):
     """Condition of one point and all its derivatives.
 
-    Parameters
-    ----------
-    point : tuple of 4 floats
-        x', y', x", y", divided by the left principal distance.
-    zr : float
-        z of the right image plane, -c"/c'.
-    base : tuple of 3 floats
-    rotation : tuple of 9 floats
-
-    Returns
-    -------
-    tuple
-        F, dF/de (3 floats), dF/dw (3 floats), dF/d(x', y', x", y") (4 floats).
+    ``point`` is x', y', x", y" over the left principal distance, ``zr`` the z of the
+    right image plane, -c"/c'. Gives F, dF/de (3), dF/dw (3), dF/d(x', y', x", y") (4).
     """
     xl, yl, xr, yr = point
     b0, b1, b2 = base
@@ -209,54 +176,26 @@ def parameter_row(by_base, by_turn, tangents):
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
-def add_condition(sums, row, misclosure, weight):
-    """Sums with one more condition."""
+def add_condition(sums, row, f, weight):
+    """Sums with one more condition, of the misclosure f."""
     a, b, c, d, e = row
     wa, wb, wc, wd, we = weight * a, weight * b, weight * c, weight * d, weight * e
-    return (
-        sums[0] + wa * a,
-        sums[1] + wb * a,
-        sums[2] + wb * b,
-        sums[3] + wc * a,
-        sums[4] + wc * b,
-        sums[5] + wc * c,
-        sums[6] + wd * a,
-        sums[7] + wd * b,
-        sums[8] + wd * c,
-        sums[9] + wd * d,
-        sums[10] + we * a,
-        sums[11] + we * b,
-        sums[12] + we * c,
-        sums[13] + we * d,
-        sums[14] + we * e,
-        sums[15] + wa * misclosure,
-        sums[16] + wb * misclosure,
-        sums[17] + wc * misclosure,
-        sums[18] + wd * misclosure,
-        sums[19] + we * misclosure,
-        sums[20] + weight * misclosure * misclosure,
-    )
+    to_b = sums[0] + wa * a, sums[1] + wb * a, sums[2] + wb * b
+    of_c = sums[3] + wc * a, sums[4] + wc * b, sums[5] + wc * c
+    of_d = sums[6] + wd * a, sums[7] + wd * b, sums[8] + wd * c, sums[9] + wd * d
+    of_e = sums[10] + we * a, sums[11] + we * b, sums[12] + we * c, sums[13] + we * d
+    more = sums[14] + we * e, sums[15] + wa * f, sums[16] + wb * f, sums[17] + wc * f
+    last = sums[18] + wd * f, sums[19] + we * f, sums[20] + weight * f * f
+    return to_b + of_c + of_d + of_e + more + last
 
 
 @numba.njit(fastmath=FAST, **COMPILED)
 def form_normals(image, corrections, zr, frame, mode):
-    """Sums of all points of a pair at one pose.
+    """The 21 sums of all points of a pair at one pose.
 
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-        x', y', x", y", divided by the left principal distance.
-    corrections : ndarray, shape (4, n)
-        Corrections at which the condition is linearised. Replaced, times ``mode.keep``,
-        by those of the smallest length that close the linearised condition.
-    zr : float
-        z of the right image plane, -c"/c'.
-    frame : tuple
-    mode : Mode
-
-    Returns
-    -------
-    tuple of 21 floats
+    ``image`` (4, n) is x', y', x", y" over the left principal distance. ``corrections``
+    (4, n), at which the condition is linearised, are replaced, times ``mode.keep``, by
+    those of the smallest length that close the linearised condition.
     """
     base, tangents, rotation = frame
     sums = NO_SUMS
@@ -283,11 +222,8 @@ def form_normals(image, corrections, zr, frame, mode):
 def factorise(sums, damping):
     """Cholesky factor of the normal matrix with its diagonal times 1 + damping.
 
-    Returns
-    -------
-    tuple of 15 floats
-        Lower triangle row by row, with the RECIPROCALS of the diagonal. NaN where the
-        matrix is not positive definite.
+    Lower triangle row by row (15 floats), with the RECIPROCALS of the diagonal. NaN
+    where the matrix is not positive definite.
     """
     more = 1.0 + damping
     l00 = 1.0 / math.sqrt(sums[0] * more)
@@ -345,13 +281,8 @@ def square_of(side):
 def descent_step(sums, damping):
     """Damped Gauss-Newton step, and by how much it should lessen the sum of squares.
 
-    Returns
-    -------
-    tuple of 5 floats
-        NaN where the normal matrix is singular.
-    float
-        Gradient times step: the square of the step in units of its standard error,
-        times the variance of unit weight.
+    The latter is gradient times step: the square of the step in units of its standard
+    error, times the variance of unit weight. NaN where the normal matrix is singular.
     """
     factor = factorise(sums, damping)
     downhill = -sums[15], -sums[16], -sums[17], -sums[18], -sums[19]

@@ -35,21 +35,10 @@ DEPENDENT = 1e-12
 def fill_precision(rows, weights, strengths, tangents, numbers, cofactor):
     """Cofactors of base vector and turn, and redundancy numbers of the conditions.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, 5)
-        Derivatives of the conditions by the five parameters.
-    weights : ndarray, shape (n,)
-        w, 0 or above.
-    strengths : ndarray, shape (n,)
-        w^2 q.
-    tangents : tuple of 6 floats
-        Derivatives of the base vector by its two parameters.
-    numbers : ndarray, shape (n,)
-        Filled with ``1 - w j.T N^-1 j``, at least 0.
-    cofactor : ndarray, shape (6, 6)
-        Filled with those of the base vector and the turn of the right camera; NaN where
-        the points do not determine them.
+    From the ``rows`` j (n, 5), the ``weights`` w >= 0, the ``strengths`` w^2 q and the
+    derivatives of the base vector by its two parameters, ``tangents``. ``numbers`` is
+    filled with ``1 - w j.T N^-1 j``, at least 0, and ``cofactor`` (6, 6) with NaN where
+    the points do not determine it.
     """
     inverse = invert_triangle(triangle_of(rows, weights))
     cofactor[:], numbers[:] = 0.0, np.nan

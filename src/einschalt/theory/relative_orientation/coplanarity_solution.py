@@ -2,10 +2,8 @@
 
 The coplanarity condition has several minima, some of them with all points in front of
 both cameras. The cheap start (normal case) is refined first, and accepted only where
-that is safe: the descent converged, every point is in front of both cameras, there are
-at least eight of them, they determine the orientation well, the residuals are small,
-tilts and convergence are moderate, and the second solution of a plane scene is excluded
-or fits worse. Otherwise the lattice of all rotations is searched.
+that is safe (:func:`is_safe`, and no second solution of a plane scene); otherwise the
+lattice of all rotations is searched.
 
 Of all solutions with every point in front the one with the smallest sum of squares is
 taken. Where two fit so equally that observations cannot tell them apart (five points;
@@ -85,22 +83,10 @@ SAME_TRACE = 1.0 + 2.0 * math.cos(0.02)
 
 @numba.njit(**COMPILED)
 def descend(image, corrections, zr, pose, mode, limits):
-    """Minimise the sum of squares from a pose.
+    """Minimise the sum of squares from a pose: pose, sums, whether it converged.
 
-    Parameters
-    ----------
-    image, corrections : ndarray, shape (4, n)
-    zr : float
-    pose : pose
-    mode : Mode
-    limits : tuple
-        Most steps, and the square of a step in units of its standard error that ends
-        the descent.
-
-    Returns
-    -------
-    pose, sums, bool
-        Whether it converged.
+    ``limits`` are the most steps, and the square of a step in units of its standard
+    error that ends the descent.
     """
     most_steps, tolerance = limits
     is_rough = mode.is_weighted and mode.keep == 0.0
@@ -129,11 +115,10 @@ def descend(image, corrections, zr, pose, mode, limits):
 
 @numba.njit(**COMPILED)
 def less_damping(damping, step, sums, next_sums):
-    """Damping after a step that was accepted.
+    """Damping with which an accepted step would have led to where its slope is zero.
 
-    That with which the step would have led to where the slope along it is zero: a
-    secant in one number, which adds the curvature that Gauss-Newton neglects and takes
-    away damping that is no longer needed.
+    A secant in one number, which adds the curvature that Gauss-Newton neglects and
+    takes away damping that is no longer needed.
     """
     slope = 0.0
     for i in range(N_PARAMETERS):
@@ -231,33 +216,34 @@ def trace_of_inverse(factor):
 
 
 @numba.njit(**COMPILED)
+def pose_at(row):
+    """Pose that stands in a row of an array."""
+    rotation = row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10], row[11]
+    return (row[0], row[1], row[2]), rotation
+
+
+@numba.njit(**COMPILED)
+def put_pose(pose, row):
+    """Write a pose into the first places of a row of an array."""
+    base, rotation = pose
+    for i in range(3):
+        row[i] = base[i]
+    for i in range(9):
+        row[3 + i] = rotation[i]
+
+
+@numba.njit(**COMPILED)
 def find(image, idle, zr, start, found):
-    """Descend from one start and note where it leads.
+    """Descend from one start: the pose, and whether it is safe without any search.
 
-    Parameters
-    ----------
-    image, idle : ndarray, shape (4, n)
-        ``idle`` holds zeros.
-    zr : float
-    start : pose
-    found : ndarray, shape (14,)
-        Filled: pose (12), misfit, cost.
-
-    Returns
-    -------
-    pose
-    bool
-        Whether the solution is safe without any search.
+    ``found`` (14,) is filled with pose (12), misfit and cost; ``idle`` (4, n) holds
+    zeros.
     """
     n = image.shape[1]
     limits = (MOST_ROUGH_STEPS, ROUGH)
     pose, sums, is_converged = descend(image, idle, zr, start, FIRST_ORDER, limits)
     pose, n_front = facing(image, zr, pose)
-    base, rotation = pose
-    for i in range(3):
-        found[i] = base[i]
-    for i in range(9):
-        found[3 + i] = rotation[i]
+    put_pose(pose, found)
     found[MISFIT] = misfit(sums[SQUARES], n)
     found[COST] = cost(pose, sums[SQUARES], n, n_front)
     if not found[COST] < np.inf:
@@ -266,27 +252,8 @@ def find(image, idle, zr, start, found):
 
 
 @numba.njit(**COMPILED)
-def pose_at(row):
-    """Pose that stands in a row of an array."""
-    rotation = row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10], row[11]
-    return (row[0], row[1], row[2]), rotation
-
-
-@numba.njit(**COMPILED)
 def choose(image, zr):
-    """Best approximate orientation of a pair.
-
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-
-    Returns
-    -------
-    pose
-    bool
-        Whether another orientation fits equally well.
-    """
+    """Best approximate pose of a pair, and whether another one fits equally well."""
     idle = np.zeros_like(image)
     found = np.full((2, N_FOUND), np.inf)
     squares, bases = np.empty(0), np.empty((0, 3))

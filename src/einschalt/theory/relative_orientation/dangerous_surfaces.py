@@ -30,11 +30,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from einschalt.foundations.batches import (
-    over_segments,
-    segment_min_max,
-    segment_sum,
-)
+from einschalt.foundations.batches import over_segments, segment_min_max, segment_sum
 from einschalt.theory.relative_orientation.base_normal_planes import (
     PlaneCriteria,
     examine_planes,
@@ -64,38 +60,28 @@ MIDDLE = 1.0 / 3.0
 
 @dataclass(frozen=True, eq=False)
 class SurfaceExamination:
-    """What the positions of the points of all models allow to be known.
+    """What the positions of the points of all models allow to be known."""
 
-    Attributes
-    ----------
-    verdict : SurfaceVerdict
-        ``verdict.names`` are safe, weak or critical, ``verdict.reasons`` say why.
-    inflation : ndarray, shape (n_models,)
-        sigma(omega) over that of the flat twin; infinite on a dangerous surface, NaN
-        where the model, or its twin, cannot be judged.
-    sigma_omega : ndarray, shape (n_models,)
-        Standard error of omega for a parallax error of 1 [rad per unit of the model].
-    singular_value, flat_singular_value : ndarray, shape (n_models,)
-        Smallest one of the unit-free design matrix: root mean square parallax for a
-        correction of unit length. Compare it only between models of the same case.
-    surface : ndarray, shape (n_models, 5)
-        Coefficients w, φ1, φ2, κ1, κ2 of the surface to which the points come nearest,
-        [rad] for a correction of unit length; w >= 0.
-    depth : ndarray, shape (n_models,)
-        Of the middle of the model below the base: the unit of length, and the depth of
-        the flat twin.
-    planes : PlaneCriteria
-        Arrays of shape (n_models, 2), for the left and the right base-normal plane;
-        NaN where there are no three points near it.
-    """
-
+    # ``verdict.names`` are safe, weak or critical, ``verdict.reasons`` say why
     verdict: SurfaceVerdict
+    # (n_models,): sigma(omega) over that of the flat twin; infinite on a dangerous
+    # surface, NaN where the model, or its twin, cannot be judged
     inflation: np.ndarray
+    # (n_models,): of omega, for a parallax error of 1 [rad per unit of the model]
     sigma_omega: np.ndarray
+    # both (n_models,): smallest one of the unit-free design matrix: root mean square
+    # parallax for a correction of unit length. Compare it only between models of the
+    # same case.
     singular_value: np.ndarray
     flat_singular_value: np.ndarray
+    # (n_models, 5): coefficients w, φ1, φ2, κ1, κ2 of the surface to which the points
+    # come nearest, [rad] for a correction of unit length; w >= 0
     surface: np.ndarray
+    # (n_models,): of the middle of the model below the base: the unit of length, and
+    # the depth of the flat twin
     depth: np.ndarray
+    # arrays of shape (n_models, 2), for the left and the right base-normal plane; NaN
+    # where there are no three points near it
     planes: PlaneCriteria
 
     @property
@@ -115,6 +101,10 @@ def examine_surfaces(
 ):
     """Judge for all models whether their points lie near a dangerous surface.
 
+    Models that determine nothing are critical, with a reason. Cost: one pass,
+    O(n_points), and a singular value decomposition of a 5 × 5 matrix per model and per
+    twin.
+
     Parameters
     ----------
     xyz : ndarray, shape (n_points, 3)
@@ -129,16 +119,6 @@ def examine_surfaces(
         Whether the error of a parallax grows with the depth of its point, as that of
         measured images does, or is equal for all points of a model. Where it grows,
         ``sigma_omega`` is for an error of 1 in the middle of the model.
-
-    Returns
-    -------
-    SurfaceExamination
-        Also of models that determine nothing: these are critical, with a reason.
-
-    Notes
-    -----
-    Cost: one pass, O(n_points), and a singular value decomposition of a 5 × 5 matrix
-    per model and per twin.
     """
     base = np.asarray(base, dtype=float)
     depth = middle_depth(xyz, model_start)
@@ -193,19 +173,11 @@ def _mistakes(xyz, depth, model_start):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """Parallax equations of independent pairs, made triangular, omega last.
+    """Parallax equations of independent pairs, made triangular, omega last."""
 
-    Attributes
-    ----------
-    triangle : ndarray, shape (n_models, 5, 5)
-    base : ndarray, shape (n_models,)
-        In depths, as all lengths here.
-    n_points : ndarray, shape (n_models,)
-    """
-
-    triangle: np.ndarray
-    base: np.ndarray
-    n_points: np.ndarray
+    triangle: np.ndarray  # (n_models, 5, 5)
+    base: np.ndarray  # (n_models,): in depths, as all lengths here
+    n_points: np.ndarray  # (n_models,)
 
     @classmethod
     def of(cls, xyz, base, model_start, size=1.0):
@@ -268,17 +240,8 @@ def _make_triangular(first_model, last_model, start, rows, triangle):
 def middle_depth(xyz, model_start):
     """Mean depth of the points in the middle third of the field across the base.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model, origin in the left projection centre, z < 0.
-    model_start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        Of all points where none is in the middle; NaN without points, or where one
-        is not below the base.
+    Of all points of the model where none is in the middle; NaN without points, or where
+    one is not below the base.
     """
     n_points = np.diff(model_start)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -293,19 +256,10 @@ def middle_depth(xyz, model_start):
 
 
 def figure_width(xyz, model_start):
-    """Standard deviation of points across their line of best fit.
+    """Standard deviation of points across their line of best fit, in their unit.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model.
-    model_start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        Root of the middle eigenvalue of the covariance of the points, in their unit;
-        0 on a line.
+    Root of the middle eigenvalue of the covariance of the points of each model; 0 on a
+    line.
     """
     n_points = np.diff(model_start)
     per_point = 1.0 / np.maximum(n_points, 1)[:, np.newaxis]
@@ -319,41 +273,19 @@ def figure_width(xyz, model_start):
 def flat_twin(xyz, depth):
     """Points moved along their rays from the base into a horizontal plane.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Origin in the left projection centre, z < 0.
-    depth : float or ndarray, shape (n_points,)
-        Of the plane below the base.
-
-    Returns
-    -------
-    ndarray, shape (n_points, 3)
-        With the same x and the same y / z.
+    ``depth`` is that of the plane below the base; x and y / z stay.
     """
     x, y, z = np.moveaxis(xyz, -1, 0)
     return np.stack([x, -y / z * depth, np.broadcast_to(-depth, x.shape)], axis=-1)
 
 
 def singular_values(xyz, base, model_start, depth, case):
-    """Singular values of the unit-free design matrices of all models.
+    """Singular values of the unit-free design matrices of all models, (n_models, 5).
 
-    Angles are multiplied by the depth, and the matrix is divided by √n: the values are
-    root mean square parallaxes for corrections of unit length.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Sorted by model, origin in the left projection centre, z < 0.
-    base, depth : ndarray, shape (n_models,)
-        In the unit of the coordinates.
-    model_start : ndarray of int, shape (n_models + 1,)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (n_models, 5)
-        Descending. They compare only between models of the same case.
+    Angles are multiplied by the depth, and the matrix is divided by √n: the values,
+    descending, are root mean square parallaxes for corrections of unit length. They
+    compare only between models of the same case. Coordinates (n_points, 3), base and
+    depth (n_models,) have one unit.
     """
     unit = np.repeat(depth, np.diff(model_start))[:, np.newaxis]
     equations = _Equations.of(xyz / unit, np.divide(base, depth), model_start)
@@ -364,21 +296,10 @@ def gaps_to_surface(xyz, base, surface):
     """Gaps of points from an orthogonal ruled quadric, along their rays from the base.
 
     Kasper's gap for any point: a ray in a base-normal plane meets the surface once
-    more, at s times the distance of the point, and the gap is 1 - 1/s.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Origin in the left projection centre, z < 0.
-    base : float or ndarray, shape (n_points,)
-    surface : ndarray, shape (5,) or (n_points, 5)
-        Coefficients w, φ1, φ2, κ1, κ2, as in ``SurfaceExamination.surface``.
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        0 on the surface, positive where the surface is farther from the base than the
-        point, infinite where the ray does not meet it.
+    more, at s times the distance of the point, and the gap is 1 - 1/s: 0 on the
+    surface, positive where the surface is farther from the base than the point,
+    infinite where the ray does not meet it. ``surface`` (5,) or (n_points, 5) is w, φ1,
+    φ2, κ1, κ2.
 
     Examples
     --------

@@ -26,21 +26,12 @@ N_AFFINE = 3
 
 
 def deformation_variance(derivatives, cofactor, xy, start):
-    """Mean total variance in plan that an affine transformation leaves.
+    """Mean variance in plan, of x and y together, that an affine transformation leaves.
 
-    Parameters
-    ----------
-    derivatives : ndarray, shape (n_points, 2, n_parameters)
-        Of x and y by the parameters of the model's orientation, sorted by model.
-    cofactor : ndarray, shape (n_models, n_parameters, n_parameters)
-    xy : ndarray, shape (n_points, 2)
-    start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        Of x and y together. NaN where a model has fewer than three points, or all of
-        them on a line.
+    ``derivatives`` (n_points, 2, n_parameters) are those of x and y by the parameters
+    of the model's orientation, whose cofactors are (n_models, n_parameters,
+    n_parameters). NaN where a model has fewer than three points, or all of them on a
+    line.
     """
     count = np.diff(start)
     model = np.repeat(np.arange(len(count)), count)
@@ -54,17 +45,9 @@ def deformation_variance(derivatives, cofactor, xy, start):
 
 
 def roots_of(cofactor):
-    """Matrices R with R Rᵀ = Q.
+    """Matrices R with R Rᵀ = Q; NaN where a model is not determined.
 
-    Parameters
-    ----------
-    cofactor : ndarray, shape (n_models, n, n)
-        Symmetric; what rounding has made of eigenvalues that are 0 counts as 0.
-
-    Returns
-    -------
-    ndarray, shape (n_models, n, n)
-        NaN where a model is not determined.
+    What rounding has made of eigenvalues that are 0 counts as 0.
     """
     roots = np.full(np.shape(cofactor), np.nan)
     is_known = np.isfinite(cofactor).all(axis=(1, 2))
@@ -95,21 +78,10 @@ def _without_affine_part(derivatives, xy, start, model):
 
 
 def correction_derivatives(xyz, base, elements, case):
-    """Derivatives of corrected model points by the elements of the orientation.
+    """Derivatives (n_points, 3, 5) of corrected model points by the elements.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        Machine coordinates.
-    base : ndarray, shape (n_points,)
-        Of the model of each point.
-    elements : ndarray, shape (n_points, 5)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (n_points, 3, 5)
-        By central differences.
+    By central differences, from machine coordinates ``xyz`` (n_points, 3) and base
+    (n_points,) and elements (n_points, 5) of the model of each point.
     """
     elements = np.asarray(elements, dtype=float)
     columns = []

@@ -52,6 +52,7 @@ SIGMA_PER_MEDIAN = 1.4826
 # standard errors: where Tukey's weight vanishes, and where a point is put aside
 TUKEY_LIMIT, PUT_ASIDE = 4.685, 5.0
 N_ABSOLUTE_STEPS, N_TUKEY_STEPS = 10, 15
+TUKEY = TUKEY_LIMIT, True
 # the smallest size of a misclosure that a weight is taken of, in standard errors
 LEAST_SIZE = 0.1
 MOST_RETURNS = 10
@@ -60,19 +61,10 @@ MOST_RETURNS = 10
 def find_gross_errors(
     pairs, estimator="rigorous", significance=GROSS_ERROR_SIGNIFICANCE
 ):
-    """Find the points that contradict the others of their pair.
+    """Find the points that contradict the others of their pair: bool, (n_points,).
 
-    Parameters
-    ----------
-    pairs : StereoPairs
-    estimator : {"rigorous", "determinants"}
-    significance : float
-        Probability with which a pair without gross errors loses a point.
-
-    Returns
-    -------
-    ndarray of bool, shape (n_points,)
-        What is to be taken out. At least six points are left to a pair that lost any.
+    ``significance`` is the probability with which a pair without gross errors loses a
+    point. At least six points are left to a pair that lost any.
     """
     is_out = _put_aside(pairs, estimator, significance)
 
@@ -136,12 +128,10 @@ def _pairs_with(is_out, pairs):
 def _far_from_majority(pairs, estimator):
     orientation = pairs.orient(estimator)
     start = np.ascontiguousarray(pairs.start, dtype=np.int64)
-    turned = np.swapaxes(orientation.rotation, 1, 2).reshape(-1, 9)
-    poses = np.hstack([orientation.base, turned])
     scaled = np.ascontiguousarray(pairs.image.T / pairs.distance[pairs.model, 0])
     right_z = -pairs.distance[:, 1] / pairs.distance[:, 0]
     is_out = np.zeros(len(pairs.image), dtype=np.bool_)
-    over_segments(_find_majority, start, scaled, right_z, poses, is_out)
+    over_segments(_find_majority, start, scaled, right_z, orientation.poses, is_out)
     return is_out
 
 
@@ -156,7 +146,7 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
         pose, zr = pose_at(poses[k]), right_z[k]
         for turn in range(N_ABSOLUTE_STEPS + N_TUKEY_STEPS):
             scale = misclosure_scale(image, zr, pose, size)
-            sums = _weighted_sums(image, zr, pose, scale, turn >= N_ABSOLUTE_STEPS)
+            sums = weighted_sums(image, zr, pose, scale, TUKEY, turn < N_ABSOLUTE_STEPS)
             step, _ = descent_step(sums, 0.0)
             if not math.isfinite(step[0]):
                 break
@@ -169,20 +159,10 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
 
 @numba.njit(**COMPILED)
 def misclosure_scale(image, zr, pose, size):
-    """Standard error of a misclosure by the median; fills their sizes.
+    """Standard error of a misclosure by the median, in left principal distances.
 
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-    pose : pose
-    size : ndarray, shape (n,)
-        Filled with the lengths of the corrections that close each condition.
-
-    Returns
-    -------
-    float
-        In left principal distances.
+    ``size`` (n,) is filled with the lengths of the corrections that close each
+    condition.
     """
     base, rotation = pose
     n = image.shape[1]
@@ -194,8 +174,20 @@ def misclosure_scale(image, zr, pose, size):
 
 
 @numba.njit(**COMPILED)
-def _weighted_sums(image, zr, pose, scale, is_tukey):
-    """Normal equations with the weights of absolute values, or of Tukey's function."""
+def weight_factor(ratio, norm, is_absolute):
+    """Factor of a weight: of absolute values, or of a norm (limit, is_tukey)."""
+    limit, is_tukey = norm
+    if is_absolute:
+        return 1.0 / max(ratio, LEAST_SIZE)
+    if is_tukey:
+        share = 1.0 - (ratio / limit) ** 2
+        return share * share if share > 0.0 else 0.0
+    return limit / max(ratio, limit)
+
+
+@numba.njit(**COMPILED)
+def weighted_sums(image, zr, pose, scale, norm, is_absolute):
+    """Normal equations with weights that fall with the size of a misclosure."""
     base, tangents, rotation = frame_of(pose, False)
     sums = NO_SUMS
     for i in range(image.shape[1]):
@@ -203,12 +195,7 @@ def _weighted_sums(image, zr, pose, scale, is_tukey):
         f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
         d0, d1, d2, d3 = by_image
         q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
-        ratio = abs(f) / math.sqrt(q) / scale
-        if is_tukey:
-            share = 1.0 - (ratio / TUKEY_LIMIT) ** 2
-            weight = share * share if share > 0.0 else 0.0
-        else:
-            weight = 1.0 / max(ratio, LEAST_SIZE)
+        factor = weight_factor(abs(f) / math.sqrt(q) / scale, norm, is_absolute)
         row = parameter_row(by_base, by_turn, tangents)
-        sums = add_condition(sums, row, f, weight / q)
+        sums = add_condition(sums, row, f, factor / q)
     return sums

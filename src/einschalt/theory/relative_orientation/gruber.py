@@ -4,18 +4,13 @@ An operator reads the y-parallax in one point (or the mean of several) and turns
 element until it vanishes, then goes to the next. One :class:`Step` is one such turn; a
 :class:`Procedure` is their sequence, a *pass*, that is repeated. Swings and tips have
 points 1 to 4 to themselves; the tilt is turned by the parallax of a wing point, and by
-more than what clears it there, since the following turns bring a part of it back: it
-is over-corrected n times.
-
-Nothing is written down and nothing is adjusted. Every step reads afresh, with a fresh
-error; what follows from that is Bachmann's theory, in
-:mod:`einschalt.theory.relative_orientation.bachmann`.
+more than what clears it there, since the following turns bring a part of it back: it is
+over-corrected n times. Every step reads afresh, with a fresh error; what follows from
+that is Bachmann's theory, in :mod:`~.relative_orientation.bachmann`.
 
 Points are numbered from 1, as an operator does: point k is row k - 1 of the design
-matrix. In the usual layout points 1, 3, 5 lie on the side of the left centre, at the
-middle, +y and -y; 2, 4, 6 on that of the right one. The procedure itself takes any
-points. Conventions, cases and signs are those of
-:mod:`einschalt.theory.relative_orientation.parallax_equations`.
+matrix; :mod:`~.relative_orientation.six_points` has the usual layout. Conventions,
+cases and signs are those of :mod:`~.relative_orientation.parallax_equations`.
 
 Source: O. von Gruber 1924, as W. K. Bachmann 1947 refers to it. The order of the turns
 (swing, swing, tip, tip, and the tilt over-corrected) is that of the text-books.
@@ -50,25 +45,18 @@ _ELIMINATION = {
 class Step:
     """One turn: read a parallax, and turn one element by what clears it, n times.
 
-    Attributes
-    ----------
-    element : str
-        One of ``ELEMENTS[case]``.
-    observed : mapping of int to float
-        Point number, from 1, and weight in the combination that is read:
-        ``{5: 0.5, 6: 0.5}`` is the mean of points 5 and 6.
-    over_correction : float or ndarray, shape (...)
-        n, total: 1 clears the parallax, 1.78 drives it to -0.78 times itself. One
-        number, or one for each model.
-
     Raises
     ------
     SettingsError
         Nothing is observed.
     """
 
-    element: str
+    element: str  # one of ``ELEMENTS[case]``
+    # point number, from 1, and its weight in what is read; the mean of points 5 and 6
+    # is ``{5: 0.5, 6: 0.5}``
     observed: Mapping[int, float]
+    # number or (...): n, total: 1 clears the parallax, 1.78 drives it to -0.78 times
+    # itself. One number, or one for each model.
     over_correction: float | np.ndarray = 1.0
 
     def __post_init__(self):
@@ -83,14 +71,6 @@ class Step:
 class Procedure:
     """A pass of steps, which is repeated, and what is done once before it.
 
-    Attributes
-    ----------
-    case : {"independent", "dependent_left", "dependent_right"}
-    steps : sequence of Step
-        One pass, in the order of working. The orientation is read at its end.
-    start : sequence of Step
-        Done once, before the first pass.
-
     Raises
     ------
     SettingsError
@@ -98,9 +78,10 @@ class Procedure:
         there are no steps.
     """
 
-    case: str
+    case: str  # {"independent", "dependent_left", "dependent_right"}
+    # one pass, in the order of working. The orientation is read at its end.
     steps: tuple[Step, ...]
-    start: tuple[Step, ...] = ()
+    start: tuple[Step, ...] = ()  # done once, before the first pass
 
     def __post_init__(self):
         require_choice("case", self.case, CASES)
@@ -123,14 +104,7 @@ class Procedure:
 def elimination(case):
     """Steps that clear points 1 to 4 by swings and tips, or by the shifts.
 
-    Parameters
-    ----------
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    tuple of Step
-        Each clears its own point; in flat terrain none disturbs those before it.
+    Each clears its own point; in flat terrain none disturbs those before it.
     """
     return tuple(Step(element, {point: 1.0}) for element, point in _ELIMINATION[case])
 
@@ -185,33 +159,20 @@ def over_correction(design, case, *, tilt_at="5"):
     """Over-correction n with which one pass clears a model that is free of errors.
 
     While points 1 to 4 are clear, what the orientation still lacks is one number times
-    the one vector that leaves no parallax there. n compares its tilt with the turn
-    that its parallax in the wings seems to ask for.
+    the one vector that leaves no parallax there. n, of shape (...), compares its tilt
+    with the turn that its parallax in the wings seems to ask for; ``design`` and
+    ``tilt_at`` are those of :func:`standard_procedure`. Kasper's extra over-correction,
+    by which the parallax is driven to -k times itself, is k = n - 1.
 
-    Parameters
-    ----------
-    design : ndarray, shape (..., 6, 5)
-        Coefficients of the parallaxes in points 1 to 6.
-    case : {"independent", "dependent_left", "dependent_right"}
-    tilt_at : {"5", "6", "mean"}
-
-    Returns
-    -------
-    ndarray, shape (...)
-        (1 + h²/a²)/2 in flat terrain: below 1 where the height is less than the
-        distance of the wings (super-wide angles). It grows without bounds, and then
-        changes its sign, as the points approach a circle with the projection centre.
-        NaN where points 1 to 4 do not determine the other elements.
+    (1 + h²/a²)/2 in flat terrain: below 1 where the height is less than the distance of
+    the wings (super-wide angles). It grows without bounds, and then changes its sign,
+    as the points approach a circle with the projection centre. NaN where points 1 to 4
+    do not determine the other elements.
 
     Raises
     ------
     SettingsError
         ``tilt_at`` is unknown.
-
-    Notes
-    -----
-    Kasper's extra over-correction, by which the parallax is driven to -k times itself,
-    is k = n - 1.
     """
     require_choice("tilt_at", tilt_at, TILT_POINTS)
     design = np.asarray(design, dtype=float)
@@ -237,18 +198,10 @@ def _solve(matrix, right):
 
 
 def reading(values, observed):
-    """Combine the points that a step observes.
+    """Combine the points that a step observes, (..., n_columns).
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., n_points, n_columns)
-        Rows of the design matrix, or parallaxes.
-    observed : mapping of int to float
-        Point number, from 1, and weight.
-
-    Returns
-    -------
-    ndarray, shape (..., n_columns)
+    ``values`` (..., n_points, n_columns) are rows of the design matrix, or parallaxes;
+    ``observed`` maps a point number, from 1, to its weight.
 
     Raises
     ------
@@ -266,18 +219,13 @@ def reading(values, observed):
 
 @dataclass(frozen=True, eq=False)
 class ProcedureRecord:
-    """What a procedure has turned, pass by pass.
+    """What a procedure has turned, pass by pass."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (n_passes + 1, ..., 5)
-        Sum of all turns so far [rad, unit of the model], after the start (entry 0) and
-        after each pass. At the end of a good orientation they are the elements.
-    residual_parallaxes : ndarray, shape (n_passes + 1, ..., n_points)
-        What the model then shows, without errors of reading.
-    """
-
+    # (n_passes + 1, ..., 5): sum of all turns so far [rad, unit of the model], after
+    # the start (entry 0) and after each pass. At the end of a good orientation they are
+    # the elements.
     elements: np.ndarray
+    # (n_passes + 1, ..., n_points): what the model then shows, if read without error
     residual_parallaxes: np.ndarray
 
 
@@ -316,17 +264,12 @@ def run_procedure(procedure, design, parallax, n_passes, *, sigma=0.0, rng=None)
         raise SettingsError(
             "sigma without rng", expected="rng=np.random.default_rng(seed)"
         )
-    design, parallax = (
-        np.asarray(design, dtype=float),
-        np.asarray(parallax, dtype=float),
-    )
+    design, parallax = np.asarray(design, float), np.asarray(parallax, float)
     shape = np.broadcast_shapes(design.shape[:-2], parallax.shape[:-1])
     elements = np.zeros((n_passes + 1, *shape, N_ELEMENTS))
     seen = np.empty((n_passes + 1, *shape, design.shape[-2]))
-    turned, residual = (
-        np.zeros((*shape, N_ELEMENTS)),
-        np.zeros(seen.shape[1:]) + parallax,
-    )
+    turned = np.zeros((*shape, N_ELEMENTS))
+    residual = np.zeros(seen.shape[1:]) + parallax
     for number in range(n_passes + 1):
         for step in procedure.steps if number else procedure.start:
             error = _error_of_reading(step, sigma, rng, shape)

@@ -32,33 +32,21 @@ LARGEST_CONDITION = 1e5
 
 @dataclass(frozen=True, eq=False)
 class ParallaxAdjustment:
-    """Elements of all models, and how well they are known.
+    """Elements of all models, and how well they are known."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (n_models, 5)
-        In the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where the
-        points do not determine them.
-    cofactor : ndarray, shape (n_models, 5, 5)
-        Weight coefficients Q; the covariance is sigma_0² Q.
-    sigma_0 : ndarray, shape (n_models,)
-        Standard error of one parallax, in its unit; NaN without redundancy.
-    residuals : ndarray, shape (n_points,)
-        v = A x - p: adjusted minus measured parallax.
-    redundancy_numbers : ndarray, shape (n_points,)
-        Share of an error of this parallax that shows in its residual, 0 to 1.
-    n_points : ndarray of int, shape (n_models,)
-    condition : ndarray, shape (n_models,)
-        Frobenius condition number of the scaled equations; infinite where singular
-        or short of points. Compare it only between models of the same case.
-    """
-
+    # (n_models, 5): in the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN
+    # where the points do not determine them
     elements: np.ndarray
+    # (n_models, 5, 5): weight coefficients Q; the covariance is sigma_0² Q
     cofactor: np.ndarray
+    # (n_models,): standard error of one parallax, in its unit; NaN without redundancy
     sigma_0: np.ndarray
-    residuals: np.ndarray
+    residuals: np.ndarray  # (n_points,): v = A x - p: adjusted minus measured parallax
+    # (n_points,): share of an error of this parallax that shows in its residual, 0 to 1
     redundancy_numbers: np.ndarray
-    n_points: np.ndarray
+    n_points: np.ndarray  # of int, (n_models,)
+    # (n_models,): Frobenius condition number of the scaled equations; infinite where
+    # singular or short of points. Compare it only between models of the same case.
     condition: np.ndarray
 
     @property
@@ -185,18 +173,9 @@ def _invert_upper(triangle, inverse):
 
 
 def flat_six_points(half_width, base, height):
-    """Six points of the flat model, in the order 1, 3, 5, 2, 4, 6.
+    """Six points (6, 3) of the flat model, in the order 1, 3, 5, 2, 4, 6.
 
-    Parameters
-    ----------
-    half_width : float
-        Distance a of points 3 to 6 from the base.
-    base, height : float
-        Base b, and depth h of the plane below the projection centres.
-
-    Returns
-    -------
-    ndarray, shape (6, 3)
+    Points 3 to 6 lie ``half_width`` a beside the base b; the plane lies h below it.
     """
     y = [0.0, half_width, -half_width]
     return np.array(
@@ -207,16 +186,8 @@ def flat_six_points(half_width, base, height):
 def flat_cofactor(half_width, base, height, case):
     """Hallert's weight and correlation coefficients of the flat six-point model.
 
-    Parameters
-    ----------
-    half_width, base, height : float
-        a, b and h of :func:`flat_six_points`.
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (5, 5)
-        Q in the order of ``ELEMENTS[case]``, for parallaxes of unit weight.
+    Q (5, 5) in the order of ``ELEMENTS[case]``, for parallaxes of unit weight; a, b and
+    h are those of :func:`flat_six_points`.
 
     Notes
     -----
@@ -243,18 +214,7 @@ def flat_cofactor(half_width, base, height, case):
 
 
 def flat_solution_matrix(half_width, base, height, case):
-    """Matrix S of the flat six-point model: elements = S @ (p1, p3, p5, p2, p4, p6).
-
-    Parameters
-    ----------
-    half_width, base, height : float
-        a, b and h of :func:`flat_six_points`.
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (5, 6)
-    """
+    """Matrix S (5, 6) of the flat model: elements = S @ (p1, p3, p5, p2, p4, p6)."""
     design = design_matrix(flat_six_points(half_width, base, height), base, case)
     return flat_cofactor(half_width, base, height, case) @ design.T
 
@@ -262,17 +222,9 @@ def flat_solution_matrix(half_width, base, height, case):
 def flat_contradiction(y_parallax):
     """Contradiction w = 2 p1 - p3 - p5 - 2 p2 + p4 + p6 of six flat points.
 
-    It vanishes when the parallaxes are free of error, whatever the orientation. The
-    residuals are ``-(w/12) (2, -1, -1, -2, 1, 1)`` and sigma_0 is ``|w| / √12``.
-
-    Parameters
-    ----------
-    y_parallax : ndarray, shape (..., 6)
-        In the order 1, 3, 5, 2, 4, 6.
-
-    Returns
-    -------
-    ndarray, shape (...)
+    ``y_parallax`` (..., 6) follows the order 1, 3, 5, 2, 4, 6. It vanishes when the
+    parallaxes are free of error, whatever the orientation. The residuals are ``-(w/12)
+    (2, -1, -1, -2, 1, 1)`` and sigma_0 is ``|w| / √12``.
     """
     return np.asarray(y_parallax, dtype=float) @ FLAT_CONTRADICTION
 

@@ -50,22 +50,15 @@ class PlaneDeterminants:
     The last axis counts the points of a plane, the one before it the planes x = 0 and
     x = b. A determinant that is linear in the parallaxes is kept as its coefficients:
     ``M = Σ m p``, and so with U and V.
-
-    Attributes
-    ----------
-    y, z : ndarray, shape (..., 2, 3)
-        Coordinates in the plane, from the projection centre.
-    N : ndarray, shape (..., 2)
-        0 where the points lie on a circle with the projection centre: the plane by
-        itself then knows nothing of dω.
-    m, u, v : ndarray, shape (..., 2, 3)
-        Coefficients of M, U and V.
     """
 
+    # both (..., 2, 3): coordinates in the plane, from the projection centre
     y: np.ndarray
     z: np.ndarray
+    # (..., 2): 0 where the points lie on a circle with the projection centre: the plane
+    # by itself then knows nothing of dω
     N: np.ndarray
-    m: np.ndarray
+    m: np.ndarray  # all (..., 2, 3): coefficients of M, U and V
     u: np.ndarray
     v: np.ndarray
 
@@ -79,16 +72,9 @@ class PlaneDeterminants:
 
 
 def plane_determinants(xyz):
-    """Form the determinants of both planes.
+    """Form the determinants of both planes from points 1, 3, 5, 2, 4, 6.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (..., 6, 3)
-        Model coordinates of points 1, 3, 5, 2, 4, 6; x is not looked at.
-
-    Returns
-    -------
-    PlaneDeterminants
+    ``xyz`` (..., 6, 3), of which x is not looked at.
 
     Examples
     --------
@@ -126,24 +112,15 @@ def _by_plane(parallax):
 
 @dataclass(frozen=True, eq=False)
 class FundamentalPoints:
-    """What each plane says by itself; the last axis is x = 0, x = b.
+    """What each plane says by itself; the last axis is x = 0, x = b."""
 
-    Attributes
-    ----------
-    Y, Z : ndarray, shape (..., 2)
-        The points G⁰ and Gᵇ opposite the projection centre on the circle of zero
-        parallax; infinite or NaN where M = 0 (no parallax that a tilt would explain),
-        although all elements are then finite.
-    d_omega : ndarray, shape (..., 2)
-        dω⁰ and dωᵇ [rad]; infinite or NaN where N = 0.
-    M : ndarray, shape (..., 2)
-        0 where dω is 0 in this plane.
-    """
-
+    # both (..., 2): the points G⁰ and Gᵇ opposite the projection centre on the circle
+    # of zero parallax; infinite or NaN where M = 0 (no parallax that a tilt would
+    # explain), although all elements are then finite
     Y: np.ndarray
     Z: np.ndarray
-    d_omega: np.ndarray
-    M: np.ndarray
+    d_omega: np.ndarray  # (..., 2): dω⁰ and dωᵇ [rad]; infinite or NaN where N = 0
+    M: np.ndarray  # (..., 2): 0 where dω is 0 in this plane
 
     @property
     def delta_omega(self):
@@ -155,16 +132,8 @@ class FundamentalPoints:
 def fundamental_points(planes, parallax):
     """Find G⁰, Gᵇ and the differential tilts of both planes, (2) to (4).
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        ``y(moved) - y(fixed)`` in points 1, 3, 5, 2, 4, 6.
-
-    Returns
-    -------
-    FundamentalPoints
-        For the construction and for reports; never for computing the elements.
+    ``parallax`` (..., 6) is ``y(moved) - y(fixed)`` in points 1, 3, 5, 2, 4, 6. For the
+    construction and for reports; never for computing the elements.
     """
     p = _by_plane(parallax)
     M, U, V = (_sum(row * p) for row in (planes.m, planes.u, planes.v))
@@ -174,31 +143,19 @@ def fundamental_points(planes, parallax):
 
 @dataclass(frozen=True, eq=False)
 class KramesSolution:
-    """Elements of six-point models, and how well they are known.
+    """Elements of six-point models, and how well they are known."""
 
-    Attributes
-    ----------
-    elements : ndarray, shape (..., 5)
-        In the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where both
-        planes are critical.
-    cofactor : ndarray, shape (..., 5, 5)
-        Weight coefficients Q; the covariance is sigma_0² Q.
-    contradiction : ndarray, shape (...)
-        w, in the unit of the parallaxes; 2 p1 - p3 - p5 - 2 p2 + p4 + p6 in flat
-        terrain, and in any terrain so scaled that sigma_0 is |w|/√12.
-    residuals : ndarray, shape (..., 6)
-        Adjusted minus measured parallax.
-    redundancy_numbers : ndarray, shape (..., 6)
-        They sum to 1.
-    condition : ndarray, shape (...)
-        As that of Hallert's adjustment; infinite where both planes are critical.
-    """
-
+    # (..., 5): in the order of ``ELEMENTS[case]`` [rad, unit of the model]; NaN where
+    # both planes are critical
     elements: np.ndarray
+    # (..., 5, 5): weight coefficients Q; the covariance is sigma_0² Q
     cofactor: np.ndarray
+    # (...): w, in the unit of the parallaxes; 2 p1 - p3 - p5 - 2 p2 + p4 + p6 in flat
+    # terrain, and in any terrain so scaled that sigma_0 is |w|/√12
     contradiction: np.ndarray
-    residuals: np.ndarray
-    redundancy_numbers: np.ndarray
+    residuals: np.ndarray  # (..., 6): adjusted minus measured parallax
+    redundancy_numbers: np.ndarray  # (..., 6): they sum to 1
+    # (...): as that of Hallert's adjustment; infinite where both planes are critical
     condition: np.ndarray
 
     @property
@@ -210,10 +167,10 @@ class KramesSolution:
 def solve_krames(xyz, parallax, base, case):
     """Orient six-point models by their two planes, without normal equations.
 
-    The factors of a)-k) remove from every element its share in the contradiction.
-    That is one projection for all elements; written with the coefficients of
-    N⁰ Nᵇ Δω = M⁰ Nᵇ - Mᵇ N⁰ it divides neither by N nor by M, so that one critical
-    plane does no harm.
+    The factors of a)-k) remove from every element its share in the contradiction. That
+    is one projection for all elements; written with the coefficients of N⁰ Nᵇ Δω = M⁰
+    Nᵇ - Mᵇ N⁰ it divides neither by N nor by M, so that one critical plane does no
+    harm. The result is that of least squares with equal weights.
 
     Parameters
     ----------
@@ -225,15 +182,6 @@ def solve_krames(xyz, parallax, base, case):
         ``dependent_right``.
     base : float or ndarray, shape (...)
     case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    KramesSolution
-
-    Notes
-    -----
-    Equal to least squares with equal weights. Cost: some hundred operations a model,
-    all models at once.
     """
     xyz, parallax = np.asarray(xyz, dtype=float), np.asarray(parallax, dtype=float)
     planes = plane_determinants(xyz)
@@ -302,20 +250,11 @@ def _condition(xyz, solution, base, case):
 
 
 def contradiction(planes, parallax):
-    """Contradiction w of six parallaxes, which no orientation can clear.
+    """Contradiction w of parallaxes (..., 6), which no orientation can clear.
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        In points 1, 3, 5, 2, 4, 6.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        In the unit of the parallaxes, proportional to Δω and so scaled that sigma_0 is
-        |w|/√12 in any terrain. In flat terrain it is 2 p1 - p3 - p5 - 2 p2 + p4 + p6.
-        NaN where both planes are critical.
+    In the unit of the parallaxes, in points 1, 3, 5, 2, 4, 6; proportional to Δω and so
+    scaled that sigma_0 is |w|/√12 in any terrain. In flat terrain it is 2 p1 - p3 - p5
+    - 2 p2 + p4 + p6. NaN where both planes are critical.
     """
     parallax = np.asarray(parallax, dtype=float)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -325,14 +264,7 @@ def contradiction(planes, parallax):
 def elements_of_planes(base, case):
     """Matrix from dω, Y⁰dω, Z⁰dω, Yᵇdω, Zᵇdω to the elements: a)-k) without factors.
 
-    Parameters
-    ----------
-    base : float or ndarray, shape (...)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
+    Its shape is (..., 5, 5), that of ``base`` being (...).
     """
     base = np.asarray(base, dtype=float)
     matrix = np.zeros((*base.shape, N_ELEMENTS, N_ELEMENTS))
@@ -352,21 +284,12 @@ def elements_of_planes(base, case):
 
 @dataclass(frozen=True, eq=False)
 class ExtendedFormulas:
-    """Krames' formulas a)-k) as (5): element = Σ (s + K t) p.
+    """Krames' formulas a)-k) as (5): element = Σ (s + K t) p."""
 
-    Attributes
-    ----------
-    s : ndarray, shape (..., 5, 6)
-        The element without its factor; each plane's G with that plane's dω.
-    t : ndarray, shape (..., 6)
-        The contradiction: Δω = Σ t p.
-    factors : ndarray, shape (..., 5)
-        K of each element: A, B1, B2, C1, C2 of an independent pair; D, E, F, G, H of a
-        dependent one.
-    """
-
+    # (..., 5, 6): the element without its factor; each plane's G with that plane's dω
     s: np.ndarray
-    t: np.ndarray
+    t: np.ndarray  # (..., 6): the contradiction: Δω = Σ t p
+    # (..., 5): K of each: A, B1, B2, C1, C2 of an independent pair, or D to H
     factors: np.ndarray
 
     @property
@@ -386,17 +309,8 @@ class ExtendedFormulas:
 def extended_formulas(planes, base, case):
     """Krames' extended formulas with the factors of (7), for any terrain.
 
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    base : float or ndarray, shape (...)
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ExtendedFormulas
-        Infinite or NaN where a plane is critical (N = 0), and inaccurate near it;
-        :func:`solve_krames` is not.
+    Infinite or NaN where a plane is critical (N = 0), and inaccurate near it;
+    :func:`solve_krames` is not.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         m, u, v = (row / planes.N[..., None] for row in (planes.m, planes.u, planes.v))
@@ -413,19 +327,10 @@ def extended_formulas(planes, base, case):
 
 
 def flat_factors(half_width, base, height, case):
-    """Factors of the flat six-point model in closed form: a')-k').
+    """Factors of the flat six-point model in closed form, a')-k'), (5,).
 
-    Parameters
-    ----------
-    half_width, base, height : float
-        a, b and h of the flat model.
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (5,)
-        A, B1, B2, C1, C2 or D, E, F, G, H. The paper prints G and H of the right
-        bundle only.
+    A, B1, B2, C1, C2 or D, E, F, G, H, from a, b and h of the flat model. The paper
+    prints G and H of the right bundle only.
     """
     c = (2.0 * half_width**2 + 3.0 * height**2) / (6.0 * height)
     if case == INDEPENDENT:
@@ -435,22 +340,12 @@ def flat_factors(half_width, base, height, case):
 
 
 def trial_swing(planes, parallax, base):
-    """Swing of the right bundle after (9), which Krames tried before his factors.
+    """Swing d_kappa of the right bundle [rad] after (9), tried before his factors.
 
-    In flat terrain it is (p1 - p2)/b, whatever the other parallaxes: its standard
-    error is √3 times that of least squares. In hilly terrain it is not even linear.
-
-    Parameters
-    ----------
-    planes : PlaneDeterminants
-    parallax : ndarray, shape (..., 6)
-        y_right - y_left in points 1, 3, 5, 2, 4, 6.
-    base : float or ndarray, shape (...)
-
-    Returns
-    -------
-    ndarray, shape (...)
-        d_kappa of ``dependent_right`` [rad]; NaN or infinite where the formula fails.
+    From ``y_right - y_left`` in points 1, 3, 5, 2, 4, 6, (..., 6). In flat terrain it
+    is (p1 - p2)/b, whatever the other parallaxes: its standard error is √3 times that
+    of least squares. In hilly terrain it is not even linear. NaN or infinite where it
+    fails.
     """
     p = _by_plane(parallax)
     M, V = (_sum(row * p) for row in (planes.m, planes.v))

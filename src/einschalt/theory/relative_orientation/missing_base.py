@@ -16,25 +16,12 @@ LEAST_SPREAD = 0.02
 
 
 def have_no_base(image, model_start, distance):
-    """Tell which pairs a turn alone explains.
+    """Tell which pairs a turn alone explains (Kabsch, Acta Cryst. A32, 1976, 922).
 
-    Parameters
-    ----------
-    image : ndarray, shape (n_points, 4)
-        x', y', x", y" [mm], origin in the principal point, sorted by pair.
-    model_start : ndarray of int, shape (n_pairs + 1,)
-        First row of each pair; pair k owns rows model_start[k]:model_start[k + 1].
-    distance : ndarray, shape (n_pairs, 2)
-        Principal distances of the left and the right photograph [mm].
-
-    Returns
-    -------
-    ndarray of bool, shape (n_pairs,)
-        False for points in one place, which a turn explains as well.
-
-    Notes
-    -----
-    Source: W. Kabsch, Acta Crystallographica A32 (1976) 922.
+    ``image`` (n_points, 4) is x', y', x", y" [mm], origin in the principal point,
+    sorted by pair; ``distance`` (n_pairs, 2) has the principal distances of the left
+    and the right photograph [mm]. False for points in one place, which a turn explains
+    as well.
 
     Examples
     --------

@@ -50,30 +50,18 @@ def correct_model(xyz_machine, base, elements, case):
         NaN where corrected rays cannot meet (elements beyond all reason) or where an
         element is NaN.
     """
-    xyz = np.ascontiguousarray(xyz_machine, dtype=float)
-    angles, centres = _bundles(len(xyz), base, elements, case)
-    return _correct(xyz, np.broadcast_to(base, len(xyz)), angles, centres)[0]
+    return _correct(*_bundles(xyz_machine, base, elements, case))[0]
 
 
 def parallaxes_to_clear(xyz_machine, base, elements, case):
     """Y-parallaxes that the elements clear exactly, as the corrected rays meet.
 
-    What :func:`~.parallax_equations.design_matrix` times them gives is the linear part;
-    the difference tells whether the elements are still small enough for it.
-
-    Parameters
-    ----------
-    xyz_machine, base, elements, case
-        As in :func:`correct_model`.
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        ``y(moved) - y(fixed)`` in the unit of the coordinates.
+    ``y(moved) - y(fixed)`` (n_points,) in the unit of the coordinates, from what
+    :func:`correct_model` takes. What :func:`~.parallax_equations.design_matrix` times
+    the elements gives is the linear part; the difference tells whether they are still
+    small enough for it.
     """
-    xyz = np.ascontiguousarray(xyz_machine, dtype=float)
-    angles, centres = _bundles(len(xyz), base, elements, case)
-    parallax = _correct(xyz, np.broadcast_to(base, len(xyz)), angles, centres)[1]
+    parallax = _correct(*_bundles(xyz_machine, base, elements, case))[1]
     return _SIGN_OF_PARALLAX[case] * parallax
 
 
@@ -89,12 +77,8 @@ def disturb_model(xyz, base, elements, case):
         True coordinates in the system of the *corrected* model, whose centres are
         (0, 0, 0) and (base, 0, 0), the moved one of a dependent pair being further
         by (0, d_by, d_bz); z < 0.
-    base : float or ndarray, shape (n_points,)
-        Base of the model of each point, in the unit of the coordinates.
-    elements : ndarray, shape (5,) or (n_points, 5)
-        Corrections in the order of ``ELEMENTS[case]`` [rad, unit of the coordinates],
-        those of the model of each point.
-    case : {"independent", "dependent_left", "dependent_right"}
+    base, elements, case
+        As in :func:`correct_model`.
 
     Returns
     -------
@@ -104,14 +88,13 @@ def disturb_model(xyz, base, elements, case):
         ``y(moved) - y(fixed)``: y_left - y_right, but y_right - y_left for
         ``dependent_right``. Exact, without errors of measuring.
     """
-    xyz = np.ascontiguousarray(xyz, dtype=float)
-    angles, centres = _bundles(len(xyz), base, elements, case)
-    machine, parallax = _disturb(xyz, np.broadcast_to(base, len(xyz)), angles, centres)
+    machine, parallax = _disturb(*_bundles(xyz, base, elements, case))
     return machine, _SIGN_OF_PARALLAX[case] * parallax
 
 
-def _bundles(n_points, base, elements, case):
-    """Turn of each bundle and corrected place of each centre, (n_points, 2, 3)."""
+def _bundles(xyz, base, elements, case):
+    """Points, bases, turns of the bundles and places of the centres (n, 2, 3)."""
+    xyz, n_points = np.ascontiguousarray(xyz, dtype=float), len(xyz)
     elements = np.broadcast_to(np.asarray(elements, dtype=float), (n_points, 5))
     angles = np.zeros((n_points, 2, 3))
     centres = np.zeros((n_points, 2, 3))
@@ -123,7 +106,7 @@ def _bundles(n_points, base, elements, case):
         moved = 0 if case == DEPENDENT_LEFT else 1
         angles[:, moved] = elements[:, :3]
         centres[:, moved, 1:] = elements[:, 3:]
-    return angles, centres
+    return xyz, np.broadcast_to(base, n_points), angles, centres
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

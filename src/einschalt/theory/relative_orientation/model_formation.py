@@ -32,40 +32,22 @@ ADJUSTED, MIDPOINT, MEAN_Y, LEFT_RAY = range(4)
 
 
 class ModelCoordinates(NamedTuple):
-    """Model points.
+    """Model points."""
 
-    Attributes
-    ----------
-    xyz : ndarray, shape (n_points, 3)
-        In the unit of the base.
-    y_parallax : ndarray, shape (n_points,)
-        y of the right ray less y of the left ray at equal x and z (x-parallax where x
-        and y exchange their roles), from the measured image coordinates.
-    """
-
-    xyz: np.ndarray
+    xyz: np.ndarray  # (n_points, 3): in the unit of the base
+    # (n_points,): y of the right ray less y of the left ray at equal x and z
+    # (x-parallax where x and y exchange their roles), from the measured image
+    # coordinates
     y_parallax: np.ndarray
 
 
 def form_model(image, model_start, principal_distance, cameras, rule, corrections=None):
-    """Intersect the rays of all points.
+    """Intersect the rays of all points; NaN where a pair is not oriented.
 
-    Parameters
-    ----------
-    image : ndarray, shape (n_points, 4)
-        x', y', x", y" [mm], sorted by pair.
-    model_start : ndarray of int, shape (n_pairs + 1,)
-    principal_distance : float or ndarray, shape (2,) or (n_pairs, 2)
-        [mm]
-    cameras : StereoCameras
-    rule : {"adjusted_rays", "midpoint", "mean_y", "left_ray"}
-    corrections : ndarray, shape (n_points, 4), optional
-        Of the image coordinates [mm], for "adjusted_rays".
-
-    Returns
-    -------
-    ModelCoordinates
-        NaN where a pair is not oriented.
+    ``image`` (n_points, 4) is x', y', x", y" [mm], sorted by pair;
+    ``principal_distance`` [mm] a number, (2,) or (n_pairs, 2); ``cameras`` are
+    StereoCameras, ``rule`` is one of RULES. ``corrections`` (n_points, 4) of the image
+    coordinates [mm] are for "adjusted_rays".
 
     Raises
     ------
@@ -84,12 +66,11 @@ def form_model(image, model_start, principal_distance, cameras, rule, correction
     distance = np.empty((len(model_start) - 1, 2))
     distance[:] = principal_distance
     model = ModelCoordinates(np.empty((len(image), 3)), np.empty(len(image)))
-    stations = np.stack([cameras.left_centre, cameras.right_centre], axis=1)
-    axes = np.stack([cameras.left_rotation, cameras.right_rotation], axis=1)
+    cameras = cameras.stacked()
     start = np.ascontiguousarray(model_start, dtype=np.int64)
     code = MIDPOINT if rule == "adjusted_rays" else RULES.index(rule)
-    over_segments(_intersect, start, used, distance, (stations, axes), code, model.xyz)
-    over_segments(_measure, start, image, distance, (stations, axes), model.y_parallax)
+    over_segments(_intersect, start, used, distance, cameras, code, model.xyz)
+    over_segments(_measure, start, image, distance, cameras, model.y_parallax)
     return model
 
 

@@ -36,24 +36,15 @@ EPS = np.finfo(float).eps
 
 
 class ModelPrecision(NamedTuple):
-    """Cofactors of model points, for image coordinates with the variance 1 mm².
+    """Cofactors of model points, for image coordinates with the variance 1 mm²."""
 
-    Attributes
-    ----------
-    image_part : ndarray, shape (n_points, 3, 3)
-        Of the intersection alone [unit of the base² / mm²].
-    gain : ndarray, shape (n_points, 3, 6)
-        Derivatives G of the point by base direction and turn of the right camera.
-    orientation_part : ndarray, shape (n_points, 3, 3)
-        G C G.T.
-    by_image : ndarray, shape (n_points, 3, 4)
-        Derivatives (A.T A)^-1 A.T of the point by its own image coordinates, the
-        orientation held [unit of the base / mm].
-    """
-
+    # (n_points, 3, 3): of the intersection alone [unit of the base² / mm²]
     image_part: np.ndarray
+    # (n_points, 3, 6): derivatives G by base direction and turn of the right camera
     gain: np.ndarray
-    orientation_part: np.ndarray
+    orientation_part: np.ndarray  # (n_points, 3, 3): G C G.T
+    # (n_points, 3, 4): derivatives (A.T A)^-1 A.T of the point by its own image
+    # coordinates, the orientation held [unit of the base / mm]
     by_image: np.ndarray
 
     @property
@@ -64,21 +55,12 @@ class ModelPrecision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OrientedPairs:
-    """What the precision of model points needs to know of their pairs.
-
-    Attributes
-    ----------
-    orientation : PairOrientation
-    base_length : ndarray, shape (n_pairs,)
-    case : str
-    distance : ndarray, shape (n_pairs, 2)
-        Principal distances [mm].
-    """
+    """What the precision of model points needs to know of their pairs."""
 
     orientation: object
-    base_length: np.ndarray
+    base_length: np.ndarray  # (n_pairs,)
     case: str
-    distance: np.ndarray
+    distance: np.ndarray  # (n_pairs, 2): principal distances [mm]
 
     def cameras(self):
         """Centres and rotations in the model system; StereoCameras."""
@@ -89,21 +71,14 @@ class OrientedPairs:
     def camera_changes(self):
         """Derivatives of the cameras by base direction (3) and turn (3).
 
-        Returns
-        -------
-        centres : ndarray, shape (n_pairs, 6, 2, 3)
-        rotations : ndarray, shape (n_pairs, 6, 2, 3, 3)
-            Of left and right camera.
-
-        Notes
-        -----
-        By central differences of the elements, which are those of every case, whichever
-        length is fixed.
+        Centres (n_pairs, 6, 2, 3) and rotations (n_pairs, 6, 2, 3, 3) of left and right
+        camera, by central differences of the elements, which are those of every case,
+        whichever length is fixed.
         """
         centres, rotations = [], []
         for change in np.eye(N_CHANGES):
             (c_more, r_more), (c_less, r_less) = (
-                _stacked(self._moved(sign * STEP * change)) for sign in (1.0, -1.0)
+                self._moved(sign * STEP * change).stacked() for sign in (1.0, -1.0)
             )
             centres.append((c_more - c_less) / (2.0 * STEP))
             rotations.append((r_more - r_less) / (2.0 * STEP))
@@ -120,27 +95,10 @@ class OrientedPairs:
         return replace(self, orientation=orientation).cameras()
 
 
-def _stacked(cameras):
-    """Centres and rotations of left and right camera as two arrays."""
-    centres = np.stack([cameras.left_centre, cameras.right_centre], axis=1)
-    rotations = np.stack([cameras.left_rotation, cameras.right_rotation], axis=1)
-    return centres, rotations
-
-
 def model_precision(pairs, xyz, model_start) -> ModelPrecision:
-    """Cofactors of the points of many models.
+    """Cofactors of the points of many models; NaN where a pair is not oriented.
 
-    Parameters
-    ----------
-    pairs : OrientedPairs
-    xyz : ndarray, shape (n_points, 3)
-        Model points in the unit of the base, sorted by pair.
-    model_start : ndarray of int, shape (n_pairs + 1,)
-
-    Returns
-    -------
-    ModelPrecision
-        NaN where a pair is not oriented.
+    ``xyz`` (n_points, 3) are model points in the unit of the base, sorted by pair.
     """
     xyz = np.ascontiguousarray(xyz, dtype=float)
     found = ModelPrecision(
@@ -154,7 +112,7 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
         np.ascontiguousarray(model_start, dtype=np.int64),
         xyz,
         np.ascontiguousarray(pairs.distance, dtype=float),
-        _stacked(pairs.cameras()),
+        pairs.cameras().stacked(),
         pairs.camera_changes(),
         np.ascontiguousarray(pairs.orientation.cofactor),
         found,

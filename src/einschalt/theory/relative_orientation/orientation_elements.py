@@ -45,65 +45,38 @@ INDEPENDENT = ("base", "phi_1", "kappa_1", "omega_2", "phi_2", "kappa_2")
 
 @dataclass(frozen=True, eq=False)
 class StereoCameras:
-    """Centres and rotations of both photographs of many pairs in the model system.
+    """Centres and rotations of both photographs of many pairs in the model system."""
 
-    Attributes
-    ----------
-    left_centre, right_centre : ndarray, shape (n_pairs, 3)
-        In the unit of the base.
-    left_rotation, right_rotation : ndarray, shape (n_pairs, 3, 3)
-        From the model into the image system.
-    """
-
-    left_centre: np.ndarray
+    left_centre: np.ndarray  # both (n_pairs, 3): in the unit of the base
     right_centre: np.ndarray
+    # both (n_pairs, 3, 3): from the model into the image system
     left_rotation: np.ndarray
     right_rotation: np.ndarray
+
+    def stacked(self):
+        """Centres (n_pairs, 2, 3) and rotations (n_pairs, 2, 3, 3)."""
+        centres = np.stack([self.left_centre, self.right_centre], axis=1)
+        return centres, np.stack([self.left_rotation, self.right_rotation], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationElements:
-    """Elements of many pairs in one case.
+    """Elements of many pairs in one case."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the six columns of ``values``.
-    values : ndarray, shape (n_pairs, 6)
-        Lengths in the unit of the base, angles [rad].
-    estimated : tuple of str
-        The five that were estimated, in the order of ``cofactor``.
-    cofactor : ndarray, shape (n_pairs, 5, 5)
-    cameras : StereoCameras
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
+    names: tuple[str, ...]  # of the six columns of ``values``
+    values: np.ndarray  # (n_pairs, 6): lengths in the unit of the base, angles [rad]
+    # the five that were estimated, in the order of ``cofactor``
     estimated: tuple[str, ...]
-    cofactor: np.ndarray
+    cofactor: np.ndarray  # (n_pairs, 5, 5)
     cameras: StereoCameras
 
 
 def orientation_elements(orientation, base_length=1.0, case="dependent_right"):
     """Elements of pairs that were oriented by the coplanarity condition.
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-    base_length : float or ndarray, shape (n_pairs,)
-        Of bx or of the base vector, in any unit.
-    case : {"dependent_right", "dependent_left", "independent"}
-
-    Returns
-    -------
-    OrientationElements
-        NaN where a pair was not oriented. Cofactors are not finite where an angle phi
-        is a right angle.
-
-    Raises
-    ------
-    SettingsError
-        The case is unknown.
+    ``base_length`` is that of bx or of the base vector, in any unit. NaN where a pair
+    was not oriented; cofactors are not finite where an angle phi is a right angle. An
+    unknown case is a SettingsError.
     """
     require_choice("case", case, CASES)
     length = np.broadcast_to(

@@ -29,24 +29,14 @@ from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 
 
 def orientation_influence(orientation, adjusted, factors):
-    """Derivatives of every orientation by the image coordinates of its points.
+    """Derivatives of every orientation by the image coordinates of its points [1/mm].
 
-    Parameters
-    ----------
-    orientation : PairOrientation
-        Of the estimator "rigorous".
-    adjusted : StereoPairs
-        Adjusted image coordinates of the same pairs; a pair that is not oriented has
-        no points.
-    factors : ndarray, shape (n_points,)
-        Of the weights of the conditions, taken as given: 1, or less after a robust
-        norm.
-
-    Returns
-    -------
-    ndarray, shape (n_points, 6, 4)
-        Of the base direction (3) and a small turn of the right camera about the axes
-        of the left system (3) by x', y', x", y" of each point [1/mm].
+    Of the base direction (3) and a small turn of the right camera about the axes of the
+    left system (3) by x', y', x", y" of each point: (n_points, 6, 4). The
+    ``orientation`` is one of the estimator "rigorous", ``adjusted`` are StereoPairs of
+    adjusted coordinates, without points where a pair is not oriented. ``factors``
+    (n_points,) of the weights of the conditions are taken as given: 1, or less after a
+    robust norm.
 
     Notes
     -----
@@ -54,7 +44,6 @@ def orientation_influence(orientation, adjusted, factors):
     the principal distance.
     """
     left, right = adjusted.distance.T
-    turned = np.swapaxes(orientation.rotation, 1, 2).reshape(-1, 9)
     scale = left[adjusted.model]
     found = np.empty((len(adjusted.image), N_CHANGES, 4))
     over_segments(
@@ -62,7 +51,7 @@ def orientation_influence(orientation, adjusted, factors):
         np.ascontiguousarray(adjusted.start, dtype=np.int64),
         np.ascontiguousarray(adjusted.image.T / scale),
         -right / left,
-        np.hstack([orientation.base, turned]),
+        orientation.poses,
         np.ascontiguousarray(factors, dtype=float),
         found,
     )

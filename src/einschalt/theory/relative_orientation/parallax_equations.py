@@ -89,39 +89,20 @@ def element_scale(height, case):
 
     A column of the design matrix divided by its length is of the order of 1 whatever
     the unit of the model, so that singular values of different models compare.
-
-    Parameters
-    ----------
-    height : ndarray, shape (n_models,)
-        Mean distance of the points below the projection centres.
-    case : {"independent", "dependent_left", "dependent_right"}
-
-    Returns
-    -------
-    ndarray, shape (n_models, 5)
+    ``height`` (n_models,) is the mean distance of the points below the projection
+    centres.
     """
     is_angle = np.arange(N_ELEMENTS) < _N_ANGLES[case]
     return np.where(is_angle, np.asarray(height, dtype=float)[..., np.newaxis], 1.0)
 
 
 def independent_from_dependent(base, case):
-    """Matrix from dependent elements to the independent ones of the same model.
+    """Matrix T (..., 5, 5) from dependent elements to the independent ones of a model.
 
-    Parameters
-    ----------
-    base : float or ndarray, shape (n_models,)
-    case : {"dependent_left", "dependent_right"}
-        Which bundle moves.
-
-    Returns
-    -------
-    ndarray, shape (..., 5, 5)
-        T in ``independent = T @ dependent`` and ``Q_independent = T @ Q @ T.T``.
-
-    Notes
-    -----
-    "Same model" means the same model up to a rotation, shift and change of scale of
-    the whole, hence the same parallaxes, up to the sign of p of ``dependent_right``.
+    ``independent = T @ dependent`` and ``Q_independent = T @ Q @ T.T``; the case says
+    which bundle moves. The model is the same up to a rotation, shift and change of
+    scale of the whole, hence has the same parallaxes, up to the sign of p of
+    ``dependent_right``.
     """
     base = np.asarray(base, dtype=float)
     matrix = np.zeros((*base.shape, N_ELEMENTS, N_ELEMENTS))

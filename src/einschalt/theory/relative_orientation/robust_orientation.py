@@ -30,8 +30,6 @@ from einschalt.theory.relative_orientation.coplanarity import (
 )
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
-    NO_SUMS,
-    add_condition,
     coplanarity,
     descent_step,
     frame_of,
@@ -42,15 +40,18 @@ from einschalt.theory.relative_orientation.coplanarity_precision import fill_pre
 from einschalt.theory.relative_orientation.coplanarity_solution import (
     N_PARAMETERS,
     pose_at,
+    put_pose,
 )
 from einschalt.theory.relative_orientation.gross_errors import (
     FEWEST_POINTS,
-    LEAST_SIZE,
+    N_ABSOLUTE_STEPS,
     misclosure_scale,
+    weight_factor,
+    weighted_sums,
 )
 from einschalt.theory.relative_orientation.starting_orientations import facing
 
-N_ABSOLUTE_STEPS, MOST_STEPS = 10, 500
+MOST_STEPS = 500
 # medians may jump to and fro for ever: after so many steps the scale is held
 STEPS_WITH_SCALE = 250
 # square of the last step in units of its standard error
@@ -63,39 +64,25 @@ NORMS = {"huber": (1.345, HUBER[1]), "tukey": (4.685, TUKEY[1])}
 
 @dataclass(frozen=True, eq=False)
 class RobustOrientation:
-    """Robust relative orientations.
+    """Robust relative orientations."""
 
-    Attributes
-    ----------
-    orientation : PairOrientation
-        ``sum_of_squares`` is such that sigma_0 is that of a good image coordinate.
-    factors : ndarray, shape (n_points,)
-        Of the weights, 0 to 1; 1 in pairs of fewer than eight points, whose majority
-        is not worth more than the worst of them.
-    """
-
+    # ``sum_of_squares`` is such that sigma_0 is that of a good image coordinate
     orientation: PairOrientation
+    # (n_points,): of the weights, 0 to 1; 1 in pairs of fewer than eight points, whose
+    # majority is not worth more than the worst of them
     factors: np.ndarray
 
 
 def orient_robustly(pairs, norm):
     """Orient all pairs with weights that fall with the size of a misclosure.
 
-    Parameters
-    ----------
-    pairs : StereoPairs
-    norm : {"huber", "tukey"}
-
-    Returns
-    -------
-    RobustOrientation
-        Pairs that could not be oriented at all are what they were.
+    ``norm`` is huber or tukey. Pairs that could not be oriented at all are what they
+    were.
     """
     ordinary = pairs.orient("rigorous")
     start = np.ascontiguousarray(pairs.start, dtype=np.int64)
     left = pairs.distance[pairs.model, 0]
-    turned = np.swapaxes(ordinary.rotation, 1, 2).reshape(-1, 9)
-    poses = np.hstack([ordinary.base, turned])
+    poses = ordinary.poses
     out = (
         poses,
         ordinary.cofactor * pairs.distance[:, :1, None] ** 2,
@@ -155,11 +142,7 @@ def _orient_range(first, last, start, scaled, right_z, norm, out):
             poses[k], cofactor[k], squares[k] = np.nan, np.nan, np.nan
             closing[:], numbers[begin:end] = np.nan, np.nan
             continue
-        base, rotation = pose
-        for i in range(3):
-            poses[k, i] = base[i]
-        for i in range(9):
-            poses[k, 3 + i] = rotation[i]
+        put_pose(pose, poses[k])
 
 
 @numba.njit(**COMPILED)
@@ -174,7 +157,7 @@ def _descend(image, zr, pose, norm):
         if not scale > ROUNDING:  # most points fit exactly
             return pose, 0.0, scale >= 0.0
         is_absolute = turn < N_ABSOLUTE_STEPS
-        sums = _normals(image, zr, pose, (scale, norm), is_absolute)
+        sums = weighted_sums(image, zr, pose, scale, norm[:2], is_absolute)
         step, gain = descent_step(sums, 0.0)
         if not math.isfinite(step[0]):
             return pose, scale, False
@@ -185,38 +168,13 @@ def _descend(image, zr, pose, norm):
 
 
 @numba.njit(**COMPILED)
-def _factor(ratio, norm, is_absolute):
-    limit, is_tukey, _ = norm
-    if is_absolute:
-        return 1.0 / max(ratio, LEAST_SIZE)
-    if is_tukey:
-        share = 1.0 - (ratio / limit) ** 2
-        return share * share if share > 0.0 else 0.0
-    return limit / max(ratio, limit)
-
-
-@numba.njit(**COMPILED)
-def _normals(image, zr, pose, scaled_norm, is_absolute):
-    scale, norm = scaled_norm
-    base, tangents, rotation = frame_of(pose, False)
-    sums = NO_SUMS
-    for i in range(image.shape[1]):
-        point = image[0, i], image[1, i], image[2, i], image[3, i]
-        f, by_base, by_turn, by_image = coplanarity(point, zr, base, rotation)
-        d0, d1, d2, d3 = by_image
-        q = d0 * d0 + d1 * d1 + d2 * d2 + d3 * d3
-        factor = _factor(abs(f) / math.sqrt(q) / scale, norm, is_absolute)
-        row = parameter_row(by_base, by_turn, tangents)
-        sums = add_condition(sums, row, f, factor / q)
-    return sums
-
-
-@numba.njit(**COMPILED)
 def _set_factors(image, zr, pose, scaled_norm, factor):
     scale, norm = scaled_norm
     misclosure_scale(image, zr, pose, factor)
     for i in range(factor.size):
-        factor[i] = _factor(factor[i] / scale, norm, False) if scale > 0.0 else 1.0
+        factor[i] = (
+            weight_factor(factor[i] / scale, norm[:2], False) if scale > 0.0 else 1.0
+        )
 
 
 @numba.njit(**COMPILED)

@@ -22,17 +22,7 @@ parallax then changes by 1e-8 of the base, a nanometre in a model of 100 mm."""
 
 
 def number_six_points(xyz):
-    """Find which of six points is which in the usual layout.
-
-    Parameters
-    ----------
-    xyz : ndarray, shape (..., 6, 3)
-        Model coordinates in any order.
-
-    Returns
-    -------
-    ndarray of int, shape (..., 6)
-        Rows of ``xyz`` that hold the points 1, 3, 5, 2, 4, 6.
+    """Rows (..., 6) of ``xyz`` (..., 6, 3) that hold the points 1, 3, 5, 2, 4, 6.
 
     Examples
     --------
@@ -53,16 +43,7 @@ def number_six_points(xyz):
 def are_on_two_sides(xyz, base):
     """Tell whether points 1, 3, 5 lie left of the middle of the base, the others right.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (..., 6, 3)
-        In the order 1, 3, 5, 2, 4, 6.
-    base : float or ndarray, shape (...)
-        In the unit of the coordinates.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
+    ``xyz`` (..., 6, 3) follows the order 1, 3, 5, 2, 4, 6; bool of shape (...).
     """
     x = np.asarray(xyz, dtype=float)[..., 0]
     middle = np.asarray(base, dtype=float) / 2.0
@@ -72,17 +53,8 @@ def are_on_two_sides(xyz, base):
 def are_in_base_normal_planes(xyz, base):
     """Tell whether points 1, 3, 5 lie in the plane x = 0 and 2, 4, 6 in x = base.
 
-    Parameters
-    ----------
-    xyz : ndarray, shape (..., 6, 3)
-        In the order 1, 3, 5, 2, 4, 6.
-    base : float or ndarray, shape (...)
-        In the unit of the coordinates.
-
-    Returns
-    -------
-    ndarray of bool, shape (...)
-        Whether every x agrees with its plane within ``PLANE_TOLERANCE`` of the base.
+    ``xyz`` (..., 6, 3) follows the order 1, 3, 5, 2, 4, 6; every x must agree with its
+    plane within ``PLANE_TOLERANCE`` of the base.
     """
     base = np.asarray(base, dtype=float)[..., np.newaxis]
     plane = base * np.repeat([0.0, 1.0], 3)

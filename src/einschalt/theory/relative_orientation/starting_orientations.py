@@ -1,20 +1,13 @@
 """Approximate relative orientations from nothing but the image coordinates.
 
-Three ways, from cheap to thorough:
-
-normal case
-    Near-vertical photographs of near-level ground are similar figures: a plane
-    similarity of the left to the right image coordinates gives kappa by its rotation
-    and the base by its shift, whatever their directions.
-twin of a plane
-    Points in a plane have two orientations that fit them equally well, since the roles
-    of base and plane normal can be exchanged. The twin of an orientation follows in
-    closed form, and can be excluded where it puts points behind the cameras.
-search
-    For a given rotation the best base is the smallest eigenvector of a 3 x 3 matrix,
-    so three dimensions are left, which a coarse lattice covers.
-
-Poses and image coordinates are those of ``coplanarity_condition``.
+Near-vertical photographs of near-level ground are similar figures: a plane similarity
+gives kappa by its rotation and the base by its shift (**normal case**). Points in a
+plane have two orientations that fit them equally well, since the roles of base and
+plane normal can be exchanged: the **twin** follows in closed form, and can be excluded
+where it puts points behind the cameras. For a given rotation the best base is the
+smallest eigenvector of a 3 x 3 matrix, so three dimensions are left to a **search**,
+which a coarse lattice covers. Poses and image coordinates are those of
+``coplanarity_condition``.
 
 Source: the twin is derived from the factorisation of ``I - e p.T`` into a rotation and
 such a matrix (Longuet-Higgins 1986, The Reconstruction of a Plane Surface from Two
@@ -52,19 +45,9 @@ NEIGHBOUR_TRACE = 1.0 + 2.0 * math.cos(1.3 * LATTICE_STEP)
 
 
 def rotation_lattice(step, n_rings):
-    """Rotations about as far from each other as the step.
+    """Rotations about as far from each other as the step [rad], R row by row (n, 9).
 
-    Parameters
-    ----------
-    step : float
-        [rad]
-    n_rings : int
-        Rings of relative tilts with 6, 12, 18, ... places around no tilt.
-
-    Returns
-    -------
-    ndarray, shape (n_rotations, 9)
-        R row by row.
+    Rings of relative tilts have 6, 12, 18, ... places around no tilt.
     """
     tilts = [np.zeros(3)]
     for ring in range(1, n_rings + 1):
@@ -83,17 +66,9 @@ LATTICE = rotation_lattice(LATTICE_STEP, N_TILT_RINGS)
 
 @numba.njit(**COMPILED)
 def normal_case_start(image, zr):
-    """Pose by a plane similarity of the two images.
+    """Pose by a plane similarity of the two images, (4, n).
 
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-
-    Returns
-    -------
-    pose
-        With the base in the direction in which the shift says it, and no tilts.
+    With the base in the direction in which the shift says it, and no tilts.
     """
     n = image.shape[1]
     mean_xl, mean_yl = image[0].sum() / n, image[1].sum() / n
@@ -131,10 +106,7 @@ def unit(vector):
 def depths(point, zr, pose):
     """Distances of a point along its two rays, in bases, times the square of u x v.
 
-    Returns
-    -------
-    tuple of 3 floats
-        Of the left ray, of the right ray, and the square of u x v.
+    Left, right, and the square of u x v.
     """
     base, rotation = pose
     _, (a0, a1, a2), _, _ = coplanarity(point, zr, base, rotation)
@@ -151,15 +123,9 @@ def depths(point, zr, pose):
 
 @numba.njit(**COMPILED)
 def facing(image, zr, pose):
-    """Pose with the base in the direction that has more points in front.
+    """Pose with the base towards the side of more points in front, and their number.
 
     A base and its opposite fit the condition equally well.
-
-    Returns
-    -------
-    pose
-    int
-        Number of points in front of both cameras.
     """
     n_front = n_behind = 0
     for i in range(image.shape[1]):
@@ -205,19 +171,11 @@ def inverse_depth_plane(image, zr, pose):
 
 @numba.njit(**COMPILED)
 def planar_twin(image, zr, pose):
-    """Second orientation of points in a plane.
+    """Whether points in a plane allow a second orientation, and that orientation.
 
     With the plane p . X = 1 the rays are v ~ (I - e p.T) u. With s = p/2 - e the same
     matrix is a rotation times I + t s.T, t = p - (p.p)/(2 s.s) s: a camera whose base
-    is along t and a plane with the normal s.
-
-    Returns
-    -------
-    bool
-        Whether the twin may have all points on one side: points of both signs of s . u
-        exclude it.
-    pose
-        The twin.
+    is along t and a plane with the normal s. Points of both signs of s . u exclude it.
     """
     (x, y, z), rotation = pose
     p0, p1, p2 = inverse_depth_plane(image, zr, pose)
@@ -243,17 +201,10 @@ def rank_one_more(factor, a, b):
     """Matrix I + factor a b.T, row by row."""
     x, y, z = a
     p, q, r = b
-    return (
-        1.0 + factor * x * p,
-        factor * x * q,
-        factor * x * r,
-        factor * y * p,
-        1.0 + factor * y * q,
-        factor * y * r,
-        factor * z * p,
-        factor * z * q,
-        1.0 + factor * z * r,
-    )
+    top = 1.0 + factor * x * p, factor * x * q, factor * x * r
+    middle = factor * y * p, 1.0 + factor * y * q, factor * y * r
+    bottom = factor * z * p, factor * z * q, 1.0 + factor * z * r
+    return top + middle + bottom
 
 
 @numba.njit(**COMPILED)
@@ -319,18 +270,7 @@ def smallest_eigenvector(a, b, c, d, e, f):
 
 @numba.njit(**COMPILED)
 def survey_lattice(image, zr):
-    """Sum of squares of every rotation of the lattice with its best base.
-
-    Parameters
-    ----------
-    image : ndarray, shape (4, n)
-    zr : float
-
-    Returns
-    -------
-    squares : ndarray, shape (n_rotations,)
-    bases : ndarray, shape (n_rotations, 3)
-    """
+    """Sum of squares of every rotation of the lattice with its best base, and these."""
     # only the shape of the sum of squares is wanted, which some of the points give
     sample = np.ascontiguousarray(image[:, :: 1 + image.shape[1] // N_SEARCHED_POINTS])
     idle = np.zeros_like(sample)
@@ -349,15 +289,7 @@ def survey_lattice(image, zr):
 def next_start(squares, bases):
     """Pose with the smallest sum of squares of the lattice.
 
-    Parameters
-    ----------
-    squares : ndarray, shape (n_rotations,)
-        Infinite afterwards at the place that was taken and its neighbours.
-    bases : ndarray, shape (n_rotations, 3)
-
-    Returns
-    -------
-    pose
+    Its place and the neighbours are infinite in ``squares`` afterwards.
     """
     best = np.argmin(squares)
     for place in range(len(LATTICE)):

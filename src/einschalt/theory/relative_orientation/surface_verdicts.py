@@ -81,51 +81,29 @@ CAUSES = {
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """What is judged, one value per model, ndarray of shape (n_models,).
+    """What is judged, one value per model, ndarray of shape (n_models,)."""
 
-    Attributes
-    ----------
-    n_points : ndarray of int
-    relative_base : ndarray
-        Base over depth.
-    is_behind, is_located : ndarray of bool
-        Whether a point lies at or above the base; whether all points have coordinates.
-    width : ndarray
-        Standard deviation of the points across their line of best fit, over depth.
-    inflation : ndarray
-        sigma(omega) over that of the flat twin.
-    uncertainty, flat_uncertainty : ndarray
-        Largest standard error of a correction of unit length, for parallax errors of
-        1 depth: of the model, and of its flat twin.
-    """
-
-    n_points: np.ndarray
-    relative_base: np.ndarray
+    n_points: np.ndarray  # of int
+    relative_base: np.ndarray  # base over depth
+    # both of bool: a point lies at or above the base; all points have coordinates
     is_behind: np.ndarray
     is_located: np.ndarray
+    # standard deviation of the points across their line of best fit, over depth
     width: np.ndarray
-    inflation: np.ndarray
+    inflation: np.ndarray  # sigma(omega) over that of the flat twin
+    # both: largest standard error of a correction of unit length, for parallax errors
+    # of 1 depth: of the model, and of its flat twin
     uncertainty: np.ndarray
     flat_uncertainty: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceVerdict:
-    """Verdicts on all models.
+    """Verdicts on all models."""
 
-    Attributes
-    ----------
-    level : ndarray of int, shape (n_models,)
-        SAFE, WEAK or CRITICAL.
-    cause : ndarray of int, shape (n_models,)
-        Place in ``CAUSES``.
-    figure : Figure
-        What was judged.
-    """
-
-    level: np.ndarray
-    cause: np.ndarray
-    figure: Figure
+    level: np.ndarray  # of int, (n_models,): SAFE, WEAK or CRITICAL
+    cause: np.ndarray  # of int, (n_models,): place in ``CAUSES``
+    figure: Figure  # what was judged
 
     @property
     def names(self):
@@ -149,16 +127,7 @@ class SurfaceVerdict:
 
 
 def judge(figure):
-    """Judge the figures of all models; of several causes the first one counts.
-
-    Parameters
-    ----------
-    figure : Figure
-
-    Returns
-    -------
-    SurfaceVerdict
-    """
+    """Judge the figures of all models; of several causes the first one counts."""
     has_base = (figure.relative_base > 0.0) & np.isfinite(figure.relative_base)
     is_thin = figure.width < THIN
     is_lost = figure.uncertainty > CRITICAL_UNCERTAINTY

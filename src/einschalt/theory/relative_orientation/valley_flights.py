@@ -32,16 +32,8 @@ MIDDLE = slice(0, 2)
 def critical_depth(wing, principal_distance):
     """Relative depth at which a symmetrical valley is dangerous: sin²(beta).
 
-    Parameters
-    ----------
-    wing, principal_distance : float or ndarray
-        Distance of the wings from the base in the image, and principal distance, in
-        one unit.
-
-    Returns
-    -------
-    float or ndarray
-        In parts of the flying height above the middle of the valley.
+    In parts of the flying height above the middle of the valley, from the distance of
+    the wings from the base in the image and the principal distance, in one unit.
 
     Examples
     --------
@@ -54,24 +46,13 @@ def critical_depth(wing, principal_distance):
 
 
 def standard_points(heights, altitude, principal_distance, wing, image_base):
-    """Model coordinates of the six standard points of models that are yet to be flown.
+    """Model coordinates (n_models, 6, 3) of the standard points, and bases [m].
 
-    Parameters
-    ----------
-    heights : ndarray, shape (n_models, 6)
-        Of the terrain in the points 1 to 6 [m].
-    altitude : ndarray, shape (n_models,)
-        Of the flight, in the same system of heights [m].
-    principal_distance, wing, image_base : float
-        Principal distance, and wings and base as they appear in the image [m].
-
-    Returns
-    -------
-    xyz : ndarray, shape (n_models, 6, 3)
-        Origin in the left projection centre [m]; z >= 0 where the terrain reaches the
-        altitude.
-    base : ndarray, shape (n_models,)
-        [m], so that the mean of points 1 and 2 has the forward overlap.
+    From the heights (n_models, 6) of the terrain in the points 1 to 6 and the altitude
+    (n_models,) of the flight in the same system; principal distance, and wings and base
+    as they appear in the image [m]. The origin is the left projection centre; z >= 0
+    where the terrain reaches the altitude. The mean of points 1 and 2 has the forward
+    overlap.
     """
     z = heights - altitude[:, np.newaxis]
     base = image_base / principal_distance * -z[:, MIDDLE].mean(axis=1)
@@ -81,18 +62,10 @@ def standard_points(heights, altitude, principal_distance, wing, image_base):
 
 
 def valley_depths(heights):
-    """Depth of the valley in both base-normal planes.
+    """Mean height of the wings less that of the middle in both base-normal planes.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (n_models, 6)
-        Of the terrain in the points 1 to 6.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 2)
-        Mean height of the wings less that of the middle, in the planes of the left
-        and of the right centre; negative on ridges.
+    Of the left and of the right centre, (n_models, 2); negative on ridges. ``heights``
+    (n_models, 6) are those of the terrain in the points 1 to 6.
     """
     wings = (heights[:, 2:4] + heights[:, 4:6]) / 2.0
     return wings - heights[:, MIDDLE]

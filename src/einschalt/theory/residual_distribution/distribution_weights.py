@@ -30,17 +30,7 @@ def inverse_distance_weights(known_xy, point_xy):
 
     With more than N_NEAREST known points the weights fall to zero at the distance of
     the next one, ((R - d) / (R d))² (Franke and Nielson 1980), so that no point takes a
-    jump where its neighbours change.
-
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-        No two at the same place.
-    point_xy : ndarray, shape (n_points, 2)
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
+    jump where its neighbours change. No two known points are at the same place.
 
     Examples
     --------
@@ -81,15 +71,6 @@ def multiquadric_weights(known_xy, point_xy):
     a slope from one to the other would go on far beyond them, and centimetres would
     become metres.
 
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-    point_xy : ndarray, shape (n_points, 2)
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-
     Examples
     --------
     >>> ends = np.array([[0.0, 0.0], [2.0, 0.0]])
@@ -104,17 +85,7 @@ def multiquadric_weights(known_xy, point_xy):
 
 
 def with_unit_rows(weights, rows, columns):
-    """Weights with rows in which one known point has the whole.
-
-    Parameters
-    ----------
-    weights : csr_array, shape (n_points, n_known)
-    rows, columns : ndarray of int, shape (n,)
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-    """
+    """Weights with rows in which one known point (of ``columns``) has the whole."""
     others = np.ones(weights.shape[0])
     others[rows] = 0.0
     own = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=weights.shape)
@@ -186,19 +157,10 @@ DISTRIBUTIONS = {
 
 
 def distribution_weights(known_xy, point_xy, method):
-    """Weights of the residuals of known points for all points.
+    """Weights (n_points, n_known) of the residuals of known points for all points.
 
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-        Several at the same place share their weight.
-    point_xy : ndarray, shape (n_points, 2)
-    method : {"natural_neighbour", "inverse_distance", "multiquadric"}
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-        Rows add up to 1.
+    Rows add up to 1; ``method`` is one of DISTRIBUTIONS. Several known points at the
+    same place share their weight.
     """
     places, which = np.unique(known_xy, axis=0, return_inverse=True)
     weights = DISTRIBUTIONS[method](places, point_xy)

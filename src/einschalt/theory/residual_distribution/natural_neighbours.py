@@ -22,39 +22,20 @@ NEAR = 1e-9
 
 
 class Mesh(NamedTuple):
-    """Delaunay triangles of the known points, in units of their extent.
+    """Delaunay triangles of the known points, in units of their extent."""
 
-    Attributes
-    ----------
-    xy : ndarray, shape (n_known, 2)
-    corners : ndarray of int, shape (n_triangles, 3)
-        Anticlockwise.
-    beyond : ndarray of int, shape (n_triangles, 3)
-        Triangle beyond the side opposite each corner; -1 on the hull.
-    centres : ndarray, shape (n_triangles, 2)
-        Centres of the circumscribed circles.
-    """
-
-    xy: np.ndarray
-    corners: np.ndarray
+    xy: np.ndarray  # (n_known, 2)
+    corners: np.ndarray  # of int, (n_triangles, 3): anticlockwise
+    # of int, (n_triangles, 3): triangle beyond the side opposite each corner, or -1
     beyond: np.ndarray
-    centres: np.ndarray
+    centres: np.ndarray  # (n_triangles, 2): centres of the circumscribed circles
 
 
 def natural_neighbour_weights(known_xy, point_xy):
-    """Weights of the known points for each point; each row adds up to 1.
+    """Weights (n_points, n_known) of the known points; each row adds up to 1.
 
-    Parameters
-    ----------
-    known_xy : ndarray, shape (n_known, 2)
-        No two at the same place.
-    point_xy : ndarray, shape (n_points, 2)
-
-    Returns
-    -------
-    csr_array, shape (n_points, n_known)
-        Where all known points lie on one line, linear along it, and constant beyond its
-        ends.
+    No two known points are at the same place. Where all lie on one line, the weights
+    are linear along it, and constant beyond its ends.
 
     Examples
     --------

@@ -8,14 +8,12 @@ import numba
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneKind,
     PlaneSolution,
     assemble_fit,
     plane_moments,
     status_of,
 )
 
-KIND = PlaneKind("affine", ("a0", "a1", "a2", "b0", "b1", "b2"))
 LEAST_POINTS = 3
 THINNEST = 1e-10
 
@@ -62,37 +60,20 @@ def fit_affine(xy, en, weights, start):
     is_plane = 4.0 * moments.determinant > THINNEST * moments.polar**2
     status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread & is_plane)
     inverse, linear = _solve(moments.model_model, moments.model_ground, status)
-    solution = PlaneSolution(
-        linear=linear,
-        spread_east=inverse,
-        spread_north=inverse,
-        spread_cross=np.zeros_like(inverse),
-        status=status,
-    )
-    points = (xy, en, weights, start)
-    parameters = _parameters(moments, solution.linear)
     return assemble_fit(
-        KIND,
-        points,
+        "affine",
+        (xy, en, weights, start),
         moments,
-        solution,
-        parameters,
+        PlaneSolution.alike(linear, inverse, status),
+        _parameters(moments, linear),
         np.full(len(status), np.nan),
     )
 
 
 def affine_cofactors(fit):
-    """Cofactors of a0, a1, a2, b0, b1, b2 at the origin of the model coordinates.
+    """Cofactors (n_models, 6, 6) of a0 to b2 at the origin of the model coordinates.
 
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_affine`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 6, 6)
-        Times s_0² it is the covariance of the parameters.
+    Times s_0² they are the covariance of the parameters.
     """
     half = affine_axis_cofactors(fit)
     cofactors = np.zeros((len(half), 6, 6))
@@ -101,20 +82,11 @@ def affine_cofactors(fit):
 
 
 def affine_axis_cofactors(fit):
-    """Cofactors of a0, a1, a2, which are also those of b0, b1, b2.
+    """Cofactors (n_models, 3, 3) of a0, a1, a2, which are also those of b0, b1, b2.
 
     The two axes share their normal matrix and are uncorrelated.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_affine`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 3, 3)
     """
-    inverse, centre = fit.solution.spread_east, fit.moments.centroid_model
+    inverse, centre = fit.solution.spread_east, fit.centroid_model
     x, y = centre.T
     half = np.empty((len(x), 3, 3))
     half[:, 1:, 1:] = inverse

@@ -18,16 +18,8 @@ import numpy as np
 def affine_matrices(moments):
     """Affine matrices of models, whatever kind of transformation they were given.
 
-    Parameters
-    ----------
-    moments : PlaneMoments
-
-    Returns
-    -------
-    matrix : ndarray, shape (n_models, 2, 2)
-        A, ground from model; NaN where the points of the model determine none.
-    inverse : ndarray, shape (n_models, 2, 2)
-        Of the moments Σ w d dᵀ.
+    A, ground from model, and the inverse of the moments Σ w d dᵀ, both
+    (n_models, 2, 2); NaN where the points of the model determine none.
     """
     m = moments.model_model
     determinant = moments.determinant
@@ -42,17 +34,7 @@ def affine_matrices(moments):
 
 
 def model_affinities(matrix):
-    """Affinity of models.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n_models, 2, 2)
-        A, ground from model.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 2)
-        p and q.
+    """Affinity p, q (n_models, 2) of matrices A (n_models, 2, 2), ground from model.
 
     Examples
     --------
@@ -69,20 +51,11 @@ def model_affinities(matrix):
 
 
 def affinity_derivatives(points, moments):
-    """Derivatives of each model's p and q by errors of its points.
+    """Derivatives (n_points, 2, 2) of each model's p and q by errors of its points.
 
-    Parameters
-    ----------
-    points : CommonPoints
-        Those that were fitted.
-    moments : PlaneMoments
-        Of the same.
-
-    Returns
-    -------
-    ndarray, shape (n_points, 2, 2)
-        Of p and of q (first index) by ground coordinates less transformed model
-        coordinates, in easting and northing (second) [1/m].
+    Of p and of q (first index) by ground coordinates less transformed model
+    coordinates, in easting and northing (second) [1/m]. ``points`` are those that were
+    fitted.
     """
     model = points.model
     matrix, inverse = affine_matrices(moments)

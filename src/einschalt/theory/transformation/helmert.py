@@ -7,16 +7,15 @@ it is z ↦ (a + ib) z + t, which is why easting and northing are uncorrelated.
 import numpy as np
 
 from einschalt.theory.transformation.plane_fit import (
-    PlaneKind,
     PlaneSolution,
     assemble_fit,
     mirror_gain,
     plane_moments,
+    shift_at_origin,
     status_of,
     without_unusable,
 )
 
-KIND = PlaneKind("helmert", ("a", "b", "te", "tn"))
 LEAST_POINTS = 2
 
 
@@ -47,45 +46,25 @@ def fit_helmert(xy, en, weights, start):
     [0.0, 2.0, 0.0, 0.0]
     """
     moments = plane_moments(xy, en, weights, start)
-    polar = moments.polar
     status = status_of(moments.n_points, LEAST_POINTS, moments.is_spread)
-    a, b = rotation_and_scale(moments)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        spread = np.eye(2) / polar[:, None, None]
-    spread = without_unusable(spread, status)
-    solution = PlaneSolution(
-        linear=without_unusable(conformal(a, b), status),
-        spread_east=spread,
-        spread_north=spread,
-        spread_cross=np.zeros_like(spread),
-        status=status,
-    )
+    linear = without_unusable(conformal(*rotation_and_scale(moments)), status)
     direct, turned = correlations(moments)
     with np.errstate(divide="ignore", invalid="ignore"):
-        gain = (turned**2 - direct**2) / polar
-    points = (xy, en, weights, start)
-    parameters = _parameters(moments, solution.linear)
+        spread = without_unusable(np.eye(2) / moments.polar[:, None, None], status)
+        gain = (turned**2 - direct**2) / moments.polar
+    shift = shift_at_origin(moments, linear)
     return assemble_fit(
-        KIND,
-        points,
+        "helmert",
+        (xy, en, weights, start),
         moments,
-        solution,
-        parameters,
+        PlaneSolution.alike(linear, spread, status),
+        np.column_stack([linear[:, 0, 0], linear[:, 1, 0], shift]),
         mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
     )
 
 
 def rotation_and_scale(moments):
-    """Parameters a, b of the best conformal map about the centroids.
-
-    Parameters
-    ----------
-    moments : PlaneMoments
-
-    Returns
-    -------
-    a, b : ndarray, shape (n_models,)
-    """
+    """Parameters a, b (n_models,) of the best conformal map about the centroids."""
     s = moments.model_ground
     with np.errstate(divide="ignore", invalid="ignore"):
         a = (s[:, 0, 0] + s[:, 1, 1]) / moments.polar
@@ -96,14 +75,7 @@ def rotation_and_scale(moments):
 def correlations(moments):
     """How well the centred figures correlate as they are, and turned over.
 
-    Parameters
-    ----------
-    moments : PlaneMoments
-
-    Returns
-    -------
-    direct, turned : ndarray, shape (n_models,)
-        Largest Σ w D·(R d) over all rotations R, and over all reflections R.
+    Largest Σ w D·(R d) over all rotations R, and over all reflections R, (n_models,).
     """
     s = moments.model_ground
     direct = np.hypot(s[:, 0, 0] + s[:, 1, 1], s[:, 0, 1] - s[:, 1, 0])
@@ -117,18 +89,8 @@ def conformal(a, b):
 
 
 def helmert_cofactors(fit):
-    """Cofactors of a, b, te, tn at the origin of the model coordinates.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_helmert`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 4, 4)
-    """
-    x, y = fit.moments.centroid_model.T
+    """Cofactors (n_models, 4, 4) of a, b, te, tn at the origin of the model."""
+    x, y = fit.centroid_model.T
     per_scale = fit.solution.spread_east[:, 0, 0]
     cofactors = np.zeros((len(x), 4, 4))
     cofactors[:, 0, 0] = cofactors[:, 1, 1] = per_scale
@@ -140,10 +102,3 @@ def helmert_cofactors(fit):
     shift = 1.0 / fit.moments.weight_sum + per_scale * (x**2 + y**2)
     cofactors[:, 2, 2] = cofactors[:, 3, 3] = shift
     return cofactors
-
-
-def _parameters(moments, linear):
-    shift = moments.centroid_ground - np.einsum(
-        "mij,mj->mi", linear, moments.centroid_model
-    )
-    return np.column_stack([linear[:, 0, 0], linear[:, 1, 0], shift])

@@ -16,14 +16,12 @@ from einschalt.foundations.rotations import (
     angles_from_rotation,
     cross_matrix,
 )
-from einschalt.theory.adjustment.least_squares import (
-    standard_error_of_unit_weight,
-    total_from_coordinate,
-)
 from einschalt.theory.transformation.plane_fit import (
-    is_mirrored,
+    CentredFit,
+    as_floats,
     is_spread,
     mirror_gain,
+    shift_at_origin,
     status_of,
     without_unusable,
 )
@@ -34,69 +32,34 @@ THINNEST = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class SpatialFit:
-    """Spatial Helmert transformations of all models of a flight.
+class SpatialFit(CentredFit):
+    """Spatial Helmert transformations of all models of a flight."""
 
-    Attributes
-    ----------
-    n_points, redundancy, status : ndarray of int, shape (n_models,)
-    weight_sum : ndarray, shape (n_models,)
-        NaN for a model without points.
-    centroid_model, centroid_ground : ndarray, shape (n_models, 3)
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    cofactor_scale : ndarray, shape (n_models,)
-    cofactor_rotation : ndarray, shape (n_models, 3, 3)
-        Of small rotations about the ground axes.
-    residuals : ndarray, shape (n_points, 3)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 3)
-        Of easting, northing, height.
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² over the three coordinates [m²].
-    mirror_gain : ndarray, shape (n_models,)
-        By how much it would be smaller if the model were turned inside out [m²]; NaN
-        where that cannot be told.
-    """
-
-    n_points: np.ndarray
+    n_points: np.ndarray  # all of int, (n_models,)
     redundancy: np.ndarray
     status: np.ndarray
-    weight_sum: np.ndarray
-    centroid_model: np.ndarray
+    weight_sum: np.ndarray  # (n_models,): NaN for a model without points
+    centroid_model: np.ndarray  # both (n_models, 3)
     centroid_ground: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
-    cofactor_scale: np.ndarray
+    scale: np.ndarray  # (n_models,)
+    rotation: np.ndarray  # (n_models, 3, 3)
+    cofactor_scale: np.ndarray  # (n_models,)
+    # (n_models, 3, 3): of small rotations about the ground axes
     cofactor_rotation: np.ndarray
-    residuals: np.ndarray
-    leverage: np.ndarray
-    sum_of_squares: np.ndarray
+    residuals: np.ndarray  # (n_points, 3): transformed less given [m]
+    leverage: np.ndarray  # (n_points, 3): of easting, northing, height
+    sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² over the three coordinates [m²]
+    # (n_models,): by how much it would be smaller if the model were turned inside out
+    # [m²]; NaN where that cannot be told
     mirror_gain: np.ndarray
 
     kind = "helmert_3d"
     parameter_names = PARAMETER_NAMES
 
     @cached_property
-    def s_0(self):
-        """Standard error of unit weight per coordinate [m], shape (n_models,)."""
-        return standard_error_of_unit_weight(self.sum_of_squares, self.redundancy)
-
-    @property
-    def m_0(self):
-        """TOTAL standard error in position, √2 s_0 [m], shape (n_models,)."""
-        return total_from_coordinate(self.s_0)
-
-    @property
-    def is_mirrored(self):
-        """Whether the model fits a hundred times better turned inside out."""
-        return is_mirrored(self.sum_of_squares, self.mirror_gain)
-
-    @cached_property
     def parameters(self):
         """Parameters te, tn, th, scale, ω, φ, κ, shape (n_models, 7)."""
-        turned = np.einsum("mij,mj->mi", self.linear, self.centroid_model)
-        shift = self.centroid_ground - turned
+        shift = shift_at_origin(self, self.linear)
         return np.column_stack([shift, self.scale, angles_of(self.rotation)])
 
     @property
@@ -104,81 +67,25 @@ class SpatialFit:
         """Scale times rotation, shape (n_models, 3, 3)."""
         return self.scale[:, None, None] * self.rotation
 
-    def apply(self, model, xyz):
-        """Transform points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-            Model of each point.
-        xyz : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-            Easting, northing, height [m].
-        """
-        offset = xyz - self.centroid_model[model]
-        turned = np.einsum("nij,nj->ni", self.linear[model], offset)
-        return self.centroid_ground[model] + turned
-
-    def invert(self, model, enh):
-        """Model coordinates of ground points.
-
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        enh : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3)
-        """
-        offset = enh - self.centroid_ground[model]
-        back = np.swapaxes(self.rotation, 1, 2) / self.scale[:, None, None]
-        turned = np.einsum("nij,nj->ni", back[model], offset)
-        return self.centroid_model[model] + turned
+    @property
+    def inverse(self):
+        """Inverse of scale times rotation, shape (n_models, 3, 3)."""
+        return np.swapaxes(self.rotation, 1, 2) / self.scale[:, None, None]
 
     def point_cofactors(self, model, xyz):
-        """Cofactors of transformed points, from the transformation alone.
+        """Cofactors (n, 3, 3) of transformed points, from the transformation alone.
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        xyz : ndarray, shape (n, 3)
-
-        Returns
-        -------
-        ndarray, shape (n, 3, 3)
-            Times s_0² it is the covariance of easting, northing, height [m²].
+        Times s_0² they are the covariance of easting, northing, height [m²].
         """
         offset = xyz - self.centroid_model[model]
         arm = np.einsum("nij,nj->ni", self.linear[model], offset)
         turn = cross_matrix(-arm)
         radial = arm / self.scale[model][:, None]
         q = turn @ self.cofactor_rotation[model] @ np.swapaxes(turn, 1, 2)
-        q += (
-            self.cofactor_scale[model][:, None, None]
-            * radial[:, :, None]
-            * radial[:, None, :]
-        )
+        per_scale = self.cofactor_scale[model][:, None, None]
+        q += per_scale * radial[:, :, None] * radial[:, None, :]
         q += np.eye(3) / self.weight_sum[model][:, None, None]
         return q
-
-    def homogeneous(self, model):
-        """Matrix and shift of one model: ground = matrix · xyz + shift.
-
-        Parameters
-        ----------
-        model : int
-
-        Returns
-        -------
-        matrix : ndarray, shape (3, 3)
-        shift : ndarray, shape (3,)
-        """
-        matrix = self.linear[model]
-        return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
 
 def fit_helmert_3d(xyz, enh, weights, start):
@@ -203,52 +110,23 @@ def fit_helmert_3d(xyz, enh, weights, start):
         A model with fewer than three points, or with all points on a line, has NaN
         and a ``status`` that is not USABLE.
     """
-    n_points = np.diff(start)
-    xyz, enh, weights = (
-        np.ascontiguousarray(array, dtype=float) for array in (xyz, enh, weights)
-    )
-    sums = _sums(xyz, enh, weights, start)
-    solution = _solve(sums, n_points)
-    residuals, leverage = np.empty_like(xyz), np.empty_like(xyz)
-    sum_of_squares = np.zeros(len(n_points))
+    xyz, enh, weights = as_floats(xyz, enh, weights)
+    fit = _solve(_sums(xyz, enh, weights, start), np.diff(start), xyz.shape)
     over_segments(
         _point_by_point,
         start,
         *(xyz, enh, weights),
-        *(sums.weight_sum, sums.centroid_model, sums.centroid_ground),
-        *(solution.scale, solution.rotation),
-        *(solution.cofactor_scale, solution.cofactor_rotation),
-        *(residuals, leverage, sum_of_squares),
+        *(fit.weight_sum, fit.centroid_model, fit.centroid_ground),
+        *(fit.scale, fit.rotation, fit.cofactor_scale, fit.cofactor_rotation),
+        *(fit.residuals, fit.leverage, fit.sum_of_squares),
     )
-    return SpatialFit(
-        n_points=n_points,
-        redundancy=np.where(solution.status == 0, 3 * n_points - 7, 0),
-        status=solution.status,
-        weight_sum=sums.weight_sum,
-        centroid_model=sums.centroid_model,
-        centroid_ground=sums.centroid_ground,
-        scale=solution.scale,
-        rotation=solution.rotation,
-        cofactor_scale=solution.cofactor_scale,
-        cofactor_rotation=solution.cofactor_rotation,
-        residuals=residuals,
-        leverage=leverage,
-        sum_of_squares=sum_of_squares,
-        mirror_gain=solution.mirror_gain,
-    )
+    return fit
 
 
 def helmert_3d_cofactors(fit):
     """Cofactors of te, tn, th, scale, ω, φ, κ at the origin of the model coordinates.
 
-    Parameters
-    ----------
-    fit : SpatialFit
-
-    Returns
-    -------
-    ndarray, shape (n_models, 7, 7)
-        NaN where φ = ±90°, at which ω and κ cannot be told apart.
+    (n_models, 7, 7); NaN where φ = ±90°, at which ω and κ cannot be told apart.
     """
     n_models = len(fit.scale)
     centred = np.zeros((n_models, 7, 7))
@@ -262,18 +140,9 @@ def helmert_3d_cofactors(fit):
 def parameters_from_step(scale, rotation, centroid):
     """How te, tn, th, scale, ω, φ, κ change with a small step about the centroid.
 
-    Parameters
-    ----------
-    scale : ndarray, shape (n_models,)
-    rotation : ndarray, shape (n_models, 3, 3)
-    centroid : ndarray, shape (n_models, 3)
-        Model coordinates of the point that the shift of the step moves.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 7, 7)
-        Jacobian by shift of the centroid, scale, and a turn about the ground axes;
-        NaN where φ = ±90°.
+    Jacobian (n_models, 7, 7) by shift of the centroid, scale, and a turn about the
+    ground axes; NaN where φ = ±90°. ``centroid`` (n_models, 3) is the point, in model
+    coordinates, that the shift of the step moves.
     """
     turned = np.einsum("mij,mj->mi", rotation, centroid)
     step = np.zeros((len(scale), 7, 7))
@@ -295,19 +164,8 @@ class _Sums:
     ground_model: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class _Solution:
-    """What follows from the sums, NaN where the model is not determined."""
-
-    status: np.ndarray
-    scale: np.ndarray
-    rotation: np.ndarray
-    cofactor_scale: np.ndarray
-    cofactor_rotation: np.ndarray
-    mirror_gain: np.ndarray
-
-
-def _solve(sums, n_points):
+def _solve(sums, n_points, shape):
+    """All of the fit but its residuals, NaN where a model is not determined."""
     polar = np.trace(sums.model_model, axis1=1, axis2=2)
     rotation, strength = _best_rotation(sums.ground_model)
     direct = strength.sum(axis=1)
@@ -324,13 +182,22 @@ def _solve(sums, n_points):
         scale = without_unusable(direct / polar, status)
         cofactor_scale = without_unusable(1.0 / polar, status)
         gain = (turned**2 - direct**2) / polar
-    return _Solution(
-        status,
-        scale,
-        rotation,
-        cofactor_scale,
-        _rotation_cofactors(sums.model_model, scale, rotation, status),
-        mirror_gain(gain, direct, turned, n_points > LEAST_POINTS),
+    cofactor_rotation = _rotation_cofactors(sums.model_model, scale, rotation, status)
+    return SpatialFit(
+        n_points=n_points,
+        redundancy=np.where(status == 0, 3 * n_points - 7, 0),
+        status=status,
+        weight_sum=sums.weight_sum,
+        centroid_model=sums.centroid_model,
+        centroid_ground=sums.centroid_ground,
+        scale=scale,
+        rotation=rotation,
+        cofactor_scale=cofactor_scale,
+        cofactor_rotation=cofactor_rotation,
+        residuals=np.empty(shape),
+        leverage=np.empty(shape),
+        sum_of_squares=np.zeros(len(n_points)),
+        mirror_gain=mirror_gain(gain, direct, turned, n_points > LEAST_POINTS),
     )
 
 
@@ -346,14 +213,9 @@ def _sums(xyz, enh, weights, start):
     over_segments(
         _sum_moments,
         start,
-        xyz,
-        enh,
-        weights,
-        sums.weight_sum,
-        sums.centroid_model,
-        sums.centroid_ground,
-        sums.model_model,
-        sums.ground_model,
+        *(xyz, enh, weights),
+        *(sums.weight_sum, sums.centroid_model, sums.centroid_ground),
+        *(sums.model_model, sums.ground_model),
     )
     return sums
 
@@ -394,11 +256,8 @@ def _point_by_point(
         total = 0.0
         for i in range(start[k], start[k + 1]):
             p = weights[i]
-            x, y, z = (
-                xyz[i, 0] - c_m[k, 0],
-                xyz[i, 1] - c_m[k, 1],
-                xyz[i, 2] - c_m[k, 2],
-            )
+            x, y = xyz[i, 0] - c_m[k, 0], xyz[i, 1] - c_m[k, 1]
+            z = xyz[i, 2] - c_m[k, 2]
             for c in range(3):
                 arm[c] = r[k, c, 0] * x + r[k, c, 1] * y + r[k, c, 2] * z
                 v[i, c] = s[k] * arm[c] - (enh[i, c] - c_g[k, c])
@@ -435,16 +294,7 @@ def _rotation_cofactors(spread, scale, rotation, status):
 
 
 def angles_of(rotation):
-    """Angles ω, φ, κ of R = R_x(ω) R_y(φ) R_z(κ), shape (n, 3).
-
-    Parameters
-    ----------
-    rotation : ndarray, shape (n, 3, 3)
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-    """
+    """Angles ω, φ, κ (n, 3) of R = R_x(ω) R_y(φ) R_z(κ), (n, 3, 3)."""
     # the right-handed product R_x R_y R_z is the transpose of the camera's matrix
     return angles_from_rotation(np.swapaxes(rotation, 1, 2))
 

@@ -26,51 +26,29 @@ NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """Observation equations of one transformation, reduced to the centroids.
+    """Observation equations of one transformation, reduced to the centroids."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the parameters, in the order of the fit.
-    design : ndarray, shape (n_points, n_axes, n_parameters)
-    observed : ndarray, shape (n_points, n_axes)
-        Ground coordinates less their centroid; of rigid and helmert_3d with the
-        constant of the linearisation [m].
-    reference : ndarray, shape (n_parameters,)
-        The fitted parameters about the centroids: the shifts are 0.
-    at_origin : ndarray, shape (n_parameters,)
-        The same about the origins of the coordinates.
-    to_origin : ndarray, shape (n_parameters, n_parameters)
-        Derivative of the second by the first.
-    centroid_model, centroid_ground : ndarray, shape (n_axes,)
-    """
-
-    names: tuple[str, ...]
-    design: np.ndarray
+    names: tuple[str, ...]  # of the parameters, in the order of the fit
+    design: np.ndarray  # (n_points, n_axes, n_parameters)
+    # (n_points, n_axes): ground coordinates less their centroid; of rigid and
+    # helmert_3d with the constant of the linearisation [m]
     observed: np.ndarray
+    # (n_parameters,): the fitted parameters about the centroids: the shifts are 0
     reference: np.ndarray
+    # (n_parameters,): the same about the origins of the coordinates
     at_origin: np.ndarray
+    # (n_parameters, n_parameters): derivative of the second by the first
     to_origin: np.ndarray
-    centroid_model: np.ndarray
+    centroid_model: np.ndarray  # both (n_axes,)
     centroid_ground: np.ndarray
 
 
 def linear_model(fit, model, source, target):
     """Set up the observation equations of one fitted model.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    model : int
-        One that is usable.
-    source : ndarray, shape (n_points, n_axes)
-        Model coordinates of its points.
-    target : ndarray, shape (n_points, n_axes)
-        Their ground coordinates [m].
-
-    Returns
-    -------
-    LinearModel
+    ``model`` is the number of one that is usable, ``source`` and ``target``
+    (n_points, n_axes) are the model coordinates and the ground coordinates [m] of its
+    points.
 
     Raises
     ------
@@ -86,8 +64,7 @@ def linear_model(fit, model, source, target):
     >>> equations.names, equations.design[1].tolist()
     (('a', 'b', 'te', 'tn'), [[0.5, 0.5, 1.0, 0.0], [-0.5, 0.5, 0.0, 1.0]])
     """
-    about = fit if fit.kind == "helmert_3d" else fit.moments
-    centroid = about.centroid_model[model]
+    centroid = fit.centroid_model[model]
     n_axes, names = source.shape[1], NAMES[fit.kind]
     order = [names.index(name) for name in fit.parameter_names]
     to_rest = _named_rest(fit, model)
@@ -105,12 +82,12 @@ def linear_model(fit, model, source, target):
     return LinearModel(
         names=fit.parameter_names,
         design=design[:, :, order],
-        observed=target - about.centroid_ground[model] + constant,
+        observed=target - fit.centroid_ground[model] + constant,
         reference=reference[order],
         at_origin=at_origin,
         to_origin=to_origin[np.ix_(order, order)],
         centroid_model=centroid,
-        centroid_ground=about.centroid_ground[model],
+        centroid_ground=fit.centroid_ground[model],
     )
 
 

@@ -11,6 +11,7 @@ Source: Kovarik 1971 (m_t = m_0 √h); see docs/theory/transformation.md.
 
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 
 import numba
 import numpy as np
@@ -24,31 +25,25 @@ from einschalt.theory.adjustment.least_squares import (
 USABLE, TOO_FEW, UNDETERMINED, OTHER_SCALE = 0, 1, 2, 3
 FINEST = 1e-12  # of a coordinate: what lies closer together lies in one place
 MIRROR_RATIO = 100.0
+PARAMETER_NAMES = {
+    "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
+    "helmert": ("a", "b", "te", "tn"),
+    "rigid": ("theta", "te", "tn"),
+}
 CLEARLY_LONGER = 1.001  # points on a line fit as well when they are turned over
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneMoments:
-    """Centroids and second moments of the points of each model.
+    """Centroids and second moments of the points of each model."""
 
-    Attributes
-    ----------
-    n_points : ndarray of int, shape (n_models,)
-    weight_sum : ndarray, shape (n_models,)
-        NaN for a model without points.
-    centroid_model, centroid_ground : ndarray, shape (n_models, 2)
-        Weighted centroids.
-    model_model : ndarray, shape (n_models, 2, 2)
-        Σ w d dᵀ of the centred model coordinates d.
-    model_ground : ndarray, shape (n_models, 2, 2)
-        Σ w d Dᵀ with the centred ground coordinates D.
-    """
-
-    n_points: np.ndarray
-    weight_sum: np.ndarray
-    centroid_model: np.ndarray
+    n_points: np.ndarray  # of int, (n_models,)
+    weight_sum: np.ndarray  # (n_models,): NaN for a model without points
+    centroid_model: np.ndarray  # both (n_models, 2): weighted centroids
     centroid_ground: np.ndarray
+    # (n_models, 2, 2): Σ w d dᵀ of the centred model coordinates d
     model_model: np.ndarray
+    # (n_models, 2, 2): Σ w d Dᵀ with the centred ground coordinates D
     model_ground: np.ndarray
 
     @property
@@ -70,83 +65,24 @@ class PlaneMoments:
 
 @dataclass(frozen=True, eq=False)
 class PlaneSolution:
-    """What one kind of transformation makes of the moments.
+    """What one kind of transformation makes of the moments."""
 
-    Attributes
-    ----------
-    linear : ndarray, shape (n_models, 2, 2)
-        The matrix A, NaN where the model is not determined.
-    spread_east, spread_north, spread_cross : ndarray, shape (n_models, 2, 2)
-        Quadratic forms K of the cofactors q_EE, q_NN, q_EN.
-    status : ndarray of int, shape (n_models,)
-        USABLE, TOO_FEW or UNDETERMINED.
-    """
-
+    # (n_models, 2, 2): the matrix A, NaN where the model is not determined
     linear: np.ndarray
+    # all (n_models, 2, 2): quadratic forms K of the cofactors q_EE, q_NN, q_EN
     spread_east: np.ndarray
     spread_north: np.ndarray
     spread_cross: np.ndarray
-    status: np.ndarray
+    status: np.ndarray  # of int, (n_models,): USABLE, TOO_FEW or UNDETERMINED
+
+    @classmethod
+    def alike(cls, linear, spread, status):
+        """Easting and northing have the same cofactors, and are uncorrelated."""
+        return cls(linear, spread, spread, np.zeros_like(spread), status)
 
 
-@dataclass(frozen=True)
-class PlaneKind:
-    """Name of a kind of transformation, and those of its parameters."""
-
-    name: str
-    parameter_names: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class PlaneFit:
-    """Plane transformations of all models of a flight.
-
-    Attributes
-    ----------
-    kind : str
-    moments : PlaneMoments
-    solution : PlaneSolution
-    residuals : ndarray, shape (n_points, 2)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 2)
-        Diagonal of the hat matrix, easting and northing; redundancy number = 1 − h.
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² [m²].
-    redundancy : ndarray of int, shape (n_models,)
-        2 n less the number of parameters; 0 where the model is not determined.
-    parameter_names : tuple of str
-    parameters : ndarray, shape (n_models, n_parameters)
-    mirror_gain : ndarray, shape (n_models,)
-        By how much the sum of squares would be smaller if the model were turned over
-        [m²]; NaN where that cannot be told, and for affine, which takes a mirror
-        image as it comes.
-    """
-
-    kind: str
-    moments: PlaneMoments
-    solution: PlaneSolution
-    residuals: np.ndarray
-    leverage: np.ndarray
-    sum_of_squares: np.ndarray
-    redundancy: np.ndarray
-    parameter_names: tuple[str, ...]
-    parameters: np.ndarray
-    mirror_gain: np.ndarray
-
-    @property
-    def n_points(self):
-        """Number of points of each model, shape (n_models,)."""
-        return self.moments.n_points
-
-    @property
-    def status(self):
-        """USABLE, TOO_FEW or UNDETERMINED, shape (n_models,)."""
-        return self.solution.status
-
-    @property
-    def is_mirrored(self):
-        """Whether the model fits a hundred times better when it is turned over."""
-        return is_mirrored(self.sum_of_squares, self.mirror_gain)
+class CentredFit:
+    """What plane and spatial fits share: ground = c_ground + A (xyz − c_model)."""
 
     @cached_property
     def s_0(self):
@@ -155,65 +91,71 @@ class PlaneFit:
 
     @property
     def m_0(self):
-        """TOTAL standard error of unit weight, √2 s_0 [m], shape (n_models,)."""
+        """TOTAL standard error of unit weight in plan, √2 s_0 [m], (n_models,)."""
         return total_from_coordinate(self.s_0)
 
     @property
-    def linear(self):
-        """Matrix of each model without its shift, shape (n_models, 2, 2)."""
-        return self.solution.linear
+    def is_mirrored(self):
+        """Whether the model fits a hundred times better turned over (inside out)."""
+        squares = self.sum_of_squares
+        return squares > MIRROR_RATIO * (squares - self.mirror_gain)
 
-    def apply(self, model, xy):
-        """Transform points.
+    def apply(self, model, coordinates):
+        """Ground coordinates (n, n_axes) [m] of points, each of its ``model`` (n,)."""
+        offset = coordinates - self.centroid_model[model]
+        turned = np.einsum("nij,nj->ni", self.linear[model], offset)
+        return self.centroid_ground[model] + turned
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-            Model of each point.
-        xy : ndarray, shape (n, 2)
+    def invert(self, model, ground):
+        """Model coordinates (n, n_axes) of points on the ground [m]."""
+        offset = ground - self.centroid_ground[model]
+        turned = np.einsum("nij,nj->ni", self.inverse[model], offset)
+        return self.centroid_model[model] + turned
 
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            Easting, northing [m].
-        """
-        offset = xy - self.moments.centroid_model[model]
-        turned = np.einsum("nij,nj->ni", self.solution.linear[model], offset)
-        return self.moments.centroid_ground[model] + turned
+    def homogeneous(self, model):
+        """Matrix and shift of one model: ground = matrix · xyz + shift."""
+        matrix = self.linear[model]
+        return matrix, self.centroid_ground[model] - matrix @ self.centroid_model[model]
 
-    def invert(self, model, en):
-        """Model coordinates of ground points.
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        en : ndarray, shape (n, 2)
-            Easting, northing [m].
+@dataclass(frozen=True, eq=False)
+class PlaneFit(CentredFit):
+    """Plane transformations of all models of a flight."""
 
-        Returns
-        -------
-        ndarray, shape (n, 2)
-        """
-        offset = en - self.moments.centroid_ground[model]
-        back = _inverse_2x2(self.solution.linear)
-        turned = np.einsum("nij,nj->ni", back[model], offset)
-        return self.moments.centroid_model[model] + turned
+    kind: str
+    moments: PlaneMoments
+    solution: PlaneSolution
+    residuals: np.ndarray  # (n_points, 2): transformed less given [m]
+    # (n_points, 2): diagonal of the hat matrix; redundancy number = 1 − h
+    leverage: np.ndarray
+    sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² [m²]
+    # of int, (n_models,): 2 n less the parameters; 0 where a model is not determined
+    redundancy: np.ndarray
+    parameter_names: tuple[str, ...]
+    parameters: np.ndarray  # (n_models, n_parameters)
+    # (n_models,): by how much the sum of squares would be smaller if the model were
+    # turned over [m²]; NaN where that cannot be told, and for affine, which takes a
+    # mirror image as it comes
+    mirror_gain: np.ndarray
+
+    n_points = property(attrgetter("moments.n_points"))
+    centroid_model = property(attrgetter("moments.centroid_model"))
+    centroid_ground = property(attrgetter("moments.centroid_ground"))
+    linear = property(attrgetter("solution.linear"))
+    status = property(attrgetter("solution.status"))
+
+    @property
+    def inverse(self):
+        """Inverse of the matrix of each model, shape (n_models, 2, 2)."""
+        return _inverse_2x2(self.linear)
 
     def point_cofactors(self, model, xy):
-        """Cofactors of transformed points, from the transformation alone.
+        """Cofactors (n, 2, 2) of transformed points, from the transformation alone.
 
-        Parameters
-        ----------
-        model : ndarray of int, shape (n,)
-        xy : ndarray, shape (n, 2)
-            Any points, fitted or not, without error of their own.
-
-        Returns
-        -------
-        ndarray, shape (n, 2, 2)
-            Times s_0² it is the covariance of easting and northing [m²].
+        Of any points, fitted or not, without error of their own; times s_0² they are
+        the covariance of easting and northing [m²].
         """
-        d = xy - self.moments.centroid_model[model]
+        d = xy - self.centroid_model[model]
         base = 1.0 / self.moments.weight_sum[model]
         q = np.empty((len(xy), 2, 2))
         part = self.solution
@@ -222,43 +164,18 @@ class PlaneFit:
         q[:, 0, 1] = q[:, 1, 0] = _quadratic(d, part.spread_cross[model])
         return q
 
-    def homogeneous(self, model):
-        """Matrix and shift of one model: ground = matrix · xy + shift.
 
-        Parameters
-        ----------
-        model : int
-
-        Returns
-        -------
-        matrix : ndarray, shape (2, 2)
-        shift : ndarray, shape (2,)
-        """
-        matrix = self.solution.linear[model]
-        centre = self.moments.centroid_model[model]
-        return matrix, self.moments.centroid_ground[model] - matrix @ centre
+def as_floats(*arrays):
+    """Arrays as the compiled loops take them."""
+    return [np.ascontiguousarray(array, dtype=float) for array in arrays]
 
 
 def plane_moments(xy, en, weights, start):
     """Centroids and second moments of all models, in one pass over the points.
 
     Sums run over differences to the first point of each model, then to the centroid:
-    without that, coordinates of 5·10⁶ m lose seven digits.
-
-    Parameters
-    ----------
-    xy : ndarray, shape (n_points, 2)
-        Model coordinates, sorted by model.
-    en : ndarray, shape (n_points, 2)
-        Easting, northing [m].
-    weights : ndarray, shape (n_points,)
-        Positive weights.
-    start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows ``start[k]:start[k + 1]``.
-
-    Returns
-    -------
-    PlaneMoments
+    without that, coordinates of 5·10⁶ m lose seven digits. Arguments as in
+    :func:`einschalt.theory.transformation.affine.fit_affine`.
     """
     n_models = len(start) - 1
     moments = PlaneMoments(
@@ -272,14 +189,9 @@ def plane_moments(xy, en, weights, start):
     over_segments(
         _sum_moments,
         start,
-        np.ascontiguousarray(xy, dtype=float),
-        np.ascontiguousarray(en, dtype=float),
-        np.ascontiguousarray(weights, dtype=float),
-        moments.weight_sum,
-        moments.centroid_model,
-        moments.centroid_ground,
-        moments.model_model,
-        moments.model_ground,
+        *as_floats(xy, en, weights),
+        *(moments.weight_sum, moments.centroid_model, moments.centroid_ground),
+        *(moments.model_model, moments.model_ground),
     )
     return moments
 
@@ -319,76 +231,35 @@ def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s
         s_mg[k, 0, 0], s_mg[k, 0, 1], s_mg[k, 1, 0], s_mg[k, 1, 1] = xe, xn, ye, yn
 
 
-def plane_residuals(xy, en, weights, start, moments, solution):
-    """Residuals, leverages and sums of squares, in one pass over the points.
+def assemble_fit(kind, points, moments, solution, parameters, gain):
+    """Put the fit of one kind together from its solution, in one pass over the points.
 
-    Parameters
-    ----------
-    xy, en, weights, start
-        As in :func:`plane_moments`.
-    moments : PlaneMoments
-    solution : PlaneSolution
-
-    Returns
-    -------
-    residuals : ndarray, shape (n_points, 2)
-        Transformed less given [m].
-    leverage : ndarray, shape (n_points, 2)
-    sum_of_squares : ndarray, shape (n_models,)
+    ``points`` are xy, en, weights, start; ``gain`` is that of :func:`mirror_gain`.
     """
-    residuals = np.empty((len(xy), 2))
+    *arrays, start = points
+    residuals = np.empty((len(arrays[0]), 2))
     # where both axes have one leverage it is computed and kept once
     n_leverages = 1 if solution.spread_north is solution.spread_east else 2
-    leverage = np.empty((len(xy), n_leverages))
+    leverage = np.empty((len(residuals), n_leverages))
     sum_of_squares = np.zeros(len(start) - 1)
     over_segments(
         _point_by_point,
         start,
-        np.ascontiguousarray(xy, dtype=float),
-        np.ascontiguousarray(en, dtype=float),
-        np.ascontiguousarray(weights, dtype=float),
-        moments.weight_sum,
-        moments.centroid_model,
-        moments.centroid_ground,
-        solution.linear,
-        solution.spread_east,
-        solution.spread_north,
-        residuals,
-        leverage,
-        sum_of_squares,
+        *as_floats(*arrays),
+        *(moments.weight_sum, moments.centroid_model, moments.centroid_ground),
+        *(solution.linear, solution.spread_east, solution.spread_north),
+        *(residuals, leverage, sum_of_squares),
     )
-    return residuals, np.broadcast_to(leverage, residuals.shape), sum_of_squares
-
-
-def assemble_fit(kind, points, moments, solution, parameters, gain):
-    """Put the fit of one kind together from its solution.
-
-    Parameters
-    ----------
-    kind : PlaneKind
-    points : tuple of ndarray
-        xy, en, weights, start, as in :func:`plane_moments`.
-    moments : PlaneMoments
-    solution : PlaneSolution
-    parameters : ndarray, shape (n_models, n_parameters)
-    gain : ndarray, shape (n_models,)
-        From :func:`mirror_gain`.
-
-    Returns
-    -------
-    PlaneFit
-    """
-    residuals, leverage, sum_of_squares = plane_residuals(*points, moments, solution)
-    spare = 2 * moments.n_points - len(kind.parameter_names)
+    spare = 2 * moments.n_points - len(PARAMETER_NAMES[kind])
     return PlaneFit(
-        kind=kind.name,
+        kind=kind,
         moments=moments,
         solution=solution,
         residuals=residuals,
-        leverage=leverage,
+        leverage=np.broadcast_to(leverage, residuals.shape),
         sum_of_squares=sum_of_squares,
         redundancy=np.where(solution.status == USABLE, spare, 0),
-        parameter_names=kind.parameter_names,
+        parameter_names=PARAMETER_NAMES[kind],
         parameters=parameters,
         mirror_gain=gain,
     )
@@ -420,90 +291,38 @@ def _point_by_point(
 def is_spread(polar, weight_sum, centroid):
     """Whether points lie apart, by more than the rounding of their coordinates.
 
-    Parameters
-    ----------
-    polar : ndarray, shape (n_models,)
-        Σ w |d|² of the centred coordinates d.
-    weight_sum : ndarray, shape (n_models,)
-    centroid : ndarray, shape (n_models, n_coordinates)
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
-        False for a model without points.
+    ``polar`` is Σ w |d|² of the centred coordinates d, (n_models,); False for a model
+    without points.
     """
     rounding = FINEST * np.abs(centroid).max(axis=1)
     return polar > weight_sum * rounding**2
 
 
-def is_mirrored(sum_of_squares, mirror_gain):
-    """Whether a similarity would fit a hundred times better turned over.
-
-    Parameters
-    ----------
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w |v|² [m²].
-    mirror_gain : ndarray, shape (n_models,)
-        By how much it would be smaller for the mirror image [m²].
-
-    Returns
-    -------
-    ndarray of bool, shape (n_models,)
-    """
-    return sum_of_squares > MIRROR_RATIO * (sum_of_squares - mirror_gain)
-
-
 def mirror_gain(gain, direct, turned, is_overdetermined):
-    """Keep the gain of turning a model over where it can be told.
+    """Keep the gain of turning a model over [m²] where it can be told.
 
-    Parameters
-    ----------
-    gain : ndarray, shape (n_models,)
-        By how much the sum of squares would be smaller [m²].
-    direct, turned : ndarray, shape (n_models,)
-        How well the two figures correlate as they are, and turned over.
-    is_overdetermined : ndarray of bool, shape (n_models,)
-        A mirror image of the fewest points fits as well as the points themselves.
-
-    Returns
-    -------
-    ndarray, shape (n_models,)
-        NaN for too few points, and for points on a line.
+    ``direct`` and ``turned`` say how well the two figures correlate as they are, and
+    turned over. NaN for points on a line, and for too few points: a mirror image of the
+    fewest fits as well as the points themselves.
     """
     is_clear = is_overdetermined & (turned > CLEARLY_LONGER * direct)
     return np.where(is_clear, gain, np.nan)
 
 
 def status_of(n_points, least, is_determined):
-    """USABLE, TOO_FEW or UNDETERMINED for each model.
-
-    Parameters
-    ----------
-    n_points : ndarray of int, shape (n_models,)
-    least : int
-        Fewest points that determine the transformation.
-    is_determined : ndarray of bool, shape (n_models,)
-
-    Returns
-    -------
-    ndarray of int, shape (n_models,)
-    """
+    """USABLE, TOO_FEW (fewer points than ``least``) or UNDETERMINED for each model."""
     status = np.where(is_determined, USABLE, UNDETERMINED)
     return np.where(n_points < least, TOO_FEW, status)
 
 
+def shift_at_origin(centred, linear):
+    """Shift (n_models, n_axes) that belongs to the origin of the model coordinates."""
+    turned = np.einsum("mij,mj->mi", linear, centred.centroid_model)
+    return centred.centroid_ground - turned
+
+
 def without_unusable(values, status):
-    """Put NaN where a model is not usable.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_models, ...)
-    status : ndarray of int, shape (n_models,)
-
-    Returns
-    -------
-    ndarray, shape (n_models, ...)
-    """
+    """Put NaN where a model is not usable; ``values`` has the shape (n_models, ...)."""
     values = np.array(values, dtype=float)
     values[status != USABLE] = np.nan
     return values

@@ -14,94 +14,38 @@ from einschalt.theory.adjustment.reliability import (
     joint_point_tests,
     joint_prediction_tests,
 )
+from einschalt.theory.sorted_points import SortedPoints
 
 
 @dataclass(frozen=True, eq=False)
-class CommonPoints:
-    """Points that are known in both frames, sorted by model.
+class CommonPoints(SortedPoints):
+    """Points that are known in both frames, sorted by model."""
 
-    Attributes
-    ----------
-    source, target : ndarray, shape (n, n_coordinates)
-    weights : ndarray, shape (n,)
-    start : ndarray of int, shape (n_models + 1,)
-        Model k owns rows ``start[k]:start[k + 1]``.
-    """
-
-    source: np.ndarray
+    source: np.ndarray  # both (n, n_coordinates)
     target: np.ndarray
-    weights: np.ndarray
+    weights: np.ndarray  # (n,)
+    # of int, (n_models + 1,): model k owns rows ``start[k]:start[k + 1]``
     start: np.ndarray
 
-    @property
-    def model(self):
-        """Model of each row, ndarray of int, shape (n,)."""
-        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
-
-    def chosen(self, is_chosen):
-        """Some of the rows, with all models, of which some may be left empty."""
-        count = segment_sum(is_chosen.astype(np.int64), self.start)
-        return CommonPoints(
-            self.source[is_chosen],
-            self.target[is_chosen],
-            self.weights[is_chosen],
-            np.concatenate([[0], np.cumsum(count)]),
-        )
-
-    def of_models(self, models):
-        """All rows of some models, which are numbered anew.
-
-        Parameters
-        ----------
-        models : ndarray of int
-            Ascending.
-
-        Returns
-        -------
-        rows : ndarray of int
-            Their rows among the old ones.
-        points : CommonPoints
-        """
-        is_wanted = np.zeros(len(self.start) - 1, dtype=bool)
-        is_wanted[models] = True
-        rows = np.flatnonzero(is_wanted[self.model])
-        start = np.concatenate([[0], np.cumsum(np.diff(self.start)[models])])
-        return rows, CommonPoints(
-            self.source[rows], self.target[rows], self.weights[rows], start
-        )
+    def _taken(self, rows, start, *_):
+        taken = (array[rows] for array in (self.source, self.target, self.weights))
+        return CommonPoints(*taken, start)
 
 
 @dataclass(frozen=True, eq=False)
 class PlanSums:
-    """Squares and redundancy of easting and northing alone, of each model.
+    """Squares and redundancy of easting and northing alone, of each model."""
 
-    Attributes
-    ----------
-    sum_of_squares : ndarray, shape (n_models,)
-        Σ w (v_E² + v_N²) [m²].
-    redundancy : ndarray, shape (n_models,)
-        Not a whole number where heights were fitted with the plan.
-    """
-
-    sum_of_squares: np.ndarray
+    sum_of_squares: np.ndarray  # (n_models,): Σ w (v_E² + v_N²) [m²]
+    # (n_models,): not a whole number where heights were fitted with the plan
     redundancy: np.ndarray
 
 
 def plan_sums(fit, weights, start):
     """Squares and redundancy of easting and northing alone.
 
-    Heights from a narrow base are several times worse than positions: in a common
-    s_0 they would spoil the figure for the plan.
-
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    weights : ndarray, shape (n_points,)
-    start : ndarray of int, shape (n_models + 1,)
-
-    Returns
-    -------
-    PlanSums
+    Heights from a narrow base are several times worse than positions: in a common s_0
+    they would spoil the figure for the plan.
     """
     if fit.residuals.shape[1] == 2:
         return PlanSums(fit.sum_of_squares, fit.redundancy)
@@ -114,18 +58,7 @@ def plan_sums(fit, weights, start):
 
 
 def fitted_point_tests(fit, points):
-    """Joint test of every point that was fitted.
-
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    points : CommonPoints
-        Those that were fitted.
-
-    Returns
-    -------
-    PointTests
-    """
+    """Joint test of every point that was fitted."""
     sums = plan_sums(fit, points.weights, points.start)
     tested = FittedPoints(
         residuals=fit.residuals[:, :2],
@@ -138,22 +71,10 @@ def fitted_point_tests(fit, points):
 
 
 def other_point_tests(fit, sums, model, points):
-    """Joint test of points that took no part in the fit.
+    """Joint test of points that took no part in the fit: residuals [m], PointTests.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    sums : PlanSums
-        Of the fit.
-    model : ndarray of int, shape (n,)
-        Model of each row.
-    points : CommonPoints
-
-    Returns
-    -------
-    residuals : ndarray, shape (n, n_coordinates)
-        Transformed less given [m].
-    tests : PointTests
+    ``sums`` are those of the fit, ``model`` (n,) is that of each row; residuals are
+    transformed less given, (n, n_coordinates).
     """
     residuals = fit.apply(model, points.source) - points.target
     cofactors = fit.point_cofactors(model, points.source)[:, :2, :2].copy()

@@ -14,16 +14,15 @@ from einschalt.theory.transformation.helmert import (
 from einschalt.theory.transformation.plane_fit import (
     OTHER_SCALE,
     USABLE,
-    PlaneKind,
     PlaneSolution,
     assemble_fit,
     mirror_gain,
     plane_moments,
+    shift_at_origin,
     status_of,
     without_unusable,
 )
 
-KIND = PlaneKind("rigid", ("theta", "te", "tn"))
 LEAST_POINTS = 2
 LARGEST_SCALE = 2.0
 
@@ -53,10 +52,10 @@ def fit_rigid(xy, en, weights, start):
     """
     moments = plane_moments(xy, en, weights, start)
     direct, turned = correlations(moments)
-    is_determined = moments.is_spread & (np.maximum(direct, turned) > 0.0)
+    strength = np.maximum(direct, turned)
+    is_determined = moments.is_spread & (strength > 0.0)
     status = status_of(moments.n_points, LEAST_POINTS, is_determined)
     # a scale of 1000 is a wrong unit, not an error that could be adjusted
-    strength = np.maximum(direct, turned)
     is_other = (strength > LARGEST_SCALE * moments.polar) | (
         strength * LARGEST_SCALE < moments.polar
     )
@@ -66,40 +65,29 @@ def fit_rigid(xy, en, weights, start):
         per_angle = 1.0 / moments.polar[:, None, None]
         # ∂E/∂θ = g_E · d and ∂N/∂θ = g_N · d for a point at d from the centroid
         g_east, g_north = -rotation[:, 1, :], rotation[:, 0, :]
+        cross = _outer(g_east, g_north)
         solution = PlaneSolution(
             linear=rotation,
             spread_east=_outer(g_east, g_east) * per_angle,
             spread_north=_outer(g_north, g_north) * per_angle,
-            spread_cross=_symmetric(_outer(g_east, g_north)) * per_angle,
+            spread_cross=0.5 * (cross + np.swapaxes(cross, 1, 2)) * per_angle,
             status=status,
         )
-    points = (xy, en, weights, start)
-    parameters = _parameters(moments, rotation)
+    angle = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+    gain = 2.0 * (turned - direct)
     return assemble_fit(
-        KIND,
-        points,
+        "rigid",
+        (xy, en, weights, start),
         moments,
         solution,
-        parameters,
-        mirror_gain(
-            2.0 * (turned - direct), direct, turned, moments.n_points > LEAST_POINTS
-        ),
+        np.column_stack([angle, shift_at_origin(moments, rotation)]),
+        mirror_gain(gain, direct, turned, moments.n_points > LEAST_POINTS),
     )
 
 
 def rigid_cofactors(fit):
-    """Cofactors of θ, te, tn at the origin of the model coordinates.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        From :func:`fit_rigid`.
-
-    Returns
-    -------
-    ndarray, shape (n_models, 3, 3)
-    """
-    rotation, centre = fit.solution.linear, fit.moments.centroid_model
+    """Cofactors (n_models, 3, 3) of θ, te, tn at the origin of the model."""
+    rotation, centre = fit.linear, fit.centroid_model
     # how te and tn at the origin change with θ, the centroid being held
     arm_east = np.einsum("mi,mi->m", rotation[:, 1, :], centre)
     arm_north = -np.einsum("mi,mi->m", rotation[:, 0, :], centre)
@@ -120,16 +108,5 @@ def _rotation(moments):
     return conformal(a / length, b / length)
 
 
-def _parameters(moments, rotation):
-    shift = moments.centroid_ground - np.einsum(
-        "mij,mj->mi", rotation, moments.centroid_model
-    )
-    return np.column_stack([np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]), shift])
-
-
 def _outer(first, second):
     return first[:, :, None] * second[:, None, :]
-
-
-def _symmetric(form):
-    return 0.5 * (form + np.swapaxes(form, 1, 2))

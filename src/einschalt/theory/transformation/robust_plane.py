@@ -22,6 +22,7 @@ from einschalt.theory.adjustment.robust import (
     RobustFit,
     usual_length,
 )
+from einschalt.theory.transformation.plane_fit import as_floats
 
 ROBUST_KINDS = ("affine", "helmert", "rigid")
 AFFINE, RIGID = ROBUST_KINDS.index("affine"), ROBUST_KINDS.index("rigid")
@@ -43,38 +44,22 @@ _compiled = partial(
 def fit_plane_robustly(points, fit_of, norm, start_weights=None):
     """Iteratively reweighted least squares of all models at once.
 
-    Parameters
-    ----------
-    points : CommonPoints
-    fit_of : callable
-        Fits CommonPoints by one of ROBUST_KINDS.
-    norm : Norm
-        Of one of FAMILIES.
-    start_weights : ndarray, shape (n_points,), optional
-        Weights to begin with; a norm that gives the weight 0 needs good ones.
-
-    Returns
-    -------
-    RobustFit
-        As ``fit_robustly`` gives it.
+    ``fit_of`` fits CommonPoints by one of ROBUST_KINDS, ``norm`` is of one of FAMILIES.
+    ``start_weights`` (n_points,) are the weights to begin with; a norm that gives the
+    weight 0 needs good ones. The result is that of ``fit_robustly``.
     """
     plain = fit_of(points)
-    given = np.ascontiguousarray(points.weights, dtype=float)
+    source, target, given = as_floats(points.source, points.target, points.weights)
     begun = given if start_weights is None else start_weights
     weights = np.where(plain.redundancy[points.model] > 0, begun, given)
     is_converged = np.ones(len(points.start) - 1, dtype=bool)
     over_segments(
         _reweigh,
         points.start,
-        np.ascontiguousarray(points.source, dtype=float),
-        np.ascontiguousarray(points.target, dtype=float),
-        given,
-        plain.redundancy,
-        usual_length(plain, points),
+        *(source, target, given),
+        *(plain.redundancy, usual_length(plain, points)),
         np.array([ROBUST_KINDS.index(plain.kind), FAMILIES.index(norm.family)]),
-        np.array([norm.limit]),
-        weights,
-        is_converged,
+        *(np.array([norm.limit]), weights, is_converged),
     )
     fit = fit_of(replace(points, weights=weights))
     consistent = replace(fit, sum_of_squares=fit.sum_of_squares / norm.consistency)

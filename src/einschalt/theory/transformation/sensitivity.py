@@ -20,38 +20,17 @@ def conformal_sensitivity(fit, model, xy):
     """The same for one complex ground coordinate E + iN, where that is enough.
 
     Helmert is linear in complex numbers, and affine treats easting and northing alike:
-    both need a quarter of the numbers.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        Affine or helmert.
-    model : ndarray of int, shape (n,)
-    xy : ndarray, shape (n, 2)
-
-    Returns
-    -------
-    ndarray, shape (n, 1, n_rest)
-        Real for affine (x, y), complex for helmert (x + iy).
+    both need a quarter of the numbers. (n, 1, n_rest), real for affine (x, y), complex
+    for helmert (x + iy).
     """
-    d = xy - fit.moments.centroid_model[model]
+    d = xy - fit.centroid_model[model]
     if fit.kind == "affine":
         return d[:, None, :]
     return (d[:, 0] + 1j * d[:, 1])[:, None, None]
 
 
 def conformal_cofactors(fit):
-    """Cofactors that belong to :func:`conformal_sensitivity`.
-
-    Parameters
-    ----------
-    fit : PlaneFit
-        Affine or helmert.
-
-    Returns
-    -------
-    ndarray, shape (n_models, n_rest, n_rest)
-    """
+    """Cofactors (n_models, n_rest, n_rest) for :func:`conformal_sensitivity`."""
     spread = fit.solution.spread_east
     return spread if fit.kind == "affine" else spread[:, :1, :1]
 
@@ -59,37 +38,18 @@ def conformal_cofactors(fit):
 def sensitivity(fit, model, coordinates):
     """Derivatives of ground coordinates by the parameters other than the shift.
 
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-    model : ndarray of int, shape (n,)
-        Model of each point.
-    coordinates : ndarray, shape (n, 2) or (n, 3)
-        Model coordinates of any points.
-
-    Returns
-    -------
-    ndarray, shape (n, n_coordinates, n_rest)
+    For any points of the models ``model`` (n,): (n, n_coordinates, n_rest).
     """
     return _SENSITIVITY[fit.kind](fit, model, coordinates)
 
 
 def cofactors_of_rest(fit):
-    """Cofactors of the parameters other than the shift, at the centroid.
-
-    Parameters
-    ----------
-    fit : PlaneFit or SpatialFit
-
-    Returns
-    -------
-    ndarray, shape (n_models, n_rest, n_rest)
-    """
+    """Cofactors (n_models, n_rest, n_rest) of these parameters, at the centroid."""
     return _COFACTORS[fit.kind](fit)
 
 
 def _affine(fit, model, xy):
-    d = xy - fit.moments.centroid_model[model]
+    d = xy - fit.centroid_model[model]
     table = np.zeros((len(d), 2, 4))
     table[:, 0, :2] = table[:, 1, 2:] = d
     return table
@@ -103,7 +63,7 @@ def _affine_cofactors(fit):
 
 
 def _helmert(fit, model, xy):
-    x, y = (xy - fit.moments.centroid_model[model]).T
+    x, y = (xy - fit.centroid_model[model]).T
     return np.stack([np.stack([x, -y], -1), np.stack([y, x], -1)], -2)
 
 
@@ -112,8 +72,8 @@ def _helmert_cofactors(fit):
 
 
 def _rigid(fit, model, xy):
-    d = xy - fit.moments.centroid_model[model]
-    x, y = np.einsum("nij,nj->in", fit.solution.linear[model], d)
+    d = xy - fit.centroid_model[model]
+    x, y = np.einsum("nij,nj->in", fit.linear[model], d)
     return np.stack([-y, x], -1)[:, :, None]
 
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 
 from einschalt.interfaces.reports.correlogram_figure import correlogram_figure
 from einschalt.pipeline.assessment.findings.claim import claim_that_does_not_stand
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import BlockNoise, simulate_block
 from einschalt.pipeline.summary.summary import summarize
 

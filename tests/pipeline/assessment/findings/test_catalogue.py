@@ -19,7 +19,7 @@ RESULTS = ["good", "faulty", "given_approximations", "unchecked"]
 
 
 def texts_in(call):
-    """Texts that a call is given first: ``Finding("code", …)``."""
+    """Texts that a call is given first: ``finding("code", …)``."""
     return {
         node.value
         for node in ast.walk(call.args[0])
@@ -30,7 +30,7 @@ def texts_in(call):
 def codes_in(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
-    makers = {"Finding", "_found"}
+    makers = {"finding", "_found", "weak_models", "weak_points"}
     found = [call for call in calls if getattr(call.func, "id", "") in makers]
     return set().union(*map(texts_in, found))
 

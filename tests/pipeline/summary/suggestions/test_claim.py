@@ -1,7 +1,7 @@
 """Words for figures that the measurements contradict, of findings made by hand."""
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import claim
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 
 def finding(code, remedy, **facts):
@@ -24,7 +24,7 @@ def test_every_rejected_quantity_is_said():
         rejected("correlation", "correlation of neighbouring residuals", 0.21, -0.02),
     )
     found = finding("claim_that_does_not_stand", "doubt_independence", rejected=tests)
-    said = claim.claim_that_does_not_stand(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "The claimed figure does not stand: RMS of coverage differences is 12 cm, "
         "predicted 8.0 cm; the size of the residuals is only 3.0 cm, predicted 5.0 cm; "
@@ -38,7 +38,7 @@ def test_behind_a_high_flight_the_sizes_of_errors_are_in_doubt():
     found = finding(
         "claim_that_does_not_stand", "doubt_sizes_of_errors", rejected=(test,)
     )
-    remedy = claim.claim_that_does_not_stand(found).remedy
+    remedy = suggestion_of(found).remedy
     assert "deformed models, gross errors and wrong sizes of errors" in remedy
 
 
@@ -50,7 +50,7 @@ def test_a_high_flight_that_fits_worse_than_its_errors():
         explained=0.1164,
         ratio=4.295,
     )
-    said = claim.high_flight_that_misfits(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "m_0 of the high flight is 50 cm, 4.3 times the 12 cm that m_g_um and the "
         "control points' errors explain"
@@ -60,7 +60,7 @@ def test_a_high_flight_that_fits_worse_than_its_errors():
 def test_figures_that_the_measurements_contradict():
     figures = {"propagated": 0.05, "paper": 0.2, "internal": 0.3}
     found = finding("contradicted_propagation", "raise_m_g", **figures)
-    said = claim.contradicted_propagation(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "The measurements contradict the propagated figure, which takes the sizes of "
         "errors as given: propagated 5.0 cm, paper 20 cm, internal 30 cm"
@@ -70,16 +70,16 @@ def test_figures_that_the_measurements_contradict():
 
 def test_coverages_that_differ_more_than_the_budget():
     found = finding("contradicted_budget", "raise_m_g", paper=0.02, internal=0.04)
-    assert claim.contradicted_budget(found).problem == (
+    assert suggestion_of(found).problem == (
         "The coverages differ more than the budget explains: internal 4.0 cm, paper "
         "2.0 cm"
     )
 
 
 def test_what_is_missing_is_said_with_the_way_to_it():
-    said = claim.no_check_points(finding("no_check_points", "give_check_points"))
+    said = suggestion_of(finding("no_check_points", "give_check_points"))
     assert 'role = "check"' in said.remedy
     found = finding("figure_left_out", "give_standard_errors_of_control")
-    said = str(claim.figure_left_out(found))
+    said = str(suggestion_of(found))
     assert "standard_error_total is left out: the control points have no stand" in said
     assert "Give standard_error_m, TOTAL in metres, in [control_points]." in said

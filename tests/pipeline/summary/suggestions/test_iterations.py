@@ -3,7 +3,7 @@
 import math
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import iterations
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 FACTS = {
     "n_models": 10,
@@ -14,24 +14,26 @@ FACTS = {
 }
 
 
-def finding(remedy, **changes):
-    return Finding("drift", Subject.BLOCK, remedy=remedy, facts={**FACTS, **changes})
+def finding(code, remedy, **changes):
+    return Finding(code, Subject.BLOCK, remedy=remedy, facts={**FACTS, **changes})
 
 
 def test_a_block_that_nothing_holds_drifts():
-    found = finding("one_pass_or_measure_control")
-    assert str(iterations.drift_without_control(found)) == (
+    found = finding("drift_without_control", "one_pass_or_measure_control")
+    assert str(suggestion_of(found)) == (
         "The low flight was repeated on its own coordinates, and no control point "
         "holds it: the block drifts, so far by up to 20 cm (RMS); propagated 5.0 cm "
         "after one pass, 6.0 cm now. Set iterations = 1, or measure control in the low "
         "flight."
     )
-    unknown = finding("one_pass_or_measure_control", propagated_now=math.nan)
-    assert "propagated" not in iterations.drift_without_control(unknown).problem
+    unknown = finding(
+        "drift_without_control", "one_pass_or_measure_control", propagated_now=math.nan
+    )
+    assert "propagated" not in suggestion_of(unknown).problem
 
 
 def test_iterations_that_make_points_worse_are_told():
-    said = iterations.iterations_that_spoil(finding("one_pass_or_more_control"))
+    said = suggestion_of(finding("iterations_that_spoil", "one_pass_or_more_control"))
     assert said.problem == (
         "The iterations make the points worse, 6.0 cm instead of 5.0 cm after one pass "
         "(propagated): 4 of 10 models of the low flight hold control"
@@ -40,7 +42,9 @@ def test_iterations_that_make_points_worse_are_told():
 
 
 def test_thin_control_without_a_figure_is_told():
-    said = iterations.drift_that_nothing_tells(finding("one_pass_or_more_control"))
+    said = suggestion_of(
+        finding("drift_that_nothing_tells", "one_pass_or_more_control")
+    )
     assert said.problem == (
         "4 of 10 models of the low flight hold control: the others may have drifted by "
         "up to 20 cm (RMS), and no propagated figure tells"

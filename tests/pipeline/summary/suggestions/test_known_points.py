@@ -3,21 +3,21 @@
 import pytest
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import known_points
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 COMPARED = {"n_points": 6, "rms": 0.2, "claimed": 0.08, "ratio": 2.5}
 
 
 @pytest.mark.parametrize(
-    ("remedy", "says"),
+    ("code", "remedy", "says"),
     [
-        ("trust_check_points", "Trust them more"),
-        ("give_smaller_errors", "too cautious"),
+        ("check_points_beyond_claim", "trust_check_points", "Trust them more"),
+        ("check_points_better_than_claim", "give_smaller_errors", "too cautious"),
     ],
 )
-def test_check_points_beside_the_claim(remedy, says):
-    found = Finding("check_points", Subject.BLOCK, remedy=remedy, facts=COMPARED)
-    said = known_points.check_points(found)
+def test_check_points_beside_the_claim(code, remedy, says):
+    found = Finding(code, Subject.BLOCK, remedy=remedy, facts=COMPARED)
+    said = suggestion_of(found)
     assert said.problem == (
         "The differences at 6 check points are 20 cm (total, RMS), 2.5 times the "
         "8.0 cm claimed for them"
@@ -33,7 +33,7 @@ def test_the_three_worst_control_points_are_named():
         remedy="look_for_wrong_control",
         facts=COMPARED,
     )
-    said = known_points.control_points_beyond_claim(found)
+    said = suggestion_of(found)
     assert said.problem.endswith("claimed for them; largest at d, c, b")
 
 
@@ -45,7 +45,7 @@ def test_a_shift_has_a_direction():
         remedy="look_at_reference_system",
         facts=facts,
     )
-    assert str(known_points.shifted_block(found)) == (
+    assert str(suggestion_of(found)) == (
         "The block is shifted: the mean difference at 6 check points is easting "
         "2.0 cm, northing -50 cm. Look at the reference system and the age of the "
         "given coordinates."

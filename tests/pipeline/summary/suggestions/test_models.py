@@ -3,7 +3,7 @@
 import pytest
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import models
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 
 def reason(k, n_models=1):
@@ -24,7 +24,7 @@ def failed(n_reasons):
 
 
 def test_failed_models_have_a_line_for_each_reason():
-    said = models.failed_models(failed(2))
+    said = suggestion_of(failed(2))
     assert said.problem == "37 of 60 models failed"
     assert said.details == (
         "low flight, 30 models (0/0, 0/1, 0/2 and 27 more): reason 0. Measure more.",
@@ -33,7 +33,7 @@ def test_failed_models_have_a_line_for_each_reason():
 
 
 def test_many_reasons_are_cut_short():
-    said = models.failed_models(failed(8))
+    said = suggestion_of(failed(8))
     assert len(said.details) == 6
     assert said.details[-1] == "and 3 further reasons, see failures.csv"
 
@@ -46,7 +46,7 @@ def test_points_without_coordinates_are_named():
         remedy="look_at_their_models",
         facts={"n_points": 2},
     )
-    assert str(models.points_without_coordinates(finding)) == (
+    assert str(suggestion_of(finding)) == (
         "2 measured points without coordinates (a, b). Their models failed, or too few "
         "points of these have approximate coordinates."
     )
@@ -64,7 +64,7 @@ def test_models_with_large_m_0_are_named():
             "largest_m_0": 5.0,
         },
     )
-    assert str(models.models_with_large_m_0(finding)) == (
+    assert str(suggestion_of(finding)) == (
         "1 model with m_0 more than 3 times that of the flight: low 7/8; up to 5.0 m. "
         "Look at their residuals for gross errors and for wrong control."
     )
@@ -78,7 +78,7 @@ def test_mirrored_models_are_told_apart_from_mirrored_axes():
         remedy="look_for_exchanged_names",
         facts=facts,
     )
-    said = models.mirrored_models(one)
+    said = suggestion_of(one)
     assert said.problem == "1 of 30 affine models mirrored: high 3"
     everyone = Finding(
         "all_models_mirrored",
@@ -86,36 +86,36 @@ def test_mirrored_models_are_told_apart_from_mirrored_axes():
         remedy="exchange_axes_unless_left_handed",
         facts={"n_mirrored": 30, "n_affine": 30},
     )
-    said = models.all_models_mirrored(everyone)
+    said = suggestion_of(everyone)
     assert said.problem == "All 30 affine models are mirrored"
     assert said.remedy.endswith("otherwise exchange easting and northing")
 
 
 @pytest.mark.parametrize(
-    ("words", "facts", "problem"),
+    ("code", "facts", "problem"),
     [
         (
-            models.points_in_one_coverage,
+            "points_in_one_coverage",
             {"n_points": 3, "n_in_one_model": 1},
             "3 points in one coverage only (a, b, c), 1 of them in one model only",
         ),
         (
-            models.points_in_one_model,
+            "points_in_one_model",
             {"n_points": 3},
             "3 points in one model only (a, b, c)",
         ),
     ],
 )
-def test_points_that_nothing_confirms_are_named(words, facts, problem):
+def test_points_that_nothing_confirms_are_named(code, facts, problem):
     finding = Finding(
-        words.__name__,
+        code,
         Subject.POINT,
         names=("a", "b", "c"),
         remedy="nothing_confirms_them",
         facts=facts,
     )
-    assert words(finding).problem == problem
-    assert words(finding).remedy == "Nothing confirms a point in one model"
+    assert suggestion_of(finding).problem == problem
+    assert suggestion_of(finding).remedy == "Nothing confirms a point in one model"
 
 
 def test_models_without_redundancy_are_named():
@@ -125,5 +125,5 @@ def test_models_without_redundancy_are_named():
         remedy="gross_errors_cannot_be_seen",
         facts={"n_models": 1, "models": (("low_flight", "7/8"),)},
     )
-    said = models.models_without_redundancy(finding)
+    said = suggestion_of(finding)
     assert said.problem == "1 model without redundancy: low 7/8"

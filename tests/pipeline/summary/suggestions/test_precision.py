@@ -3,7 +3,7 @@
 import pytest
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import precision
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 
 def imprecise(models=(), n_models=0):
@@ -25,7 +25,7 @@ def imprecise(models=(), n_models=0):
 
 
 def test_the_worst_come_first_and_the_others_have_their_figure():
-    assert str(precision.imprecise_points(imprecise())) == (
+    assert str(suggestion_of(imprecise())) == (
         "2 new points with standard errors of more than 3 times the median of 4.0 cm, "
         "up to 30 cm (b, a); the others have 4.0 cm (total, RMS). Measure more control "
         "there, spread over the model, or do without these points."
@@ -36,7 +36,7 @@ def test_the_worst_come_first_and_the_others_have_their_figure():
     ("models", "said"), [(("7/8",), "model 7/8"), (("7/8", "9"), "models 7/8, 9")]
 )
 def test_models_most_of_whose_points_they_are_are_named(models, said):
-    problem = precision.imprecise_points(imprecise(models, len(models))).problem
+    problem = suggestion_of(imprecise(models, len(models))).problem
     assert problem.endswith(f". They are most points of low-flight {said}")
 
 
@@ -48,7 +48,7 @@ def test_a_block_that_shrinks_is_said_with_its_worst_point():
         remedy="give_control_on_the_far_side",
         facts=facts,
     )
-    said = precision.block_that_shrinks(finding)
+    said = suggestion_of(finding)
     assert said.problem == (
         "Control does not hold the block against its own pull: errors of the model "
         "coordinates move the new points by about 3.0 cm (total, RMS), up to 8.0 cm at "

@@ -3,20 +3,24 @@
 import pytest
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import suspects
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 ROWS = tuple(("low_flight", "1", "7/8", f"P{k}") for k in range(6))
 
 
-def finding(remedy, names=(), **facts):
-    return Finding("suspect", Subject.POINT, names=names, remedy=remedy, facts=facts)
+def finding(code, remedy, names=(), **facts):
+    return Finding(code, Subject.POINT, names=names, remedy=remedy, facts=facts)
 
 
 def test_suspect_observations_are_named_worst_first():
     found = finding(
-        "measure_again_or_snoop", n_observations=6, observations=ROWS, largest=0.4
+        "suspect_observations",
+        "measure_again_or_snoop",
+        n_observations=6,
+        observations=ROWS,
+        largest=0.4,
     )
-    said = suspects.suspect_observations(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "6 residuals of up to 40 cm that chance does not explain, worst first (flight, "
         "coverage, model, point): low 1 7/8 P0, low 1 7/8 P1, low 1 7/8 P2, low 1 7/8 "
@@ -27,9 +31,13 @@ def test_suspect_observations_are_named_worst_first():
 
 def test_gross_measurements_stand_in_their_file():
     found = finding(
-        "measure_rejected_again", n_observations=1, observations=ROWS[:1], largest=0.4
+        "gross_measurements",
+        "measure_rejected_again",
+        n_observations=1,
+        observations=ROWS[:1],
+        largest=0.4,
     )
-    said = suspects.gross_measurements(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "1 measurement, off by up to 40 cm from what the other models of the flight "
         "say, took no part, worst first (flight, coverage, model, point): low 1 7/8 P0"
@@ -39,9 +47,13 @@ def test_gross_measurements_stand_in_their_file():
 
 def test_coverages_that_differ_stand_in_their_file():
     found = finding(
-        "measure_again_see_coverages", names=("P0",), n_points=1, largest=0.4
+        "coverages_that_differ",
+        "measure_again_see_coverages",
+        names=("P0",),
+        n_points=1,
+        largest=0.4,
     )
-    said = suspects.coverages_that_differ(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "1 point with coverages that differ by up to 40 cm, more than they may: P0"
     )
@@ -50,6 +62,7 @@ def test_coverages_that_differ_stand_in_their_file():
 
 def test_scattered_values_are_said_beside_the_usual_ones():
     found = finding(
+        "points_that_differ",
         "look_for_gross_errors_and_exchanged_names",
         names=("P0",),
         n_points=1,
@@ -57,7 +70,7 @@ def test_scattered_values_are_said_beside_the_usual_ones():
         median=0.03,
         largest=9.0,
     )
-    assert suspects.points_that_differ(found).problem == (
+    assert suggestion_of(found).problem == (
         "1 point with values more than 5 times as widely scattered as the median of "
         "3.0 cm (spread_total): P0; up to 9.0 m"
     )
@@ -65,9 +78,13 @@ def test_scattered_values_are_said_beside_the_usual_ones():
 
 def test_control_that_the_others_miss_is_named():
     found = finding(
-        "check_worst_control", names=("worse", "bad"), n_points=2, largest=0.4
+        "control_that_contradicts",
+        "check_worst_control",
+        names=("worse", "bad"),
+        n_points=2,
+        largest=0.4,
     )
-    said = suspects.control_that_contradicts(found)
+    said = suggestion_of(found)
     assert said.problem == (
         "2 control points missed by up to 40 cm where predicted without themselves, "
         "more than chance explains, worst first: worse, bad"
@@ -78,56 +95,68 @@ def test_control_that_the_others_miss_is_named():
 @pytest.mark.parametrize(("n", "verb"), [(1, "contradicts"), (2, "contradict")])
 def test_control_against_the_block_is_named(n, verb):
     found = finding(
-        "check_control_or_snoop", names=("A", "B")[:n], n_points=n, largest=0.4
+        "control_against_block",
+        "check_control_or_snoop",
+        names=("A", "B")[:n],
+        n_points=n,
+        largest=0.4,
     )
-    said = suspects.control_against_block(found).problem
+    said = suggestion_of(found).problem
     assert f" that {verb} the block, by up to 40 cm: A" in said
     assert said.endswith("Kept, they make the new points near them worse than claimed")
 
 
 def test_control_that_was_set_aside_is_named():
-    found = finding("check_control", names=("A",), n_points=1, largest=0.4)
-    assert str(suspects.control_set_aside(found)) == (
+    found = finding(
+        "control_set_aside", "check_control", names=("A",), n_points=1, largest=0.4
+    )
+    assert str(suggestion_of(found)) == (
         "1 control point set aside, for contradicting the block, by up to 40 cm: A. "
         "Check their coordinates and names."
     )
 
 
 @pytest.mark.parametrize(
-    ("words", "remedy", "what", "says"),
+    ("code", "remedy", "what", "says"),
     [
         (
-            suspects.wrong_measuring_errors,
+            "wrong_measuring_errors",
             "give_that_m_g",
             "the measurements show",
             "Give that figure, if no gross error made it",
         ),
         (
-            suspects.wrong_measuring_errors,
+            "wrong_measuring_errors",
             "look_for_gross_errors",
             "the measurements show",
             "Look for gross errors",
         ),
         (
-            suspects.settings_that_scatter,
+            "settings_that_scatter",
             "give_at_least_that_m_g",
             "repeated settings scatter by",
             "Give at least that figure, if no gross error made it",
         ),
     ],
 )
-def test_both_figures_of_each_flight_are_said(words, remedy, what, says):
+def test_both_figures_of_each_flight_are_said(code, remedy, what, says):
     figures = {"given_um": 7.5, "estimated_um": 5.04, "standard_error_um": 0.21}
     flights = tuple({"flight": f"{f}_flight", **figures} for f in ("high", "low"))
-    said = words(finding(remedy, flights=flights))
+    said = suggestion_of(finding(code, remedy, flights=flights))
     one = "m_g_um of the {} flight is given as 7.5, but {} 5.04 ± 0.21"
     assert said.problem == "; ".join(one.format(f, what) for f in ("high", "low"))
     assert said.remedy == says
 
 
 def test_points_whose_settings_scatter_are_named():
-    found = finding("set_again", n_points=1, observations=ROWS[:1], widest_um=35.0)
-    said = suspects.scattered_points(found)
+    found = finding(
+        "scattered_points",
+        "set_again",
+        n_points=1,
+        observations=ROWS[:1],
+        widest_um=35.0,
+    )
+    said = suggestion_of(found)
     assert said.problem == (
         "1 point with settings up to 35 µm apart in the image (total, one setting), "
         "which chance does not explain, worst first (flight, coverage, model, point): "

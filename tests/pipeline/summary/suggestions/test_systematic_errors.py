@@ -5,7 +5,7 @@ import math
 import pytest
 
 from einschalt.pipeline.assessment.finding import Finding, Subject
-from einschalt.pipeline.summary.suggestions import systematic_errors
+from einschalt.pipeline.summary.suggestions.catalogue import suggestion_of
 
 
 def test_an_affinity_is_said_with_the_way_to_take_it_up():
@@ -18,7 +18,7 @@ def test_an_affinity_is_said_with_the_way_to_take_it_up():
         remedy="set_affine",
         facts={"flights": flights},
     )
-    said = systematic_errors.film_affinity(found)
+    said = suggestion_of(found)
     assert said.problem.startswith("Film or machine has an affinity: in the high flig")
     assert (
         "in the low flight x is longer than y by 300 ± 10 ppm, with a shear of -20 ± "
@@ -46,7 +46,7 @@ def strained(remedy="check_network", with_strain=0.13):
 
 
 def test_strain_is_said_with_what_to_reckon_with():
-    assert systematic_errors.strained_network(strained()).problem == (
+    assert suggestion_of(strained()).problem == (
         "The control network is strained: neighbours among the 30 control points are "
         "displaced together, by 12 cm (total, RMS) over 900 m, most at A (easting "
         "20 cm, northing -10 cm), B (easting 20 cm, northing -10 cm), C (easting "
@@ -56,7 +56,7 @@ def test_strain_is_said_with_what_to_reckon_with():
 
 
 def test_without_a_figure_nothing_is_reckoned():
-    said = systematic_errors.strained_network(strained(with_strain=math.nan)).problem
+    said = suggestion_of(strained(with_strain=math.nan)).problem
     assert said.endswith("standard_error_total does not hold that")
 
 
@@ -64,7 +64,7 @@ def test_without_a_figure_nothing_is_reckoned():
     ("remedy", "is_said"), [("check_network_or_adjust", True), ("check_network", False)]
 )
 def test_the_other_way_is_named_where_it_would_help(remedy, is_said):
-    said = systematic_errors.strained_network(strained(remedy)).remedy
+    said = suggestion_of(strained(remedy)).remedy
     assert ('method = "simultaneous" suffers less' in said) == is_said
 
 
@@ -75,7 +75,7 @@ def test_contradicting_control_is_counted():
         remedy="look_for_wrong_control_or_raise_errors",
         facts={"n_control": 30},
     )
-    assert str(systematic_errors.contradicting_control(found)) == (
+    assert str(suggestion_of(found)) == (
         "The 30 control points contradict each other by more than their standard "
         "errors. Look for wrong ones, or raise standard_error_m."
     )

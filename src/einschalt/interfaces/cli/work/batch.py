@@ -8,57 +8,40 @@ from einschalt.foundations.display_names import printable
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
-from einschalt.interfaces.cli.exits import print_error, print_out
+from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.pipeline.batch.block_table import summarize_batch
 from einschalt.pipeline.progress import Stage
 
 SOME_FAILED = 1
+MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
 
 
-def run_blocks(folder, output, given, where, which, *, overwrite, is_dry_run, is_quiet):
-    """Compute the blocks below a folder, and print the outcome of each.
-
-    Parameters
-    ----------
-    folder, output : Path
-    given : dict
-        Settings that go before those of each block.toml.
-    where : dict
-        scheduler, workers and memory_gb, as ``densify_many`` takes them.
-    which : {"changed", "unfinished", "failed", "all"}
-    overwrite : bool
-        Replace what else lies in the folders of the results, inputs excepted.
-    is_dry_run : bool
-        Only print what would be computed.
-    is_quiet : bool
-        Print nothing but failed blocks.
-
-    Raises
-    ------
-    EinschaltError
-        The call is wrong, or the folder cannot be written.
-    typer.Exit
-        Blocks failed.
-    """
+def batch(folder, output, *, given, overwrite, dry_run, quiet, memory, **options):
+    """Compute the blocks below a folder, and print the outcome of each."""
     started = perf_counter()
+    where = {name: options[name] for name in ("scheduler", "workers")}
+    where["memory_gb"] = memory
+    how = {"which": _which(options), "overwrite": overwrite}
     blocks = find_blocks(folder, output)
-    if is_dry_run:
+    if dry_run:
         python_api.chosen_engine(**where)  # what is wrong with it
-        options = {"given": given, "which": which, "overwrite": overwrite}
-        _tell_plan(plan_batch(blocks, output, **options))
+        _tell_plan(plan_batch(blocks, output, given=given, **how))
         return
-    with batch_progress(is_quiet=is_quiet) as progress:
-        table = python_api.densify_many(
-            blocks,
-            output,
-            **where,
-            settings=given,
-            which=which,
-            overwrite=overwrite,
-            progress=progress,
-        )
-    _end(table, perf_counter() - started, output, is_quiet=is_quiet)
+    with batch_progress(is_quiet=quiet) as progress:
+        how |= {"settings": given, "progress": progress}
+        table = python_api.densify_many(blocks, output, **where, **how)
+    _end(table, perf_counter() - started, output, is_quiet=quiet)
+
+
+def _which(options):
+    asked = [name for name in MODES if options[name]]
+    if len(asked) > 1:
+        names = ("--" + name.replace("_", "-") for name in asked)
+        said = " and ".join(names).replace("--everything", "--all")
+        print_error(f"einschalt: {said} exclude each other. Give one of them.")
+        raise typer.Exit(WRONG)
+    return MODES[asked[0]] if asked else "changed"
 
 
 def _end(table, seconds, output, *, is_quiet):

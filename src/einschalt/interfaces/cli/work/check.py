@@ -10,19 +10,10 @@ from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
 
 
-def print_problems(block, given=None):
+def check(block, given=None):
     """Print everything that is wrong with a block's input.
 
-    Parameters
-    ----------
-    block : Path
-    given : dict, optional
-        Settings that go before those of block.toml.
-
-    Raises
-    ------
-    typer.Exit
-        Anything is wrong.
+    ``given``: settings that go before those of block.toml.
     """
     found = find_problems(block, given)
     if _is_terminal():

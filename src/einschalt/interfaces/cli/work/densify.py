@@ -9,35 +9,15 @@ from einschalt.interfaces.files.result_folder import output_of, write_result
 from einschalt.pipeline.progress import Stage, stage_reporter
 
 
-def densify_folder(
-    block, output, given, *, ellipse_scale=None, overwrite=False, is_quiet=False
-):
-    """Compute a block, write its results and print their summary.
-
-    Parameters
-    ----------
-    block, output : Path
-    given : dict
-        Settings that go before those of block.toml.
-    ellipse_scale : float, optional
-        How much larger the ellipses are drawn.
-    overwrite : bool, optional
-        Replace what lies in the folder of the results, inputs excepted.
-    is_quiet : bool
-        Print nothing.
-
-    Raises
-    ------
-    EinschaltError
-        The input is wrong, or the results cannot be written.
-    """
+def densify(block, output, given, *, ellipse_scale=None, overwrite=False, quiet=False):
+    """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
     read = python_api.read_block(block, given)
     settings = read.settings
     with (
         held_folder(output, output_of(read, overwrite=overwrite)),
-        stage_progress(is_quiet=is_quiet) as progress,
+        stage_progress(is_quiet=quiet) as progress,
     ):
         report_progress = stage_reporter(progress)
         result = python_api.densify(read, settings, progress=progress)
@@ -46,6 +26,6 @@ def densify_folder(
         report_progress(Stage.WRITING)
         options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
         write_result(result, output, **options, beside=True)
-    if not is_quiet:
+    if not quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")

@@ -1,6 +1,7 @@
 """What ``einschalt orient`` does."""
 
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -17,7 +18,7 @@ from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files import orientation_folder as to
 from einschalt.interfaces.files.camera_toml import read_camera
-from einschalt.interfaces.files.table_output import results_of_tables
+from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.stages.relative_orientation.dangerous_surface import (
     TERRAIN_HEIGHTS,
@@ -37,7 +38,7 @@ WAYS = (
 )
 
 
-def orient_pairs(
+def orient(
     output,
     *,
     measurements,
@@ -54,36 +55,17 @@ def orient_pairs(
 ):
     """Orient image pairs, or forecast dangerous surfaces; write and print the result.
 
-    Parameters
-    ----------
-    output : Path
-    measurements, camera, terrain : Path or None
-        Tables, and the file of a camera.
-    case, base, method, estimator, outliers : str or None
-    principal_distance : float or None
-        [mm]
-    overwrite : bool
-        Replace what lies in the folder of the results, inputs excepted.
-    **plan : float or None
-        Of the flight over the terrain; image_format and wing [mm].
-
-    Raises
-    ------
-    EinschaltError
-        The call or the input is wrong, or the results cannot be written.
-    typer.Exit
-        No model could be oriented.
+    ``plan`` is the flight over the terrain, image_format and wing [mm].
     """
     files = (measurements, terrain, camera, _base_table(base))
-    results = results_of_tables("orient", files, to.NAMES, output, overwrite=overwrite)
+    place = output_of_tables("orient", files, to.NAMES, output, overwrite=overwrite)
     for name in LENGTHS_MM:
         plan[name] = _in_metres(plan[name])
     if terrain is not None:
         _refuse("--terrain", TABLE=measurements, case=case, base=base)
         _refuse("--terrain", method=method, estimator=estimator, camera=camera)
         result = _forecast(terrain, _in_metres(principal_distance), _given(plan))
-        write, more = to.write_forecast, ()
-        is_done = True
+        write, is_done = partial(to.write_forecast, result), True
     elif principal_distance is not None or camera is not None:
         _refuse("--principal-distance or --camera", method=method, **plan)
         options = {"case": case, "estimator": estimator, "outliers": outliers}
@@ -91,15 +73,15 @@ def orient_pairs(
         if principal_distance is not None:
             _refuse("--principal-distance", camera=camera)
         result, distance = _from_images(measurements, seen_by, base, _given(options))
-        write, more = to.write_image_orientation, (distance,)
+        write = partial(to.write_image_orientation, result, distance)
         is_done = bool(result.converged.any())
     else:
         _refuse("--base", estimator=estimator, outliers=outliers, **plan)
         options = _given({"case": case, "method": method})
         result, parallaxes = _from_parallaxes(measurements, base, options)
-        write, more = to.write_parallax_orientation, (parallaxes,)
+        write = partial(to.write_parallax_orientation, result, parallaxes)
         is_done = result.is_usable
-    results.write(write, result, *more)
+    write_tables_of(place, output, write)
     print_out(result.summary())
     print_out(f"\nResults in {output}")
     if not is_done:
@@ -133,20 +115,17 @@ def _refuse(option, **others):
 
 
 def _require(value, name):
-
     if value is None:
         raise SettingsError(f"{name} is missing", expected=WAYS)
 
 
 def _forecast(terrain, principal_distance, plan):
-
     _require(principal_distance, "--principal-distance")
     plan = FlightPlan(principal_distance=principal_distance, **plan)
     return forecast_dangerous_surfaces(_read(terrain, TERRAIN_HEIGHTS), plan)
 
 
 def _from_parallaxes(file, base, options):
-
     _require(file, "TABLE")
     _require(base, "--base")
     parallaxes = _read(file, Y_PARALLAXES)

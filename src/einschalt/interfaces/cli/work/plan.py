@@ -10,21 +10,10 @@ from einschalt.interfaces.cli.plan_values import asked_of
 QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
 
 
-def plan_flight(options, typed):
-    """Answer what a planner asks: print it, and write what was asked for.
-
-    Parameters
-    ----------
-    options : dict
-        Values of all options.
-    typed : list of str
-        Names of the options that were written on the command line.
-
-    Raises
-    ------
-    EinschaltError
-        A value is not sensible, or the results cannot be written.
-    """
+def plan(context, **options):
+    """Answer what a planner asks: print it, and write what was asked for."""
+    source = context.get_parameter_source
+    typed = [name for name in options if source(name).name == "COMMANDLINE"]
     asked = asked_of(options, typed)
     figure, output = options["figure"], options["output"]
     place = None if output is None and figure is None else _place(options)
@@ -68,7 +57,7 @@ def _place(options):
         output_of_question,
     )
 
-    apart = {"context", "output", "figure", "overwrite"}
+    apart = {"output", "figure", "overwrite"}
     asked = {name: value for name, value in options.items() if name not in apart}
     files = [options["terrain"]] if options["terrain"] is not None else []
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
@@ -81,41 +70,29 @@ def _place(options):
 def _write(answer, output, place):
     """Write one table, or a folder with everything."""
     # imported when something is written: the text needs no pandas
-    from einschalt.interfaces.files import tables_by_suffix  # noqa: PLC0415
-    from einschalt.interfaces.files.output_folder import write_folder  # noqa: PLC0415
-    from einschalt.interfaces.files.plan_folder import write_plan  # noqa: PLC0415
-    from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
-    from einschalt.interfaces.provenance import provenance_of_tables  # noqa: PLC0415
+    from einschalt.interfaces.files import plan_folder, table_output  # noqa: PLC0415
+    from einschalt.interfaces.files.tables_by_suffix import write_table  # noqa: PLC0415
     from einschalt.interfaces.reports.figure_files import figure_bytes  # noqa: PLC0415
 
     if output.suffix:
         table = next(iter(answer.tables().values()))
-        write_file(
-            output,
-            lambda path: tables_by_suffix.write_table(table, path),
-            place.inputs,
-            overwrite=place.overwrite,
-        )
+        table_output.write_file(output, place, lambda path: write_table(table, path))
         return
     figures = {name: figure_bytes(drawn) for name, drawn in answer.figures().items()}
-    write_folder(
-        output,
-        place,
-        provenance_of_tables("plan", place.inputs.paths),
-        lambda new: write_plan(new, answer.tables(), figures, answer.text),
-        beside=True,
-    )
+
+    def write(new):
+        plan_folder.write_plan(new, answer.tables(), figures, answer.text)
+
+    table_output.write_tables_of(place, output, write)
 
 
 def _write_figure(answer, file, place):
     """Write the first figure in the format that the suffix names."""
     # imported when a figure is written: matplotlib takes its time
+    from einschalt.interfaces.files.plan_folder import write_figure  # noqa: PLC0415
     from einschalt.interfaces.files.table_output import write_file  # noqa: PLC0415
-    from einschalt.interfaces.reports.figure_files import write_figure  # noqa: PLC0415
 
-    write_file(
-        file,
-        lambda path: write_figure(lambda: next(iter(answer.figures().values())), path),
-        place.inputs,
-        overwrite=place.overwrite,
-    )
+    def first():
+        return next(iter(answer.figures().values()))
+
+    write_file(file, place, lambda path: write_figure(first, path))

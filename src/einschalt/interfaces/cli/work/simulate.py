@@ -1,16 +1,14 @@
 """What ``einschalt simulate`` does."""
 
 from dataclasses import replace
-from functools import partial
 
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.files.block_writing import require_block_place
-from einschalt.interfaces.files.output_folder import held_folder, write_folder
-from einschalt.interfaces.files.table_output import output_of_question
+from einschalt.interfaces.files.output_folder import held_folder
+from einschalt.interfaces.files.table_output import output_of_question, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import write_table
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.interfaces.provenance import provenance_of_tables
 from einschalt.pipeline.simulation.repetitions import (
     Experiment,
     repeat_simulation,
@@ -21,41 +19,30 @@ from einschalt.pipeline.simulation.simulate_block import PRESETS
 REPETITIONS = "repetitions.csv"
 
 
-def chosen_design(preset, geometry, noise):
-    """Geometry and noise of a preset with some of their values replaced.
-
-    Parameters
-    ----------
-    preset : str
-    geometry, noise : dict
-        Values that are not those of the preset.
-
-    Returns
-    -------
-    tuple
-        preset, BlockGeometry, BlockNoise.
-    """
-    geometry = replace(PRESETS[preset].geometry, **geometry)
-    noise = replace(PRESETS[preset].noise, **noise)
-    return preset, geometry, noise
+def simulate(output, preset, seed, *, repeat, workers, scheduler, overwrite, **values):
+    """Write a block, or repetitions of many, with what is given for the preset's."""
+    for flight in ("high", "low"):
+        values[f"{flight}_gross_error_share"] = values["gross_errors"]
+        values[f"{flight}_gross_error_um"] = values["gross_error_um"]
+    usual = PRESETS[preset]
+    design = (
+        preset,
+        *(_replaced(part, values) for part in (usual.geometry, usual.noise)),
+    )
+    if repeat is None:
+        _simulate_folder(design, seed, output, overwrite=overwrite)
+    else:
+        engine = python_api.chosen_engine(scheduler, workers)
+        _repeat_design(design, repeat, seed, engine, output, overwrite=overwrite)
 
 
-def simulate_folder(design, seed, output, *, overwrite):
-    """Simulate a block, and write it as a folder.
+def _replaced(part, values):
+    """Geometry or noise, with those of its fields replaced that were given."""
+    names = [name for name in part.__dataclass_fields__ if values.get(name) is not None]
+    return replace(part, **{name: values[name] for name in names})
 
-    Parameters
-    ----------
-    design : tuple
-        See :func:`chosen_design`.
-    seed : int
-    output : Path
-    overwrite : bool
 
-    Raises
-    ------
-    EinschaltError
-        The design cannot be simulated, or the folder cannot be written.
-    """
+def _simulate_folder(design, seed, output, *, overwrite):
     require_block_place(output, overwrite=overwrite)
     preset, geometry, noise = design
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
@@ -64,37 +51,14 @@ def simulate_folder(design, seed, output, *, overwrite):
     print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
 
 
-def repeat_design(design, count, seed, where, output, *, overwrite):
-    """Simulate and compute so many blocks, and write what is true and claimed.
-
-    Parameters
-    ----------
-    design : tuple
-        See :func:`chosen_design`.
-    count, seed : int
-    where : tuple
-        Scheduler and number of workers.
-    output : Path
-    overwrite : bool
-        Replace what lies there.
-
-    Raises
-    ------
-    EinschaltError
-        The design cannot be simulated, or the table cannot be written.
-    """
-    engine = python_api.chosen_engine(*where)
+def _repeat_design(design, count, seed, engine, output, *, overwrite):
     asked = {"simulated": design, "count": count, "seed": seed}
     names = (REPETITIONS, PROVENANCE)
     place = output_of_question("simulate", asked, names, overwrite=overwrite)
     with held_folder(output, place):
         table = repeat_simulation(Experiment(*design), count, engine, first_seed=seed)
-        facts = provenance_of_tables("simulate")
-        write = partial(_write_repetitions, table)
-        write_folder(output, place, facts, write, beside=True)
+        write_tables_of(
+            place, output, lambda new: write_table(table, new / REPETITIONS)
+        )
     print_out(summarize_repetitions(table))
     print_out(f"Every repetition in {output / REPETITIONS}")
-
-
-def _write_repetitions(table, folder):
-    write_table(table, folder / REPETITIONS)

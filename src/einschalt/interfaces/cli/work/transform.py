@@ -7,10 +7,11 @@ import typer
 from einschalt.foundations.errors import TableError, raise_problems
 from einschalt.foundations.tables import check_table
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
-from einschalt.interfaces.files.csv_tables import write_csv
-from einschalt.interfaces.files.parquet_tables import write_parquet
-from einschalt.interfaces.files.table_output import results_of_tables
-from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
+from einschalt.interfaces.files.tables_by_suffix import (
+    read_table,
+    write_in_both_formats,
+)
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.stages.transformation_kinds import (
@@ -34,30 +35,13 @@ DECIMALS = {
 }
 
 
-def transform_tables(
-    model_points, ground_points, apply, output, kind, *, overwrite=False
-):
+def transform(model_points, ground_points, apply, output, kind, *, overwrite):
     """Fit one transformation per model, and write and print what it gives.
 
-    Parameters
-    ----------
-    model_points, ground_points : Path
-    apply : Path or None
-        Table of the points to transform; those of the models where it is None.
-    output : Path
-    kind : str
-    overwrite : bool, optional
-        Replace what lies in the folder of the results, inputs excepted.
-
-    Raises
-    ------
-    EinschaltError
-        The input is wrong, or the results cannot be written.
-    typer.Exit
-        No model could be transformed.
+    Without ``apply`` the points of the models are transformed.
     """
     files = (model_points, ground_points, apply)
-    results = results_of_tables("transform", files, NAMES, output, overwrite=overwrite)
+    place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
     tables = {
@@ -67,22 +51,17 @@ def transform_tables(
         "failures": _with_given_keys(fit.failures, source),
         "points": fit.transform(applied),
     }
-    results.write(_write, tables)
+    write_tables_of(
+        place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
+    )
     print_out(fit.summary())
     if len(fit.models) == 1 and fit.is_usable:
-        print_out(
-            f"\nAs a PROJ pipeline:\n{fit.proj_pipeline(fit.models['model_id'][0])}"
-        )
+        pipeline = fit.proj_pipeline(fit.models["model_id"][0])
+        print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
     print_out(f"\nResults in {output}")
     if not fit.is_usable:
         print_error("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(WRONG)
-
-
-def _write(tables, folder):
-    for name in TABLES:
-        write_csv(tables[name], folder / f"{name}.csv", decimals=DECIMALS)
-        write_parquet(tables[name], folder / f"{name}.parquet")
 
 
 def _read(model_file, ground_file, apply_file, kind):

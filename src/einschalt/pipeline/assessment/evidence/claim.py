@@ -49,48 +49,29 @@ MOST_SUSPECTS = 0.05
 
 @dataclass(frozen=True)
 class ClaimTest:
-    """One quantity of a block against what the claim predicts.
-
-    Attributes
-    ----------
-    name : str
-    n_points : int
-    observed, predicted : float
-        TOTAL root mean square [m]; of the correlation, Moran's I.
-    p_value : float
-        Probability of a quantity as large as this where the claim holds.
-    is_length : bool
-    """
+    """One quantity of a block against what the claim predicts."""
 
     name: str
     n_points: int
+    # TOTAL root mean square [m]; of the correlation, Moran's I
     observed: float
     predicted: float
-    p_value: float
+    p_value: float  # probability of a quantity as large as this where the claim holds
     is_length: bool = True
 
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """The tests of a block's claim.
+    """The tests of a block's claim."""
 
-    Attributes
-    ----------
-    tests : tuple of ClaimTest
-        Empty where no model of errors can be made.
-    residuals : ResidualField or None
-        Residuals of the low flight, and their draws.
-    assumption : {"", "independent_approximations", "perfect_orientations"}
-        What is only assumed: that errors of given approximate coordinates are
-        independent, or that orientations are without errors.
-    paper : ClaimTest or None
-        Coverage differences against the budget, which takes all values of a point for
-        independent. It is no claim where there is a propagated figure.
-    """
-
-    tests: tuple[ClaimTest, ...]
+    tests: tuple[ClaimTest, ...]  # empty where no model of errors can be made
+    # residuals of the low flight, and their draws
     residuals: "ResidualField | None" = field(metadata={"is_plain": False})
+    # what is only assumed: that errors of given approximate coordinates are
+    # independent, or that orientations are without errors
     assumption: str = ""
+    # coverage differences against the budget, which takes all values of a point for
+    # independent. It is no claim where there is a propagated figure.
     paper: ClaimTest | None = None
 
     @property
@@ -135,19 +116,12 @@ class Claim:
 
 @dataclass(frozen=True, eq=False)
 class ResidualField:
-    """Residuals of the low flight at their points, and draws of them.
+    """Residuals of the low flight at their points, and draws of them."""
 
-    Attributes
-    ----------
-    positions, vectors : ndarray, shape (n_points, 2)
-        [m]
-    drawn : ndarray, shape (n_points, 2, n_draws)
-        [m]
-    """
-
+    # shape (n_points, 2) [m]
     positions: np.ndarray
     vectors: np.ndarray
-    drawn: np.ndarray
+    drawn: np.ndarray  # shape (n_points, 2, n_draws) [m]
 
     @cached_property
     def correlogram(self) -> Correlogram:
@@ -170,16 +144,7 @@ KNOWN = {"check": "check points", "control": "control points"}
 
 
 def examine_claim(examined) -> Claim:
-    """Test what was measured against what the claimed figures predict.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    Claim
-    """
+    """Test what was measured against what the claimed figures predict."""
     model = examined.error_model
     if model is None or not examined.low.fit.redundancy.any():
         return UNTESTED

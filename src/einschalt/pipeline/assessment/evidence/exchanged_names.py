@@ -26,42 +26,23 @@ LEAST_IMPROVEMENT = 5.0
 
 @dataclass(frozen=True)
 class ExchangedNames:
-    """A pair of points that were measured under each other's name in a model.
-
-    Attributes
-    ----------
-    flight, coverage, model_id : str
-    points : tuple of str
-        The two names.
-    apart : float
-        Distance of the two points [m]; NaN where one has no coordinates.
-    m_0, m_0_exchanged : float
-        Of the model as it was measured, and with the names put right, TOTAL [m].
-    model_points : tuple of str
-        All points of the model.
-    """
+    """A pair of points that were measured under each other's name in a model."""
 
     flight: str
     coverage: str
     model_id: str
-    points: tuple[str, str]
-    apart: float
+    points: tuple[str, str]  # the two names
+    apart: float  # distance of the two points [m]; NaN where one has no coordinates
+    # of the model as it was measured, and with the names put right, TOTAL [m]
     m_0: float
     m_0_exchanged: float
-    model_points: tuple[str, ...]
+    model_points: tuple[str, ...]  # all points of the model
 
 
 def find_exchanged_names(solution) -> tuple[ExchangedNames, ...]:
     """Look for exchanged names in all models that fit badly, or have a suspect.
 
-    Parameters
-    ----------
-    solution : TwoStepSolution
-
-    Returns
-    -------
-    tuple of ExchangedNames
-        At most one pair of a model, the pair that is farthest apart first.
+    At most one pair of a model, the pair that is farthest apart first.
     """
     found = [
         exchange

@@ -12,19 +12,7 @@ MODELS_OF_IMAGE = 2
 
 
 def common_sigma_0(rows):
-    """RMS of the sigma_0 of several models, weighted by their redundancy.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Of ``orientations``.
-
-    Returns
-    -------
-    sigma_0 : float
-        [mm]; NaN without redundancy.
-    redundancy : float
-    """
+    """RMS of the sigma_0 of models [mm], by redundancy, and their redundancy."""
     known = rows[np.isfinite(rows["sigma_0"].to_numpy(dtype=float))]
     redundancy = known["redundancy"].to_numpy(dtype=float)
     sigma_0 = known["sigma_0"].to_numpy(dtype=float)
@@ -32,19 +20,9 @@ def common_sigma_0(rows):
 
 
 def image_component(rows, flight) -> Component:
-    """Compare the m_g of image points as it was given with what residuals show.
+    """Compare the given m_g of a flight's image points with what residuals show.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        Of ``orientations``, those of the flight.
-    flight : Flight
-        With ``image_points``.
-
-    Returns
-    -------
-    Component
-        TOTAL [µm]; NaN without redundancy. It sees y-parallax only.
+    TOTAL [µm]; NaN without redundancy. It sees y-parallax only.
     """
     sigma_0, redundancy = common_sigma_0(rows)
     shown = SQRT2 * sigma_0 * UM_PER_MM

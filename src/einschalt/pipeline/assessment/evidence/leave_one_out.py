@@ -37,23 +37,13 @@ COLUMNS = [
 
 @dataclass(frozen=True, eq=False)
 class LeftOutControl:
-    """Control points predicted without themselves.
+    """Control points predicted without themselves."""
 
-    Attributes
-    ----------
-    point_ids : ndarray of object, shape (n_points,)
-    differences : ndarray, shape (n_points, 2)
-        Densified without the point, less given [m].
-    chains : dict of str to PointOperator
-        The differences from the errors of all sources.
-    covariance : ndarray, shape (n_points, 2, 2)
-        Of the differences [m²].
-    """
-
-    point_ids: np.ndarray
+    point_ids: np.ndarray  # shape (n_points,)
+    # shape (n_points, 2); densified without the point, less given [m]
     differences: np.ndarray
-    chains: dict
-    covariance: np.ndarray
+    chains: dict  # the differences from the errors of all sources
+    covariance: np.ndarray  # shape (n_points, 2, 2); of the differences [m²]
 
     @cached_property
     def squares(self):
@@ -70,16 +60,8 @@ class LeftOutControl:
 def leave_out_control(examined):
     """Predict each control point of the high flight from all the others.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    LeftOutControl or None
-        None after iteration, without a high flight, or where sizes of errors are not
-        known. Points without which a model is not determined are not
-        among them.
+    None after iteration, without a high flight, or where sizes of errors are not known.
+    Points without which a model is not determined are not among them.
     """
     model = examined.error_model
     if examined.iteration is not None or model is None or model.high is None:
@@ -97,19 +79,9 @@ def leave_out_control(examined):
 def left_out_table(left_out, significance):
     """Differences of control points that were left out, with their tests.
 
-    Parameters
-    ----------
-    left_out : LeftOutControl or None
-    significance : float
-        Probability of any suspect among points without gross errors.
-
-    Returns
-    -------
-    DataFrame
-        point_id, difference_easting, difference_northing, standard_error_easting,
-        standard_error_northing, covariance_en, standard_error_total (of the
-        difference) [m], w (its length by its standard errors), p_value, is_suspect
-        (after Holm over all points). No rows where nothing was left out.
+    point_id, COLUMNS: differences, their standard errors and covariance [m, m²], w
+    (length by standard errors), p_value; is_suspect (Holm over all points). No rows
+    where nothing was left out.
     """
     if left_out is None:
         empty = pd.DataFrame(columns=["point_id", *COLUMNS], dtype=float)

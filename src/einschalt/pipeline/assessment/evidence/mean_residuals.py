@@ -17,21 +17,13 @@ KEY = ["coverage", "model_id", "point_id"]
 
 @dataclass(frozen=True, eq=False)
 class MeanResiduals:
-    """Residuals of each point on the average of its models.
+    """Residuals of each point on the average of its models."""
 
-    Attributes
-    ----------
-    vectors : ndarray, shape (n_points, 2)
-        Transformed less approximate, easting and northing [m].
-    positions : ndarray, shape (n_points, 2)
-        Easting, northing [m].
-    of_values, of_ground : PointOperator
-        They are ``of_values`` times the errors of the values less ``of_ground`` times
-        those of the approximate coordinates.
-    """
-
+    # shape (n_points, 2); transformed less approximate, easting and northing [m]
     vectors: np.ndarray
-    positions: np.ndarray
+    positions: np.ndarray  # shape (n_points, 2); easting, northing [m]
+    # they are ``of_values`` times the errors of the values less ``of_ground`` times
+    # those of the approximate coordinates
     of_values: PointOperator
     of_ground: PointOperator
 
@@ -39,17 +31,7 @@ class MeanResiduals:
 def mean_residuals(examined, model, most_suspects) -> MeanResiduals:
     """Average the residuals of the low flight over the models of each point.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-    model : ErrorModel
-        Of it.
-    most_suspects : float
-        Suspects are left out where their share is not larger than this.
-
-    Returns
-    -------
-    MeanResiduals
+    Suspects are left out where their share is not larger than ``most_suspects``.
     """
     low = examined.low
     observed = low.observed

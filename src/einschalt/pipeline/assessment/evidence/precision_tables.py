@@ -17,13 +17,8 @@ from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
 PLANE = ["easting", "northing"]
 NEIGHBOUR_COLUMNS = [
-    "distance",
-    "standard_error_easting",
-    "standard_error_northing",
-    "covariance_en",
-    "standard_error_total",
-    "standard_error_distance",
-    "standard_error_across",
+    *("distance", "standard_error_easting", "standard_error_northing", "covariance_en"),
+    *("standard_error_total", "standard_error_distance", "standard_error_across"),
     "standard_error_if_independent",
 ]
 UNKNOWN_SIZE = "nothing checks its orientations, or its heights"
@@ -72,13 +67,8 @@ class PrecisionTables:
         variance = np.array(list(mean.values()))
         whole = variance.sum()
         share = variance / whole if whole > 0.0 else variance
-        table = pd.DataFrame(
-            {
-                "source": list(mean),
-                "standard_error_total": _root(variance),
-                "share": share,
-            }
-        )
+        columns = {"standard_error_total": _root(variance), "share": share}
+        table = pd.DataFrame({"source": list(mean), **columns})
         table = table.sort_values("share", ascending=False, kind="stable")
         return table.reset_index(drop=True)
 
@@ -141,10 +131,7 @@ class PrecisionTables:
         names = self.points["point_id"].to_numpy(dtype=object)
         east, north = covariance[:, 0, 0], covariance[:, 1, 1]
         columns = (
-            distance,
-            _root(east),
-            _root(north),
-            covariance[:, 0, 1],
+            *(distance, _root(east), _root(north), covariance[:, 0, 1]),
             _root(east + north),
             *(_root(_form(covariance, way)) for way in (along, across)),
             _root(alone[:, 0, 0] + alone[:, 1, 1]),

@@ -21,21 +21,12 @@ MIN_REPORTED_RATIO = 1.10
 
 
 def m_g_of_repeated_settings(examined):
-    """Compare the m_g of each flight with what repeated settings say.
+    """Compare the m_g of each flight with what repeated settings say: COLUMNS.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    DataFrame
-        flight, n_points (that were set several times), n_settings (of these),
-        redundancy (settings less points), m_g_um (as given), m_g_settings_um (from the
-        settings), standard_error_um, p_value (that settings of the given m_g scatter
-        as much: χ² of both coordinates), is_larger, is_smaller (chance does not explain
-        it, and it is worth a word). A smaller m_g is no contradiction, since the given
-        one holds film, lens and model as well. No rows where nothing was set twice.
+    n_settings of the n_points that were set several times; redundancy: settings less
+    points; p_value: that settings of the given m_g scatter as much (χ² of both
+    coordinates). A smaller m_g is no contradiction, since the given one holds film,
+    lens and model as well.
     """
     points = spread_of_points(examined)
     rows = [
@@ -67,18 +58,10 @@ def _p_value(spread_um, m_g_um, redundancy):
 
 
 def spread_of_points(examined):
-    """How far the settings of each point lie apart, in the image plane.
+    """How far the settings of each point lie apart in the image: POINT_COLUMNS.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    DataFrame
-        flight, coverage, model_id, point_id, n_settings, spread_um (total, of one
-        setting), p_value (as that of a flight) of the points that were set several
-        times in usable models.
+    spread_um is total, of one setting; points that were set several times, in usable
+    models.
     """
     parts = [
         _points_of(name, flight, examined.models)

@@ -36,32 +36,19 @@ KEY = ["coverage", "model_id", "point_id"]
 
 @dataclass(frozen=True)
 class FilmAffinity:
-    """Affinity that the models of a flight have in common.
-
-    Attributes
-    ----------
-    flight : str
-    stretch, shear : float
-        Of the measured coordinates: by how much x is longer than y, and by how much the
-        right angle between them is smaller [rad].
-    stretch_error, shear_error : float
-        Standard errors.
-    p_value : float
-        Joint test of both.
-    is_absorbed : bool
-        Whether the transformation takes it up: affine does.
-    bias : float
-        TOTAL error that it makes in a model otherwise, root mean square [m].
-    """
+    """Affinity that the models of a flight have in common."""
 
     flight: str
+    # of the measured coordinates: by how much x is longer than y, and by how much the
+    # right angle between them is smaller [rad]
     stretch: float
     shear: float
+    # standard errors
     stretch_error: float
     shear_error: float
-    p_value: float
-    is_absorbed: bool
-    bias: float
+    p_value: float  # joint test of both
+    is_absorbed: bool  # whether the transformation takes it up: affine does
+    bias: float  # TOTAL error that it makes in a model otherwise, root mean square [m]
 
     @property
     def is_significant(self):
@@ -71,29 +58,15 @@ class FilmAffinity:
 
 @dataclass(frozen=True, eq=False)
 class NetworkStrain:
-    """A pattern in the errors of the control points.
+    """A pattern in the errors of the control points."""
 
-    Attributes
-    ----------
-    size : float
-        TOTAL, root mean square [m].
-    reach : float
-        Distance over which the displacements keep their direction [m].
-    p_value : float
-        Of the test against errors of the given sizes.
-    is_smooth : bool
-        Whether larger errors of single points do not explain it as well.
-    n_control : int
-    displacements : DataFrame
-        point_id, easting, northing of the displacement of each control point as it is
-        estimated [m], the largest first; what is common to all of them is not seen.
-    """
-
-    size: float
-    reach: float
-    p_value: float
-    is_smooth: bool
+    size: float  # TOTAL, root mean square [m]
+    reach: float  # distance over which the displacements keep their direction [m]
+    p_value: float  # of the test against errors of the given sizes
+    is_smooth: bool  # whether larger errors of single points do not explain it as well
     n_control: int
+    # point_id, easting, northing of the displacement of each control point as it is
+    # estimated [m], the largest first; what is common to all of them is not seen
     displacements: pd.DataFrame
 
     @property
@@ -104,33 +77,18 @@ class NetworkStrain:
 
 @dataclass(frozen=True)
 class SystematicPatterns:
-    """What was looked for in a block.
+    """What was looked for in a block."""
 
-    Attributes
-    ----------
-    affinities : tuple of FilmAffinity
-        Of the flights, as far as they can be tested.
-    strain : NetworkStrain or None
-        None where the control points do not check each other, or are too many.
-    """
-
-    affinities: tuple[FilmAffinity, ...]
+    affinities: tuple[FilmAffinity, ...]  # of the flights, as far as they can be tested
+    # None where the control points do not check each other, or are too many
     strain: NetworkStrain | None
 
 
 def find_patterns(examined):
     """Look for affinity of film and for strain of the control points.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-        The sizes of measuring errors that it estimates are used instead of those that
-        were given.
-
-    Returns
-    -------
-    SystematicPatterns
-        Without any where the errors of the block cannot be propagated.
+    With measuring errors of the sizes that the block shows, where it shows any. None
+    where the errors of the block cannot be propagated.
     """
     block, model, components = examined.block, examined.propagation, examined.components
     if model is None or model.high is None or model.axes is Axes.SPACE:
@@ -156,17 +114,7 @@ def find_patterns(examined):
 
 
 def beyond_strain_test(examined):
-    """Say what makes a block too large for the test of strain.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    str
-        Empty where it is small enough.
-    """
+    """Say what makes a block too large for the test of strain, if anything."""
     control = examined.block.control_points
     n_control = 0 if control is None else int((control["role"] != "check").sum())
     if n_control > MOST_CONTROL:

@@ -53,14 +53,9 @@ MIN_REPORTED_RATIO = 1.10
 
 @dataclass(frozen=True)
 class Component:
-    """The size of the errors of one source, as given and as estimated.
+    """The size of the errors of one source, as given and as estimated."""
 
-    Attributes
-    ----------
-    given, estimated, standard_error : float
-        TOTAL; m_g in µm, control in m.
-    """
-
+    # TOTAL; m_g in µm, control in m
     given: float
     estimated: float
     standard_error: float
@@ -85,18 +80,12 @@ class Component:
 
 @dataclass(frozen=True)
 class BlockComponents:
-    """Variance components of a block.
+    """Variance components of a block."""
 
-    Attributes
-    ----------
-    control : Component
-        Standard error of the control points [m]; where they have several, their root
-        mean square.
-    high_flight, low_flight : Component
-        m_g [µm].
-    """
-
+    # standard error of the control points [m]; where they have several, their root mean
+    # square
     control: Component
+    # m_g [µm]
     high_flight: Component
     low_flight: Component
 
@@ -105,14 +94,6 @@ def can_tell_components(examined):
     """Whether both flights were measured in plan, each point with errors of its own.
 
     Image points are shared by models, which sums over single models do not know.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    bool
     """
     flights = examined.block.flights
     is_own = not any(flight.has_images for flight in flights.values())
@@ -123,19 +104,9 @@ def can_tell_components(examined):
 def estimate_components(examined, low):
     """Estimate the errors of control and of both flights from the measurements.
 
-    Parameters
-    ----------
-    examined : TwoStepExamination
-        In two steps, of a block of which :func:`can_propagate` is true. Its gross
-        measurements and suspects are left out; errors of orientations are held at
-        the sizes that their parallaxes show.
-    low : ModelTransformation
-        The low flight onto the approximate coordinates.
-
-    Returns
-    -------
-    BlockComponents or None
-        None where the block is too small to tell.
+    ``low`` is the low flight onto the approximate coordinates. Gross measurements and
+    suspects are left out; errors of orientations are held at the sizes that their
+    parallaxes show. None where the block is too small to tell.
     """
     block, points = examined.block, examined.model_points
     sources = _Sources.of(examined, low)

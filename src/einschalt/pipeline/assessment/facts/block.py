@@ -8,36 +8,19 @@ MODEL = ["flight", "coverage", "model_id"]
 
 @dataclass(frozen=True)
 class BlockFacts:
-    """A block by name, size and settings.
-
-    Attributes
-    ----------
-    name : str
-    crs : str or None
-    n_models, n_failed_models : int
-        Of all flights.
-    chosen_settings : tuple of (str, value)
-        Settings that differ from the defaults.
-    """
+    """A block by name, size and settings."""
 
     name: str
     crs: str | None
+    # of all flights
     n_models: int
     n_failed_models: int
+    # settings that differ from the defaults
     chosen_settings: tuple[tuple[str, Any], ...]
 
 
 def block_facts(examined) -> BlockFacts:
-    """Collect what identifies the block and its computation.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    BlockFacts
-    """
+    """Collect what identifies the block and its computation."""
     block, settings = examined.block, examined.settings
     fields = type(settings).model_fields
     return BlockFacts(

@@ -8,17 +8,10 @@ MOST_DISPLACED = 8
 
 @dataclass(frozen=True)
 class SuspectControl:
-    """A control point that disagrees with the block by itself.
-
-    Attributes
-    ----------
-    point_id : str
-    easting, northing : float
-        The error of the given coordinates that explains it [m].
-    w, p_value : float
-    """
+    """A control point that disagrees with the block by itself."""
 
     point_id: str
+    # the error of the given coordinates that explains it [m]
     easting: float
     northing: float
     w: float
@@ -27,33 +20,18 @@ class SuspectControl:
 
 @dataclass(frozen=True)
 class SuspectControlFacts:
-    """Control points that disagree with the block, each by itself.
+    """Control points that disagree with the block, each by itself."""
 
-    Attributes
-    ----------
-    suspects : tuple of SuspectControl
-        The worst ones first.
-    n_suspects : int
-        All of them.
-    is_set_aside : bool
-    """
-
-    suspects: tuple[SuspectControl, ...]
-    n_suspects: int
+    suspects: tuple[SuspectControl, ...]  # the worst ones first
+    n_suspects: int  # all of them
     is_set_aside: bool
 
 
 @dataclass(frozen=True)
 class DisplacedControlFacts:
-    """Control points of a strained network, none of which disagrees by itself.
+    """Control points of a strained network, none of which disagrees by itself."""
 
-    Attributes
-    ----------
-    displacements : tuple of (str, float, float)
-        Name, easting, northing [m], the largest first.
-    n_control : int
-    """
-
+    # name, easting, northing [m], the largest first
     displacements: tuple[tuple[str, float, float], ...]
     n_control: int
 
@@ -63,14 +41,7 @@ def suspect_control_facts(
 ) -> SuspectControlFacts | DisplacedControlFacts | None:
     """Find the control points that one adjustment of the block contradicts.
 
-    Parameters
-    ----------
-    examined : SimultaneousExamination
-
-    Returns
-    -------
-    SuspectControlFacts, DisplacedControlFacts or None
-        Where no control point is suspect by itself, what they show together.
+    Where no control point is suspect by itself, what they show together.
     """
     control = examined.adjustment.control
     suspects = control[control["is_suspect"]].sort_values("p_value")
@@ -87,17 +58,7 @@ def suspect_control_facts(
 
 
 def displaced_control_facts(examined) -> DisplacedControlFacts | None:
-    """Find the control points that a smooth strain of their network displaces most.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    DisplacedControlFacts or None
-        None where no smooth strain was found.
-    """
+    """Find the control points that a smooth strain of their network displaces most."""
     strain = examined.patterns.strain
     if strain is None or not (strain.is_significant and strain.is_smooth):
         return None

@@ -14,93 +14,51 @@ from einschalt.pipeline.assessment.evidence.variance_components import Component
 
 @dataclass(frozen=True)
 class OrientationFacts:
-    """The relative orientations of one flight.
-
-    Attributes
-    ----------
-    n_models : int
-    sigma_0 : float
-        Of one observation, all models together [m in the image]; NaN without
-        redundancy.
-    is_from_images : bool
-    image_points : Component or None
-        m_g of the image points as given, and as their residuals show it; None where
-        the flight has none, or they have no redundancy.
-    m_g_intersection_um, m_g_orientation_um : float
-        What intersection and orientation make of m_g, RMS over the models; NaN where
-        unknown.
-    """
+    """The relative orientations of one flight."""
 
     n_models: int
+    # of one observation, all models together [m in the image]; NaN without redundancy
     sigma_0: float
     is_from_images: bool
+    # m_g of the image points as given, and as their residuals show it; None where the
+    # flight has none, or they have no redundancy
     image_points: Component | None
+    # what intersection and orientation make of m_g, RMS over the models; NaN where
+    # unknown
     m_g_intersection_um: float
     m_g_orientation_um: float
 
 
 @dataclass(frozen=True)
 class FlightFacts:
-    """One flight.
-
-    Attributes
-    ----------
-    name : str
-    scale_number : float
-    transformation : str
-    n_models, n_usable : int
-    m_g_um, m_g_ground : float
-        As given, TOTAL [µm in the image; m].
-    m_0 : float
-        Of all models together, TOTAL [m].
-    orientation : OrientationFacts or None
-        None where nothing was oriented.
-    shown_m_g : Component or None
-        m_g as given and as the measurements of both flights show it [µm].
-    """
+    """One flight."""
 
     name: str
     scale_number: float
     transformation: str
     n_models: int
     n_usable: int
+    # as given, TOTAL [µm in the image; m]
     m_g_um: float
     m_g_ground: float
-    m_0: float
-    orientation: OrientationFacts | None
+    m_0: float  # of all models together, TOTAL [m]
+    orientation: OrientationFacts | None  # None where nothing was oriented
+    # m_g as given and as the measurements of both flights show it [µm]
     shown_m_g: Component | None
 
 
 @dataclass(frozen=True)
 class ApproximationFacts:
-    """Where the approximate coordinates come from, and how good they are.
-
-    Attributes
-    ----------
-    n_points : int
-    is_given : bool
-        Whether they were given, not computed from a high flight.
-    total : float
-        As stated, or from the differences of the coverages, TOTAL [m]; NaN where
-        unknown.
-    """
+    """Where the approximate coordinates come from, and how good they are."""
 
     n_points: int
-    is_given: bool
+    is_given: bool  # whether they were given, not computed from a high flight
+    # as stated, or from the differences of the coverages, TOTAL [m]; NaN where unknown
     total: float
 
 
 def flight_facts(examined) -> tuple[FlightFacts, ...]:
-    """Collect the facts of every flight.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    tuple of FlightFacts
-    """
+    """Collect the facts of every flight."""
     figures, components = examined.figures, examined.components
     m_0 = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
     is_usable = examined.models["is_usable"].astype(bool)
@@ -141,16 +99,7 @@ def _orientation(orientations, name, flight):
 
 
 def approximation_facts(examined) -> ApproximationFacts:
-    """Say where the approximate coordinates come from and how good they are.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    ApproximationFacts
-    """
+    """Say where the approximate coordinates come from and how good they are."""
     block = examined.block
     if block.high_flight is None:
         stated = block.approximate_m_0_m or np.nan

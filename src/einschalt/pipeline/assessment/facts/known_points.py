@@ -11,50 +11,25 @@ MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class LeftOutFacts:
-    """Control points, each predicted from all the others.
+    """Control points, each predicted from all the others."""
 
-    Attributes
-    ----------
-    normalized_square : float
-        Mean of the squares over what the standard errors let expect.
-    worst : tuple of str
-        Names, the one of the smallest probability first.
-    largest : float
-        Difference at the first of them, TOTAL [m].
-    """
-
+    # mean of the squares over what the standard errors let expect
     normalized_square: float
-    worst: tuple[str, ...]
-    largest: float
+    worst: tuple[str, ...]  # names, the one of the smallest probability first
+    largest: float  # difference at the first of them, TOTAL [m]
 
 
 @dataclass(frozen=True)
 class KnownPointFacts:
-    """Differences at the known points.
+    """Differences at the known points."""
 
-    Attributes
-    ----------
-    differences : tuple of (str, int, float)
-        What was compared, number of points, root mean square, TOTAL [m].
-    left_out : LeftOutFacts or None
-        None where no control point could be left out.
-    """
-
+    # what was compared, number of points, root mean square, TOTAL [m]
     differences: tuple[tuple[str, int, float], ...]
-    left_out: LeftOutFacts | None
+    left_out: LeftOutFacts | None  # None where no control point could be left out
 
 
 def known_point_facts(examined) -> KnownPointFacts:
-    """Collect the differences at control and check points.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    KnownPointFacts
-    """
+    """Collect the differences at control and check points."""
     figures, left_out = examined.figures, examined.control_left_out
     rms = float(np.sqrt(np.mean(_total(left_out) ** 2))) if len(left_out) else 0.0
     rows = (

@@ -30,42 +30,26 @@ FOR_TWO_STEPS = (
 
 @dataclass(frozen=True)
 class FlightDeformation:
-    """The deformation that the models of one flight share.
-
-    Attributes
-    ----------
-    flight : str
-    p_value : float
-    size_middle, size_edge : float
-        TOTAL, RMS [m].
-    is_modelled : bool
-    neighbour_correlation : float
-        Of residuals of neighbouring points in a model, after what was modelled.
-    """
+    """The deformation that the models of one flight share."""
 
     flight: str
     p_value: float
+    # TOTAL, RMS [m]
     size_middle: float
     size_edge: float
     is_modelled: bool
+    # of residuals of neighbouring points in a model, after what was modelled
     neighbour_correlation: float
 
 
 @dataclass(frozen=True)
 class DeformationFacts:
-    """What was tested and modelled.
-
-    Attributes
-    ----------
-    flights : tuple of FlightDeformation
-    belief : Belief
-    check_rms_simultaneous, check_rms_two_steps : float
-        Differences at the check points that both ways have, TOTAL [m]; NaN with too
-        few of them.
-    """
+    """What was tested and modelled."""
 
     flights: tuple[FlightDeformation, ...]
     belief: Belief
+    # differences at the check points that both ways have, TOTAL [m]; NaN with too few
+    # of them
     check_rms_simultaneous: float
     check_rms_two_steps: float
 
@@ -74,16 +58,7 @@ def deformation_facts(examined) -> DeformationFacts | None:
     """Judge the deformations of the models, and which of the two ways to believe.
 
     Check points decide where there are enough of them; otherwise what the residuals
-    show of deformation.
-
-    Parameters
-    ----------
-    examined : SimultaneousExamination
-
-    Returns
-    -------
-    DeformationFacts or None
-        None where nothing was tested.
+    show of deformation. None where nothing was tested.
     """
     found = examined.adjustment.deformations
     if found.empty:

@@ -9,66 +9,35 @@ from einschalt.pipeline.densification.iteration import LEAST_MOVE
 
 @dataclass(frozen=True)
 class IterationFacts:
-    """The passes of the low flight onto its own coordinates.
+    """The passes of the low flight onto its own coordinates."""
 
-    Attributes
-    ----------
-    moves : tuple of (int, float, str, float)
-        Pass, largest move [m], at which point, root mean square [m].
-    is_converged : bool
-    least_move : float
-        Below which the passes end [m].
-    most_passes : int
-        That were asked for.
-    n_held, n_models_held, n_models : int
-        Control points that were held, models that have one, usable models.
-    total_of_one_pass, total : float
-        Propagated error of the new points after the first and the last pass, TOTAL,
-        RMS [m]; NaN where the errors were not propagated.
-    """
-
+    # pass, largest move [m], at which point, root mean square [m]
     moves: tuple[tuple[int, float, str, float], ...]
     is_converged: bool
-    least_move: float
-    most_passes: int
+    least_move: float  # below which the passes end [m]
+    most_passes: int  # that were asked for
+    # control points that were held, models that have one, usable models
     n_held: int
     n_models_held: int
     n_models: int
+    # propagated error of the new points after the first and the last pass, TOTAL, RMS
+    # [m]; NaN where the errors were not propagated
     total_of_one_pass: float
     total: float
 
 
 @dataclass(frozen=True)
 class DistributionFacts:
-    """Residuals of control, distributed to the points between them.
+    """Residuals of control, distributed to the points between them."""
 
-    Attributes
-    ----------
-    way : str
-        residual_distribution of the settings.
-    moves : tuple of (str, int, float, float)
-        Role, number of points, root mean square and largest move, TOTAL [m].
-    is_propagated : bool
-        Whether there are standard errors of the points after it.
-    """
-
-    way: str
+    way: str  # residual_distribution of the settings
+    # role, number of points, root mean square and largest move, TOTAL [m]
     moves: tuple[tuple[str, int, float, float], ...]
-    is_propagated: bool
+    is_propagated: bool  # whether there are standard errors of the points after it
 
 
 def iteration_facts(examined) -> IterationFacts | None:
-    """Collect the moves of all passes.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    IterationFacts or None
-        None where one pass was asked for.
-    """
+    """Collect the moves of all passes; None where one pass was asked for."""
     iteration = examined.iteration
     if iteration is None:
         return None
@@ -89,17 +58,7 @@ def iteration_facts(examined) -> IterationFacts | None:
 
 
 def distribution_facts(examined) -> DistributionFacts | None:
-    """Say how far the distribution of residuals moved points of each role.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    DistributionFacts or None
-        None where nothing was distributed.
-    """
+    """Say how far the distribution of residuals moved points of each role, if any."""
     points = examined.points
     if "distributed_easting" not in points:
         return None

@@ -19,33 +19,16 @@ class NoStrainTest(StrEnum):
 
 @dataclass(frozen=True)
 class PatternFacts:
-    """What was found, and why strain was not looked for.
-
-    Attributes
-    ----------
-    patterns : SystematicPatterns
-    untested : NoStrainTest or None
-        None where strain was tested, or where there is no reason to be told.
-    size : str
-        Of a block that is too large.
-    """
+    """What was found, and why strain was not looked for."""
 
     patterns: SystematicPatterns
+    # None where strain was tested, or where there is no reason to be told
     untested: NoStrainTest | None = None
-    size: str = ""
+    size: str = ""  # of a block that is too large
 
 
 def pattern_facts(examined) -> PatternFacts:
-    """Collect the systematic patterns of a block.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    PatternFacts
-    """
+    """Collect the systematic patterns of a block."""
     patterns = examined.patterns
     if patterns.strain is not None:
         return PatternFacts(patterns)

@@ -41,123 +41,63 @@ class Figures:
 
 @dataclass(frozen=True)
 class HeightFacts:
-    """How good the heights of the new points are.
+    """How good the heights of the new points are."""
 
-    Attributes
-    ----------
-    total : float
-        Standard error, RMS [m]; NaN where it is not known.
-    is_from_images : bool
-        Of all flights; otherwise measured heights have the errors that the
-        differences of the models show.
-    """
-
-    total: float
+    total: float  # standard error, RMS [m]; NaN where it is not known
+    # of all flights; otherwise measured heights have the errors that the differences of
+    # the models show
     is_from_images: bool
 
 
 @dataclass(frozen=True)
 class TwoStepPrecision:
-    """Precision of the new points in two steps.
+    """Precision of the new points in two steps."""
 
-    Attributes
-    ----------
-    single, mean : Figures
-        Of one value, and of the mean of the coverages.
-    n_new, n_coverages : int
-    coverage_mean : str
-        Of the settings.
-    carried : Carried or None
-        None where nothing was propagated.
-    shared : Shared
-    heights : HeightFacts or None
-        None where points have no heights.
-    """
-
+    # of one value, and of the mean of the coverages
     single: Figures
     mean: Figures
     n_new: int
     n_coverages: int
-    coverage_mean: str
-    carried: Carried | None
+    coverage_mean: str  # of the settings
+    carried: Carried | None  # None where nothing was propagated
     shared: Shared
-    heights: HeightFacts | None
+    heights: HeightFacts | None  # None where points have no heights
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """How far the two ways are apart; RMS and largest TOTAL [m].
-
-    Attributes
-    ----------
-    rms, largest : float
-    worst : str
-        Name of the point with the largest difference.
-    """
+    """How far the two ways are apart; RMS and largest TOTAL [m]."""
 
     rms: float
     largest: float
-    worst: str
+    worst: str  # name of the point with the largest difference
 
 
 @dataclass(frozen=True)
 class SimultaneousPrecision:
-    """Precision of the new points in one adjustment, and in two steps beside it.
+    """Precision of the new points in one adjustment, and in two steps beside it."""
 
-    Attributes
-    ----------
-    total : float
-        Propagated, TOTAL, RMS [m].
-    two_steps : Figures or None
-        None where the two steps are not possible.
-    impossible : str
-        Why they are not; empty where they are.
-    comparison : Comparison or None
-        None where no point was computed both ways.
-    n_new, n_coverages : int
-    s_0 : float
-    redundancy : int
-    is_oriented : bool
-        Whether errors of orientations are taken into account.
-    estimated : tuple of (str, float) or None
-        Groups of observations whose errors were estimated, and their sizes per
-        coordinate [m]; None where all were taken as given.
-    heights : HeightFacts or None
-    height_errors : tuple of (str, float)
-        Measured heights of each flight, as the residuals show their errors [m].
-    n_centres : int
-        Photographs whose projection centres tie the models.
-    unstated : str
-        Why no standard errors are given; empty where they are.
-    """
-
-    total: float
-    two_steps: Figures | None
-    impossible: str
-    comparison: Comparison | None
+    total: float  # propagated, TOTAL, RMS [m]
+    two_steps: Figures | None  # None where the two steps are not possible
+    impossible: str  # why they are not; empty where they are
+    comparison: Comparison | None  # None where no point was computed both ways
     n_new: int
     n_coverages: int
     s_0: float
     redundancy: int
-    is_oriented: bool
+    is_oriented: bool  # whether errors of orientations are taken into account
+    # groups of observations whose errors were estimated, and their sizes per coordinate
+    # [m]; None where all were taken as given
     estimated: tuple[tuple[str, float], ...] | None
     heights: HeightFacts | None
+    # measured heights of each flight, as the residuals show their errors [m]
     height_errors: tuple[tuple[str, float], ...]
-    n_centres: int
-    unstated: str
+    n_centres: int  # photographs whose projection centres tie the models
+    unstated: str  # why no standard errors are given; empty where they are
 
 
 def two_step_precision(examined) -> TwoStepPrecision:
-    """Collect the figures of the two steps.
-
-    Parameters
-    ----------
-    examined : TwoStepExamination
-
-    Returns
-    -------
-    TwoStepPrecision
-    """
+    """Collect the figures of the two steps."""
     figures = examined.figures
     heights = _heights(examined) if "height" in examined.points else None
     return TwoStepPrecision(
@@ -204,16 +144,7 @@ def _heights(examined):
 
 
 def simultaneous_precision(examined) -> SimultaneousPrecision:
-    """Collect the figures of one adjustment, and of the two steps beside it.
-
-    Parameters
-    ----------
-    examined : SimultaneousExamination
-
-    Returns
-    -------
-    SimultaneousPrecision
-    """
+    """Collect the figures of one adjustment, and of the two steps beside it."""
     adjusted, figures = examined.adjustment, examined.figures
     beside = examined.solution.two_step
     is_spatial = adjusted.tables.is_spatial

@@ -7,72 +7,36 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SourceFacts:
-    """One source of the error of the new points.
-
-    Attributes
-    ----------
-    source : str
-    total : float
-        Root mean square over the new points, TOTAL [m].
-    share : float
-        Of the variance.
-    """
+    """One source of the error of the new points."""
 
     source: str
-    total: float
-    share: float
+    total: float  # root mean square over the new points, TOTAL [m]
+    share: float  # of the variance
 
 
 @dataclass(frozen=True)
 class ErrorSourceFacts:
-    """All sources of the error of the new points.
+    """All sources of the error of the new points."""
 
-    Attributes
-    ----------
-    sources : tuple of SourceFacts
-        The largest first.
-    total : float
-        All together, TOTAL [m].
-    total_with_half_the_largest : float
-        What better measurements would bring, TOTAL [m].
-    """
-
-    sources: tuple[SourceFacts, ...]
-    total: float
+    sources: tuple[SourceFacts, ...]  # the largest first
+    total: float  # all together, TOTAL [m]
+    # what better measurements would bring, TOTAL [m]
     total_with_half_the_largest: float
 
 
 @dataclass(frozen=True)
 class NeighbourFacts:
-    """Coordinate differences between neighbouring points.
-
-    Attributes
-    ----------
-    n_pairs : int
-    median_distance : float
-        [m]
-    total, total_if_independent : float
-        Propagated, and if points shared no error; TOTAL, RMS [m].
-    """
+    """Coordinate differences between neighbouring points."""
 
     n_pairs: int
-    median_distance: float
+    median_distance: float  # [m]
+    # propagated, and if points shared no error; TOTAL, RMS [m]
     total: float
     total_if_independent: float
 
 
 def error_source_facts(examined) -> ErrorSourceFacts | None:
-    """Collect the sources of error.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    ErrorSourceFacts or None
-        None where the errors were not propagated, or there are none.
-    """
+    """Collect the sources of error; None where nothing was propagated."""
     table = examined.block_error_sources
     if table.empty or not table["share"].sum() > 0.0:
         return None
@@ -86,17 +50,7 @@ def error_source_facts(examined) -> ErrorSourceFacts | None:
 
 
 def neighbour_facts(examined) -> NeighbourFacts | None:
-    """Say how precise the coordinate differences of neighbours are.
-
-    Parameters
-    ----------
-    examined : Examination
-
-    Returns
-    -------
-    NeighbourFacts or None
-        None where the errors were not propagated.
-    """
+    """How precise differences of neighbours are; None where nothing was propagated."""
     table = examined.neighbours
     if table.empty:
         return None

@@ -12,65 +12,32 @@ MOST_NAMED = 100
 
 @dataclass(frozen=True)
 class RoleOutcome:
-    """Points of one role against the tolerance.
-
-    Attributes
-    ----------
-    role : str
-    n_pass, n_fail : int
-    largest : float
-        Figure, TOTAL [m].
-    """
+    """Points of one role against the tolerance."""
 
     role: str
     n_pass: int
     n_fail: int
-    largest: float
+    largest: float  # figure, TOTAL [m]
 
 
 @dataclass(frozen=True)
 class ToleranceFacts:
-    """The outcome of a tolerance.
-
-    Attributes
-    ----------
-    tolerance : Tolerance
-    figure : CheckedFigure
-        That decided.
-    roles : tuple of RoleOutcome
-    suspects : tuple of str
-        The first of the points that do not pass however good their figure is.
-    n_suspects : int
-    n_control_beyond : int or None
-        Control points that are missed by more than is allowed there; None where the
-        tolerance allows everything, or there is no control.
-    n_control : int
-    """
+    """The outcome of a tolerance."""
 
     tolerance: Tolerance
-    figure: CheckedFigure
+    figure: CheckedFigure  # that decided
     roles: tuple[RoleOutcome, ...]
+    # the first of the points that do not pass however good their figure is
     suspects: tuple[str, ...]
     n_suspects: int
+    # control points that are missed by more than is allowed there; None where the
+    # tolerance allows everything, or there is no control
     n_control_beyond: int | None
     n_control: int
 
 
 def tolerance_facts(points, tolerance, figure) -> ToleranceFacts | None:
-    """Count the points of each role that pass and fail.
-
-    Parameters
-    ----------
-    points : DataFrame
-        With ``is_within_tolerance`` and ``standard_error_checked``.
-    tolerance : Tolerance or None
-    figure : CheckedFigure
-
-    Returns
-    -------
-    ToleranceFacts or None
-        None without a tolerance, or without points.
-    """
+    """Count the points of each role that pass and fail; None without a tolerance."""
     if tolerance is None or points.empty:
         return None
     by_role = {role: points[points["role"] == role] for role in ROLES}

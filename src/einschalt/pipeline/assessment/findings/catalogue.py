@@ -12,6 +12,7 @@ from einschalt.pipeline.assessment.findings import (
     suspects,
     systematic_errors,
 )
+from einschalt.pipeline.assessment.findings.kinds import KINDS
 
 MODULES = (
     models,
@@ -27,73 +28,14 @@ MODULES = (
 TWO_STEP = tuple(judge for module in MODULES for judge in module.TWO_STEP)
 SIMULTANEOUS = tuple(judge for module in MODULES for judge in module.SIMULTANEOUS)
 
-# the gravest first: what is lost, what is wrong, what is weak, what is not checked
-ORDER = (
-    "exchanged_names",
-    "failed_models",
-    "points_without_coordinates",
-    "orientations_without_convergence",
-    "models_near_a_dangerous_surface",
-    "image_points_that_contradict",
-    "ambiguous_orientations",
-    "orientations_with_large_sigma_0",
-    "corrections_that_spoil",
-    "models_upside_down",
-    "claim_that_does_not_stand",
-    "adjustment_that_misfits",
-    "deformed_models",
-    "block_that_shrinks",
-    "drift_without_control",
-    "iterations_that_spoil",
-    "drift_that_nothing_tells",
-    "check_points_beyond_claim",
-    "check_points_better_than_claim",
-    "control_against_block",
-    "control_set_aside",
-    "control_points_beyond_claim",
-    "control_that_contradicts",
-    "shifted_block",
-    "high_flight_that_misfits",
-    "contradicted_propagation",
-    "contradicted_budget",
-    "wrong_measuring_errors",
-    "image_points_worse_than_given",
-    "settings_that_scatter",
-    "scattered_points",
-    "film_affinity",
-    "strained_network",
-    "contradicting_control",
-    "gross_measurements",
-    "suspect_observations",
-    "coverages_that_differ",
-    "points_that_differ",
-    "imprecise_points",
-    "models_with_large_m_0",
-    "all_models_mirrored",
-    "mirrored_models",
-    "points_in_one_coverage",
-    "points_in_one_model",
-    "models_without_redundancy",
-    "no_check_points",
-    "figure_left_out",
-    "note_of_reading",
-)
+ORDER = tuple(KINDS)
 _RANK = {code: rank for rank, code in enumerate(ORDER)}
 
 
 def findings_of(examined, judges) -> tuple[Finding, ...]:
     """Let judges look for everything that the user of a result should know.
 
-    Parameters
-    ----------
-    examined : Examination
-    judges : sequence of callable
-        Each gives a finding, several in a tuple, or None.
-
-    Returns
-    -------
-    tuple of Finding
-        In the order of ORDER; empty where nothing was found.
+    Each gives a finding, several in a tuple, or None. In the order of ORDER.
     """
     found = []
     for judge in judges:

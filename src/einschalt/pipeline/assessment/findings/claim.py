@@ -6,7 +6,7 @@ from einschalt.pipeline.assessment.credibility import (
     largest_measured,
 )
 from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.kinds import finding
 
 KIND_OF_TEST = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
 
@@ -18,27 +18,24 @@ def claim_that_does_not_stand(two_step):
         return None
     worst = min(rejected, key=lambda test: test.p_value)
     is_from_high_flight = two_step.high is not None
-    return Finding(
+    return finding(
         "claim_that_does_not_stand",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         statistic=worst.name,
-        observed=float(worst.observed),
-        expected=float(worst.predicted),
-        probability=float(worst.p_value),
+        observed=worst.observed,
+        expected=worst.predicted,
+        probability=worst.p_value,
         remedy="doubt_sizes_of_errors" if is_from_high_flight else "doubt_independence",
         facts={"rejected": tuple(map(_rejected, rejected))},
     )
 
 
 def _rejected(test):
+    numbers = ("observed", "predicted", "p_value")
     return {
         "quantity": test.name,
         "kind": KIND_OF_TEST.get(test.name, "rms"),
         "n_points": int(test.n_points),
-        "observed": float(test.observed),
-        "predicted": float(test.predicted),
-        "p_value": float(test.p_value),
+        **{name: float(getattr(test, name)) for name in numbers},
     }
 
 
@@ -47,21 +44,16 @@ def high_flight_that_misfits(examined):
     misfit = high_flight_misfit(examined)
     if misfit is None or not misfit.is_large:
         return None
-    return Finding(
+    shown = ("m_0", "explained", "ratio")
+    return finding(
         "high_flight_that_misfits",
-        Subject.FLIGHT,
-        Gravity.GRAVE,
         names=("high_flight",),
         statistic="m_0 of the high flight",
-        observed=float(misfit.m_0),
+        observed=misfit.m_0,
         expected=misfit.explained,
         probability=misfit.p_value,
         remedy="look_for_gross_errors_or_give_larger_ones",
-        facts={
-            "m_0": float(misfit.m_0),
-            "explained": misfit.explained,
-            "ratio": float(misfit.ratio),
-        },
+        facts={name: float(getattr(misfit, name)) for name in shown},
     )
 
 
@@ -70,13 +62,11 @@ def contradicted_propagation(two_step):
     figures = two_step.figures
     if not _exceeds_propagation(figures):
         return None
-    return Finding(
+    return finding(
         "contradicted_propagation",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         statistic="larger one of the paper's and the internal figure",
         observed=largest_measured(figures),
-        expected=float(figures.mean_within),
+        expected=figures.mean_within,
         remedy="raise_m_g",
         facts={
             "propagated": float(figures.mean_within),
@@ -98,10 +88,8 @@ def contradicted_budget(two_step):
     internal, paper = float(figures.mean_internal), float(figures.mean_paper)
     if is_known or not internal > MIN_REPORTED_RATIO * paper:
         return None
-    return Finding(
+    return finding(
         "contradicted_budget",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         statistic="internal figure",
         observed=internal,
         expected=paper,
@@ -118,13 +106,8 @@ def no_check_points(examined):
     """Nothing from outside confirms the figures."""
     if examined.figures.n_check > 0:
         return None
-    return Finding(
-        "no_check_points",
-        Subject.BLOCK,
-        Gravity.NOTE,
-        untested="no_check_points",
-        remedy="give_check_points",
-    )
+    why = "no_check_points"
+    return finding("no_check_points", untested=why, remedy="give_check_points")
 
 
 def figure_left_out(examined):
@@ -134,10 +117,8 @@ def figure_left_out(examined):
         return None
     if "standard_error_m" in block.control_points:
         return None
-    return Finding(
+    return finding(
         "figure_left_out",
-        Subject.BLOCK,
-        Gravity.NOTE,
         untested="control_without_standard_errors",
         remedy="give_standard_errors_of_control",
     )

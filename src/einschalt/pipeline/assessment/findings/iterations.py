@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.kinds import finding
 
 # where fewer models have control of their own, the others hang on their neighbours
 LEAST_SHARE_HELD = 0.5
@@ -22,20 +22,18 @@ def drift(two_step):
         "propagated_now": now,
     }
     if iteration.n_held == 0:
-        return _found("drift_without_control", Gravity.GRAVE, "measure_control", facts)
+        return _found("drift_without_control", "measure_control", facts)
     if now > once:
-        return _found("iterations_that_spoil", Gravity.WARNING, "more_control", facts)
+        return _found("iterations_that_spoil", "more_control", facts)
     is_thin = iteration.n_models_held < LEAST_SHARE_HELD * iteration.n_models
     if np.isfinite(once) or not is_thin:
         return None
-    return _found("drift_that_nothing_tells", Gravity.WARNING, "more_control", facts)
+    return _found("drift_that_nothing_tells", "more_control", facts)
 
 
-def _found(code, gravity, remedy, facts):
-    return Finding(
+def _found(code, remedy, facts):
+    return finding(
         code,
-        Subject.BLOCK,
-        gravity,
         statistic="propagated figure",
         observed=facts["propagated_now"],
         expected=facts["propagated_once"],

@@ -2,12 +2,7 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
-from einschalt.pipeline.assessment.findings.row_keys import first_names
+from einschalt.pipeline.assessment.findings.kinds import finding
 from einschalt.theory.adjustment.global_tests import (
     mean_differs_from_zero,
     mean_p_values,
@@ -26,13 +21,8 @@ def check_points_beyond_claim(examined):
     known = examined.known_check
     if not known.are_beyond:
         return None
-    return Finding(
-        "check_points_beyond_claim",
-        Subject.BLOCK,
-        Gravity.GRAVE,
-        remedy="trust_check_points",
-        **_compared("check points", known),
-    )
+    compared = _compared("check points", known)
+    return finding("check_points_beyond_claim", remedy="trust_check_points", **compared)
 
 
 def check_points_better_than_claim(examined):
@@ -40,10 +30,8 @@ def check_points_better_than_claim(examined):
     known = examined.known_check
     if not known.are_too_small:
         return None
-    return Finding(
+    return finding(
         "check_points_better_than_claim",
-        Subject.BLOCK,
-        Gravity.NOTE,
         remedy="give_smaller_errors",
         **_compared("check points", known),
     )
@@ -55,10 +43,9 @@ def control_points_beyond_claim(examined):
     if not known.are_beyond:
         return None
     miss = np.hypot(*known.differences.T)
-    return Finding(
+    return finding(
         "control_points_beyond_claim",
-        Subject.CONTROL,
-        names=first_names(known.point_ids[np.argsort(-miss, kind="stable")]),
+        names=known.point_ids[np.argsort(-miss, kind="stable")],
         remedy="look_for_wrong_control",
         **_compared("control points", known),
     )
@@ -66,26 +53,25 @@ def control_points_beyond_claim(examined):
 
 def _compared(title, known):
     """What all comparisons with the claim have to say."""
+    rms, claimed, ratio = known.rms, known.claimed, float(known.ratio)
     return {
         "statistic": f"RMS of the differences at {title}",
-        "observed": known.rms,
-        "expected": known.claimed,
+        "observed": rms,
+        "expected": claimed,
         "probability": known.p_value,
         "facts": {
             "n_points": known.count,
-            "rms": known.rms,
-            "claimed": known.claimed,
-            "ratio": float(known.ratio),
+            "rms": rms,
+            "claimed": claimed,
+            "ratio": ratio,
         },
     }
 
 
 def shifted_block(examined):
     """Differences at known points with a mean that chance does not explain: drift."""
-    for role, known in (
-        ("check", examined.known_check),
-        ("control", examined.known_control),
-    ):
+    by_role = {"check": examined.known_check, "control": examined.known_control}
+    for role, known in by_role.items():
         if known.count < FEWEST_POINTS:
             continue
         shift = known.differences.mean(axis=0)
@@ -96,21 +82,16 @@ def shifted_block(examined):
 
 
 def _shifted(role, known, shift):
-    return Finding(
+    easting, northing = map(float, shift)
+    facts = {"n_points": known.count, "easting": easting, "northing": northing}
+    return finding(
         "shifted_block",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         statistic=f"mean difference at {role} points",
-        observed=float(np.hypot(*shift)),
+        observed=np.hypot(*shift),
         expected=0.0,
-        probability=float(np.nanmin(bonferroni(mean_p_values(known.differences)))),
+        probability=np.nanmin(bonferroni(mean_p_values(known.differences))),
         remedy="look_at_reference_system",
-        facts={
-            "role": role,
-            "n_points": known.count,
-            "easting": float(shift[0]),
-            "northing": float(shift[1]),
-        },
+        facts={"role": role, **facts},
     )
 
 

@@ -1,10 +1,13 @@
 """Models that failed or are weak, and points that hang on them."""
 
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
-from einschalt.pipeline.assessment.findings.row_keys import (
+from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
+    finding,
     first_names,
+    models_of,
     row_keys,
+    weak_models,
+    weak_points,
 )
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
@@ -23,18 +26,15 @@ def failed_models(examined):
     n_failed = len(failures[keys].drop_duplicates())
     groups = failures.groupby(["flight", "reason", "remedy"], sort=False, dropna=False)
     biggest = sorted(groups, key=lambda group: -len(group[1]))
-    return Finding(
+    return finding(
         "failed_models",
-        Subject.MODEL,
-        names=first_names(failures["model_id"].drop_duplicates()),
+        names=failures["model_id"].drop_duplicates(),
         statistic="number of failed models",
-        observed=float(n_failed),
+        observed=n_failed,
         expected=0.0,
         facts={
             "n_failed": n_failed,
-            "n_models": sum(
-                flight.n_models for flight in examined.block.flights.values()
-            ),
+            "n_models": sum(f.n_models for f in examined.block.flights.values()),
             "n_reasons": len(biggest),
             "reasons": tuple(_reason(*group) for group in biggest[:MOST_REASONS]),
         },
@@ -57,14 +57,8 @@ def points_without_coordinates(examined):
     measured = examined.block.low_flight.model_table()["point_id"]
     is_lost = ~measured.isin(examined.points["point_id"])
     lost = measured[is_lost].drop_duplicates()
-    if lost.empty:
-        return None
-    return Finding(
-        "points_without_coordinates",
-        Subject.POINT,
-        names=first_names(lost),
-        remedy="look_at_their_models",
-        facts={"n_points": len(lost)},
+    return weak_points(
+        "points_without_coordinates", lost, remedy="look_at_their_models"
     )
 
 
@@ -81,20 +75,14 @@ def models_with_large_m_0(examined):
     if worst.empty:
         return None
     largest = float(worst["m_0"].iloc[0])
-    return Finding(
+    return finding(
         "models_with_large_m_0",
-        Subject.MODEL,
-        names=first_names(worst["model_id"]),
+        names=worst["model_id"],
         statistic="m_0 of a model",
         observed=largest,
-        expected=float(usual[worst.index[0]]),
+        expected=usual[worst.index[0]],
         remedy="look_at_residuals",
-        facts={
-            "n_models": len(worst),
-            "models": row_keys(worst, MODEL),
-            "times_usual": LARGE_M_0,
-            "largest_m_0": largest,
-        },
+        facts={**models_of(worst), "times_usual": LARGE_M_0, "largest_m_0": largest},
     )
 
 
@@ -110,17 +98,14 @@ def mirrored_models(examined):
         return None
     facts = {"n_mirrored": len(mirrored), "n_affine": len(models)}
     if len(mirrored) == len(models):
-        return Finding(
+        return finding(
             "all_models_mirrored",
-            Subject.BLOCK,
-            Gravity.NOTE,
             remedy="exchange_axes_unless_left_handed",
             facts=facts,
         )
-    return Finding(
+    return finding(
         "mirrored_models",
-        Subject.MODEL,
-        names=first_names(mirrored["model_id"]),
+        names=mirrored["model_id"],
         remedy="look_for_exchanged_names",
         facts={**facts, "models": row_keys(mirrored, MODEL)},
     )
@@ -132,17 +117,11 @@ def points_in_one_coverage(examined):
         return None
     points = examined.points
     single = points[points["n_coverages"] == 1]
-    if single.empty:
-        return None
-    return Finding(
+    return weak_points(
         "points_in_one_coverage",
-        Subject.POINT,
-        names=first_names(single["point_id"]),
+        single["point_id"],
         remedy="nothing_confirms_them",
-        facts={
-            "n_points": len(single),
-            "n_in_one_model": int((single["n_models"] == 1).sum()),
-        },
+        n_in_one_model=int((single["n_models"] == 1).sum()),
     )
 
 
@@ -152,29 +131,16 @@ def points_in_one_model(examined):
         return None
     points = examined.points
     alone = points[(points["n_coverages"] == 1) & (points["n_models"] == 1)]
-    if alone.empty:
-        return None
-    return Finding(
-        "points_in_one_model",
-        Subject.POINT,
-        names=first_names(alone["point_id"]),
-        remedy="nothing_confirms_them",
-        facts={"n_points": len(alone)},
-    )
+    names = alone["point_id"]
+    return weak_points("points_in_one_model", names, remedy="nothing_confirms_them")
 
 
 def models_without_redundancy(examined):
     """Models that any residual escapes."""
     models = examined.models
     exact = models[models["is_usable"].astype(bool) & (models["redundancy"] == 0)]
-    if exact.empty:
-        return None
-    return Finding(
-        "models_without_redundancy",
-        Subject.MODEL,
-        names=first_names(exact["model_id"]),
-        remedy="gross_errors_cannot_be_seen",
-        facts={"n_models": len(exact), "models": row_keys(exact, MODEL)},
+    return weak_models(
+        "models_without_redundancy", exact, remedy="gross_errors_cannot_be_seen"
     )
 
 

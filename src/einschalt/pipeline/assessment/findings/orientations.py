@@ -4,15 +4,12 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.image_precision import image_component
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
-from einschalt.pipeline.assessment.findings.row_keys import (
+from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
-    first_names,
+    finding,
+    models_of,
     row_keys,
+    weak_models,
 )
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.global_tests import ratio_p_value
@@ -32,15 +29,10 @@ def orientations_without_convergence(examined):
     rows = examined.orientations
     if rows.empty:
         return None
-    open_ones = rows[~rows["is_converged"].astype(bool)]
-    if open_ones.empty:
-        return None
-    return Finding(
+    return weak_models(
         "orientations_without_convergence",
-        Subject.MODEL,
-        names=first_names(open_ones["model_id"]),
+        rows[~rows["is_converged"].astype(bool)],
         remedy="look_for_gross_errors_of_orientation",
-        facts=_models(open_ones),
     )
 
 
@@ -55,17 +47,16 @@ def models_near_a_dangerous_surface(examined):
         return None
     found = [part for part in (critical, weak) if len(part)]
     inflation = float(max(part["inflation"].max() for part in found))
-    return Finding(
+    return finding(
         "models_near_a_dangerous_surface",
-        Subject.MODEL,
-        names=first_names([*critical["model_id"], *weak["model_id"]]),
+        names=[*critical["model_id"], *weak["model_id"]],
         statistic="standard error of omega, by that on flat terrain",
         observed=inflation,
         expected=1.0,
         remedy="measure_points_elsewhere",
         facts={
-            "critical": _models(critical),
-            "weak": _models(weak),
+            "critical": models_of(critical),
+            "weak": models_of(weak),
             # infinite where the points determine nothing
             "inflation": inflation,
         },
@@ -78,14 +69,8 @@ def ambiguous_orientations(examined):
     if rows.empty or not rows["is_ambiguous"].any():
         return None
     open_ones = rows[(rows["is_ambiguous"] & rows["is_converged"]).astype(bool)]
-    if open_ones.empty:
-        return None
-    return Finding(
-        "ambiguous_orientations",
-        Subject.MODEL,
-        names=first_names(open_ones["model_id"]),
-        remedy="measure_more_points",
-        facts=_models(open_ones),
+    return weak_models(
+        "ambiguous_orientations", open_ones, remedy="measure_more_points"
     )
 
 
@@ -104,17 +89,16 @@ def orientations_with_large_sigma_0(examined):
         return None
     worst = rows[is_large].loc[sigma_0[is_large].idxmax()]
     largest = float(worst["sigma_0"]) * METRES_PER_MM
-    return Finding(
+    return finding(
         "orientations_with_large_sigma_0",
-        Subject.MODEL,
-        names=first_names(rows.loc[is_large, "model_id"]),
+        names=rows.loc[is_large, "model_id"],
         statistic="sigma_0 of a relative orientation",
         observed=largest,
         expected=float(usual[worst.name]) * METRES_PER_MM,
-        probability=float(np.nanmin(p_value)),
+        probability=np.nanmin(p_value),
         remedy="look_for_gross_errors_of_orientation",
         facts={
-            **_models(rows[is_large]),
+            **models_of(rows[is_large]),
             "times_usual": LARGE_SIGMA,
             "largest_sigma_0": largest,
         },
@@ -136,10 +120,9 @@ def image_points_worse_than_given(examined):
             worse.append(shown.facts_of(name))
     if not worse:
         return None
-    return Finding(
+    return finding(
         "image_points_worse_than_given",
-        Subject.FLIGHT,
-        names=tuple(part["flight"] for part in worse),
+        names=[part["flight"] for part in worse],
         statistic="m_g of image points",
         observed=worse[0]["estimated_um"] * METRES_PER_UM,
         expected=worse[0]["given_um"] * METRES_PER_UM,
@@ -169,10 +152,8 @@ def corrections_that_spoil_two_steps(adjusted):
 
 
 def _spoilt(flight, corrected, uncorrected):
-    return Finding(
+    return finding(
         "corrections_that_spoil",
-        Subject.FLIGHT,
-        Gravity.GRAVE,
         names=(flight,),
         statistic="m_0 of the flight",
         observed=corrected,
@@ -194,16 +175,7 @@ def models_upside_down(examined):
     models = models[models["is_usable"].astype(bool)]
     angles = models[["omega", "phi"]].astype(float)
     over = models[np.cos(angles["omega"]) * np.cos(angles["phi"]) < 0.0]
-    if over.empty:
-        return None
-    return Finding(
-        "models_upside_down",
-        Subject.MODEL,
-        Gravity.GRAVE,
-        names=first_names(over["model_id"]),
-        remedy="turn_sign_of_x_or_y",
-        facts=_models(over),
-    )
+    return weak_models("models_upside_down", over, remedy="turn_sign_of_x_or_y")
 
 
 def image_points_that_contradict(examined):
@@ -216,22 +188,15 @@ def image_points_that_contradict(examined):
     if not any_significant(p_value, FINDING_SIGNIFICANCE):
         return None
     suspects = rows[rows["is_suspect"]].sort_values("p_value", kind="stable")
-    return Finding(
+    image_points = row_keys(suspects, IMAGE_POINT)
+    return finding(
         "image_points_that_contradict",
-        Subject.MEASUREMENT,
-        names=first_names(suspects["point_id"]),
+        names=suspects["point_id"],
         statistic="residual of an image point",
-        probability=float(np.nanmin(bonferroni(p_value))),
+        probability=np.nanmin(bonferroni(p_value)),
         remedy=DONE.get(examined.settings.outliers, "weighted_down"),
-        facts={
-            "n_points": len(suspects),
-            "image_points": row_keys(suspects, IMAGE_POINT),
-        },
+        facts={"n_points": len(suspects), "image_points": image_points},
     )
-
-
-def _models(rows):
-    return {"n_models": len(rows), "models": row_keys(rows, MODEL)}
 
 
 FOR_BOTH = (

@@ -3,8 +3,8 @@
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import LARGEST_S_0, TOTAL, is_large_s_0
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
-from einschalt.pipeline.assessment.findings.row_keys import first_names
+from einschalt.pipeline.assessment.finding import Gravity
+from einschalt.pipeline.assessment.findings.kinds import finding, first_names
 from einschalt.theory.adjustment.global_tests import ratio_p_value
 
 LARGE = 3.0
@@ -28,21 +28,20 @@ def imprecise_points(examined):
     if not is_large.any():
         return None
     worst_first = new["point_id"].to_numpy()[np.argsort(-error, kind="stable")]
-    weak = worst_first[: is_large.sum()]
+    weak, largest = worst_first[: is_large.sum()], float(error.max())
     models = _models_of(examined, new["point_id"], weak)
-    return Finding(
+    return finding(
         "imprecise_points",
-        Subject.POINT,
-        names=first_names(weak),
+        names=weak,
         statistic="standard error of a new point",
-        observed=float(error.max()),
+        observed=largest,
         expected=median,
         remedy="measure_more_control_there",
         facts={
             "n_points": len(weak),
             "times_usual": LARGE,
             "median": median,
-            "largest": float(error.max()),
+            "largest": largest,
             "rms_of_others": _rms(error[~is_large]),
             "n_models": len(models),
             "models": first_names(models),
@@ -72,10 +71,8 @@ def block_that_shrinks(adjusted):
     if not len(moved) or not _rms(moved) > LEAST_PULL * _rms(claimed):
         return None
     worst = points["point_id"].iloc[int(np.argmax(moved))]
-    return Finding(
+    return finding(
         "block_that_shrinks",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         names=(str(worst),),
         statistic="displacement of the new points by the block's own pull, RMS",
         observed=_rms(moved),
@@ -97,14 +94,13 @@ def adjustment_that_misfits(adjusted):
         return None
     s_0 = float(adjustment.s_0)
     is_grave = s_0 > LARGEST_S_0
-    return Finding(
+    return finding(
         "adjustment_that_misfits",
-        Subject.BLOCK,
-        Gravity.GRAVE if is_grave else Gravity.WARNING,
+        gravity=Gravity.GRAVE if is_grave else Gravity.WARNING,
         statistic="s_0 of the simultaneous adjustment",
         observed=s_0,
         expected=1.0,
-        probability=float(ratio_p_value(s_0, adjustment.redundancy)),
+        probability=ratio_p_value(s_0, adjustment.redundancy),
         remedy="look_for_names_control_and_units" if is_grave else "give_larger_errors",
         facts={"s_0": s_0, "redundancy": int(adjustment.redundancy)},
     )
@@ -116,14 +112,12 @@ def deformed_models(adjusted):
         return None
     found = adjusted.deformation
     probabilities = [flight.p_value for flight in found.flights]
-    return Finding(
+    return finding(
         "deformed_models",
-        Subject.BLOCK,
-        Gravity.GRAVE,
         statistic="deformation of the models",
         observed=max(flight.size_edge for flight in found.flights),
         expected=0.0,
-        probability=float(np.nanmin([1.0, *probabilities])),
+        probability=np.nanmin([1.0, *probabilities]),
         remedy="believe_the_two_steps",
         facts={
             "belief": found.belief.name.lower(),

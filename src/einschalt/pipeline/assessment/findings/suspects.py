@@ -5,16 +5,7 @@ import pandas as pd
 
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
-from einschalt.pipeline.assessment.finding import (
-    Finding,
-    Gravity,
-    Subject,
-)
-from einschalt.pipeline.assessment.findings.row_keys import (
-    OBSERVATION,
-    first_names,
-    row_keys,
-)
+from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -36,11 +27,10 @@ def suspect_observations(examined):
         return None
     is_kept = examined.settings.outliers == "keep"
     can_snoop = is_kept and (suspects["flight"] == "low_flight").any()
-    return Finding(
+    return finding(
         "suspect_observations",
-        Subject.MEASUREMENT,
         statistic="residual",
-        probability=float(np.nanmin(bonferroni(p_value))),
+        probability=np.nanmin(bonferroni(p_value)),
         remedy="measure_again_or_snoop" if can_snoop else "measure_again",
         **_observations(suspects, _largest(suspects, "residual")),
     )
@@ -51,11 +41,10 @@ def gross_measurements(two_step):
     found = two_step.gross_measurements.sort_values("p_value", kind="stable")
     if found.empty:
         return None
-    return Finding(
+    return finding(
         "gross_measurements",
-        Subject.MEASUREMENT,
         statistic="residual",
-        probability=float(found["p_value"].iloc[0]),
+        probability=found["p_value"].iloc[0],
         remedy="measure_rejected_again",
         **_observations(found, _largest(found, "residual")),
     )
@@ -74,7 +63,7 @@ def _not_yet_named(examined):
 def _observations(rows, largest):
     """Names and facts of observations, the worst first."""
     return {
-        "names": first_names(rows["point_id"]),
+        "names": rows["point_id"],
         "observed": largest,
         "facts": {
             "n_observations": len(rows),
@@ -104,12 +93,11 @@ def coverages_that_differ(examined):
     order = miss.sort_values(ascending=False, kind="stable").index
     points = suspects["point_id"].loc[order].drop_duplicates()
     smallest = np.nanmin(bonferroni(p_value, n_tested)) if is_tested else np.nan
-    return Finding(
+    return finding(
         "coverages_that_differ",
-        Subject.POINT,
-        names=first_names(points),
+        names=points,
         statistic="difference of a coverage",
-        observed=float(miss.max()),
+        observed=miss.max(),
         probability=float(smallest),
         remedy="measure_again_see_coverages",
         facts={"n_points": len(points), "largest": float(miss.max())},
@@ -128,10 +116,9 @@ def points_that_differ(examined):
         return None
     far = points.loc[is_large].sort_values("spread_total", ascending=False)
     largest = float(far["spread_total"].iloc[0])
-    return Finding(
+    return finding(
         "points_that_differ",
-        Subject.POINT,
-        names=first_names(far["point_id"]),
+        names=far["point_id"],
         statistic="spread_total",
         observed=largest,
         expected=usual,
@@ -152,13 +139,12 @@ def control_that_contradicts(two_step):
     if suspects.empty:
         return None
     largest = _largest(suspects, "difference")
-    return Finding(
+    return finding(
         "control_that_contradicts",
-        Subject.CONTROL,
-        names=first_names(suspects["point_id"]),
+        names=suspects["point_id"],
         statistic="difference at a control point that was left out",
         observed=largest,
-        probability=float(np.nanmin(bonferroni(table["p_value"]))),
+        probability=np.nanmin(bonferroni(table["p_value"])),
         remedy="check_worst_control",
         facts={"n_points": len(suspects), "largest": largest},
     )
@@ -172,14 +158,12 @@ def control_against_block(adjusted):
         return None
     is_set_aside = bool(suspects["is_set_aside"].any())
     largest = _largest(suspects, "strain")
-    return Finding(
+    return finding(
         "control_set_aside" if is_set_aside else "control_against_block",
-        Subject.CONTROL,
-        Gravity.WARNING if is_set_aside else Gravity.GRAVE,
-        names=first_names(suspects["point_id"]),
+        names=suspects["point_id"],
         statistic="strain of a control point",
         observed=largest,
-        probability=float(suspects["p_value"].iloc[0]),
+        probability=suspects["p_value"].iloc[0],
         remedy="check_control" if is_set_aside else "check_control_or_snoop",
         facts={"n_points": len(suspects), "largest": largest},
     )
@@ -195,10 +179,9 @@ def wrong_measuring_errors(examined):
         return None
     is_gross = any(c.estimated > GROSS * c.given for c in wrong.values())
     first = next(iter(wrong.values()))
-    return Finding(
+    return finding(
         "wrong_measuring_errors",
-        Subject.FLIGHT,
-        names=tuple(wrong),
+        names=wrong,
         statistic="m_g of a flight",
         observed=float(first.estimated) * METRES_PER_UM,
         expected=float(first.given) * METRES_PER_UM,
@@ -213,14 +196,13 @@ def settings_that_scatter(examined):
     larger = list(flights[flights["is_larger"]].itertuples())
     if not larger:
         return None
-    return Finding(
+    return finding(
         "settings_that_scatter",
-        Subject.FLIGHT,
-        names=tuple(flight.flight for flight in larger),
+        names=[flight.flight for flight in larger],
         statistic="m_g of a setting",
         observed=float(larger[0].m_g_settings_um) * METRES_PER_UM,
         expected=float(larger[0].m_g_um) * METRES_PER_UM,
-        probability=float(larger[0].p_value),
+        probability=larger[0].p_value,
         remedy="give_at_least_that_m_g",
         facts={"flights": tuple(map(_settings_of, larger))},
     )
@@ -245,13 +227,12 @@ def scattered_points(examined):
     if found.empty:
         return None
     widest = float(found["spread_um"].max())
-    return Finding(
+    return finding(
         "scattered_points",
-        Subject.MEASUREMENT,
-        names=first_names(found["point_id"]),
+        names=found["point_id"],
         statistic="standard deviation of a setting",
         observed=widest * METRES_PER_UM,
-        probability=float(np.nanmin(p_value)),
+        probability=np.nanmin(p_value),
         remedy="set_again",
         facts={
             "n_points": len(found),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
+from einschalt.pipeline.assessment.findings.kinds import finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
 MIN_REPORTED_RATIO = 0.1
@@ -20,14 +20,13 @@ def film_affinity(examined):
     if not found:
         return None
     worst = max(found, key=lambda part: part.bias)
-    return Finding(
+    return finding(
         "film_affinity",
-        Subject.FLIGHT,
-        names=tuple(part.flight for part in found),
+        names=[part.flight for part in found],
         statistic="error that an affinity makes in a model, RMS",
-        observed=float(worst.bias),
+        observed=worst.bias,
         expected=0.0,
-        probability=float(worst.p_value),
+        probability=worst.p_value,
         remedy="set_affine",
         facts={"flights": tuple(map(_affinity, found))},
     )
@@ -59,15 +58,13 @@ def _smooth_strain(examined, remedy):
     claimed = float(examined.figures.mean_within)
     is_known = claimed > 0.0
     largest = strain.displacements.head(MOST_DISPLACEMENTS)
-    return Finding(
+    return finding(
         "strained_network",
-        Subject.CONTROL,
-        Gravity.GRAVE,
-        names=tuple(map(str, largest["point_id"])),
+        names=largest["point_id"],
         statistic="displacement of control points, RMS",
-        observed=float(strain.size),
+        observed=strain.size,
         expected=0.0,
-        probability=float(strain.p_value),
+        probability=strain.p_value,
         remedy=remedy,
         facts={
             "n_control": int(strain.n_control),
@@ -90,11 +87,10 @@ def contradicting_control(examined):
     strain = examined.patterns.strain
     if strain is None or not strain.is_significant or strain.is_smooth:
         return None
-    return Finding(
+    return finding(
         "contradicting_control",
-        Subject.CONTROL,
         statistic="corrections of the control points",
-        probability=float(strain.p_value),
+        probability=strain.p_value,
         remedy="look_for_wrong_control_or_raise_errors",
         facts={"n_control": int(strain.n_control)},
     )

@@ -18,17 +18,7 @@ ASSUMED = {
 
 
 def section(claim) -> Section:
-    """Set measured quantities beside what the claim predicts.
-
-    Parameters
-    ----------
-    claim : Claim
-
-    Returns
-    -------
-    Section
-        Without rows where there is no claim.
-    """
+    """Set measured quantities beside what the claim predicts."""
     measured = lengths([t.observed for t in claim.tests if t.is_length])
     predicted = lengths([t.predicted for t in claim.tests if t.is_length])
     texts = iter(zip(measured, predicted, strict=True))

@@ -21,17 +21,7 @@ STRAIN = "easting, northing: the error of the given coordinates that explains it
 
 @singledispatch
 def section(facts) -> Section:
-    """Set size and direction of the contradictions.
-
-    Parameters
-    ----------
-    facts : SuspectControlFacts, DisplacedControlFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where there are none.
-    """
+    """Set size and direction of the contradictions."""
     del facts
     return NO_SECTION
 

@@ -14,17 +14,7 @@ SMALLEST_SHARE = 0.005
 
 
 def section(facts) -> Section:
-    """Set what each source contributes, the largest first.
-
-    Parameters
-    ----------
-    facts : ErrorSourceFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where nothing is known.
-    """
+    """Set what each source contributes, the largest first."""
     if facts is None:
         return NO_SECTION
     texts = lengths([*(source.total for source in facts.sources), facts.total])

@@ -2,29 +2,13 @@
 
 import math
 
-from einschalt.foundations.typesetting import (
-    count,
-    length,
-    lengths,
-    number,
-    scale,
-)
+from einschalt.foundations.typesetting import count, length, lengths, number, scale
 from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.wording import flight_name, with_error
 
 
 def section(flights, approximations) -> Section:
-    """Set what each flight measured, and how well its models fit.
-
-    Parameters
-    ----------
-    flights : tuple of FlightFacts
-    approximations : ApproximationFacts
-
-    Returns
-    -------
-    Section
-    """
+    """Set what each flight measured, and how well its models fit."""
     m_0 = lengths([flight.m_0 for flight in flights])
     m_g = lengths([flight.m_g_ground for flight in flights])
     rows = [

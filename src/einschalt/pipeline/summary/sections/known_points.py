@@ -7,16 +7,7 @@ WRONG = 10.0  # mean squares that no longer need decimals
 
 
 def section(facts) -> Section:
-    """Set the differences at the known points.
-
-    Parameters
-    ----------
-    facts : KnownPointFacts
-
-    Returns
-    -------
-    Section
-    """
+    """Set the differences at the known points."""
     total = lengths([rms for *_, rms in facts.differences])
     rows = tuple(
         (name, f"{n_points:d}", rms)

@@ -41,17 +41,7 @@ BETTER = {
 
 
 def section(facts) -> Section:
-    """Set what was tested and modelled.
-
-    Parameters
-    ----------
-    facts : DeformationFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where nothing was tested.
-    """
+    """Set what was tested and modelled."""
     if facts is None:
         return NO_SECTION
     flights = facts.flights

@@ -17,17 +17,7 @@ FIGURES = f"{BEFORE}; the propagated one is that after it."
 
 
 def iterations(facts) -> Section:
-    """Set the moves of every further pass.
-
-    Parameters
-    ----------
-    facts : IterationFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where the low flight was transformed once.
-    """
+    """Set the moves of every further pass."""
     if facts is None:
         return NO_SECTION
     moves = _shown(facts.moves)
@@ -77,17 +67,7 @@ def _precision(facts):
 
 
 def distribution(facts) -> Section:
-    """Set how far points of each role were moved.
-
-    Parameters
-    ----------
-    facts : DistributionFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where nothing was distributed.
-    """
+    """Set how far points of each role were moved."""
     if facts is None:
         return NO_SECTION
     rows = tuple(

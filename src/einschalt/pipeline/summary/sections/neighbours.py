@@ -10,17 +10,7 @@ REMARK = (
 
 
 def section(facts) -> Section:
-    """Set the precision of coordinate differences between neighbours.
-
-    Parameters
-    ----------
-    facts : NeighbourFacts or None
-
-    Returns
-    -------
-    Section
-        Without rows where nothing is known.
-    """
+    """Set the precision of coordinate differences between neighbours."""
     if facts is None:
         return NO_SECTION
     figures = lengths([facts.total, facts.total_if_independent])

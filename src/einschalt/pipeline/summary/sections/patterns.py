@@ -26,17 +26,7 @@ NO_STRAIN = {
 
 
 def section(facts) -> Section:
-    """Set what patterns there are.
-
-    Parameters
-    ----------
-    facts : PatternFacts
-
-    Returns
-    -------
-    Section
-        Without rows where they could not be tested.
-    """
+    """Set what patterns there are."""
     found = facts.patterns
     rows = [row for affinity in found.affinities for row in _affinity(affinity)]
     if found.strain is not None:

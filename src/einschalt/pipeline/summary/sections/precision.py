@@ -92,66 +92,10 @@ BLIND = "It does not see errors that all models share: look at the model deforma
 
 
 def section(facts, credible) -> Section:
-    """Set the figures of the new points.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-    credible : CredibleFigure
-
-    Returns
-    -------
-    Section
-    """
+    """Set the figures of the new points."""
     header, rows = table(facts)
     said = (*_belief(facts, credible), caution(facts), *remarks(facts))
     return Section(TITLE, header, rows if facts.n_new else (), said)
-
-
-@singledispatch
-def table(facts):
-    """Header and rows of the figures.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    header : tuple of str
-    rows : tuple of tuple of str
-    """
-    raise TypeError(type(facts).__name__)
-
-
-@singledispatch
-def caution(facts) -> str:
-    """Say what the figures cannot see.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    str
-    """
-    raise TypeError(type(facts).__name__)
-
-
-@singledispatch
-def remarks(facts) -> tuple[str, ...]:
-    """Say what the figures mean.
-
-    Parameters
-    ----------
-    facts : TwoStepPrecision or SimultaneousPrecision
-
-    Returns
-    -------
-    tuple of str
-    """
-    raise TypeError(type(facts).__name__)
 
 
 def all_remarks(facts, credible) -> tuple[str, ...]:
@@ -160,17 +104,11 @@ def all_remarks(facts, credible) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
-@singledispatch
 def _belief(facts, credible):
     """Which of the figures to believe, and why they differ, where there is a choice."""
-    del facts, credible
+    if isinstance(facts, TwoStepPrecision):
+        return (what_to_believe(credible),)
     return ()
-
-
-@_belief.register
-def _(facts: TwoStepPrecision, credible):
-    del facts
-    return (what_to_believe(credible),)
 
 
 def what_to_believe(credible) -> str:
@@ -178,8 +116,9 @@ def what_to_believe(credible) -> str:
     return BELIEVE.get(credible.reason, BELIEVE_NEITHER)
 
 
-@table.register
-def _(facts: TwoStepPrecision):
+@singledispatch
+def table(facts: TwoStepPrecision):
+    """Header and rows of the figures."""
     named = (("single", facts.single), (mean_of(facts.n_coverages), facts.mean))
     columns = {
         name: lengths([getattr(f, attribute) for _, f in named])
@@ -192,9 +131,9 @@ def _(facts: TwoStepPrecision):
     return ("", *columns), tuple(rows)
 
 
-@caution.register
-def _(facts: TwoStepPrecision):
-    """Say why the paper's figure is too small, as far as that is known here."""
+@singledispatch
+def caution(facts: TwoStepPrecision) -> str:
+    """Say what the figures cannot see."""
     n_coverages, shared = facts.n_coverages, SHARED[facts.shared]
     word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
     both = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
@@ -205,8 +144,9 @@ def _(facts: TwoStepPrecision):
     return f"standard_error_paper is too small where {shared}."
 
 
-@remarks.register
-def _(facts: TwoStepPrecision):
+@singledispatch
+def remarks(facts: TwoStepPrecision) -> tuple[str, ...]:
+    """Say what the figures mean."""
     said = [TOTAL, PAPER]
     if facts.carried is not None:
         said.insert(1, CARRIED[facts.carried])

@@ -15,17 +15,7 @@ REST = (
 
 
 def section(flights) -> Section:
-    """Set what repeated settings show.
-
-    Parameters
-    ----------
-    flights : tuple of RepeatedSettingFacts
-
-    Returns
-    -------
-    Section
-        Without rows where nothing was set twice.
-    """
+    """Set what repeated settings show."""
     rows = tuple(
         (
             flight_name(flight.flight),

@@ -10,10 +10,7 @@ ADJUSTED = "that of the simultaneous adjustment (standard_error_total)"
 BUDGET = (
     "Kovarik's budget (standard_error_paper), a lower bound: nothing larger is known"
 )
-TITLES = {
-    "standard_error_total": PROPAGATED,
-    "standard_error_paper": BUDGET,
-}
+TITLES = {"standard_error_total": PROPAGATED, "standard_error_paper": BUDGET}
 ADJUSTMENTS = (
     Reason.ADJUSTED,
     Reason.ADJUSTED_UNKNOWN,
@@ -28,18 +25,7 @@ UNTESTED = "Nothing in the measurements could contradict the figure: it is not t
 
 
 def section(facts, credible) -> Section:
-    """Set how many points of each role pass and fail.
-
-    Parameters
-    ----------
-    facts : ToleranceFacts or None
-    credible : CredibleFigure
-
-    Returns
-    -------
-    Section
-        Without rows where no tolerance is set.
-    """
+    """Set how many points of each role pass and fail."""
     if facts is None:
         return NO_SECTION
     largest = lengths([outcome.largest for outcome in facts.roles])

@@ -1,6 +1,6 @@
 """The words for every finding."""
 
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.suggestions import (
     causes,
     claim,
@@ -26,33 +26,22 @@ MODULES = (
     systematic_errors,
     notes,
 )
+# of a finding by its code: a sentence to fill, or what makes it of the finding
 WORDS = {code: words for module in MODULES for code, words in module.WORDS.items()}
+REMEDIES = {"": ""} | {
+    code: words for module in MODULES for code, words in module.REMEDIES.items()
+}
 
 
 def suggestion_of(finding) -> Suggestion:
-    """Put a finding into words.
-
-    Parameters
-    ----------
-    finding : Finding
-
-    Returns
-    -------
-    Suggestion
-    """
-    return WORDS[finding.code](finding)
+    """Put a finding into words."""
+    words = WORDS[finding.code]
+    said = filled(words, finding) if isinstance(words, str) else words(finding)
+    if isinstance(said, Suggestion):  # with details, or a remedy of its own
+        return said
+    return Suggestion(said, REMEDIES[finding.remedy])
 
 
 def suggestions_of(findings) -> tuple[Suggestion, ...]:
-    """Put findings into words, all but those that another one explains.
-
-    Parameters
-    ----------
-    findings : sequence of Finding
-
-    Returns
-    -------
-    tuple of Suggestion
-        In their order.
-    """
+    """Put findings into words, all but those that another one explains."""
     return tuple(suggestion_of(f) for f in findings if not f.explained_by)

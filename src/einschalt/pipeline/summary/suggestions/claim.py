@@ -1,7 +1,6 @@
 """What to say of a claimed figure that does not stand, or that nothing checks."""
 
-from einschalt.foundations.typesetting import factor, fixed, length
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.foundations.typesetting import fixed, length
 
 REMEDIES = {
     "doubt_independence": (
@@ -27,9 +26,7 @@ REMEDIES = {
 def claim_that_does_not_stand(finding):
     """Every quantity that contradicts the claim."""
     said = "; ".join(map(_rejected, finding.facts["rejected"]))
-    return Suggestion(
-        f"The claimed figure does not stand: {said}", REMEDIES[finding.remedy]
-    )
+    return f"The claimed figure does not stand: {said}"
 
 
 def _rejected(test):
@@ -45,62 +42,26 @@ def _rejected(test):
     return f"{what} {verb} {length(observed)}, predicted {length(predicted)}"
 
 
-def high_flight_that_misfits(finding):
-    """Its m_0 beside what is explained."""
-    facts = finding.facts
-    return Suggestion(
-        f"m_0 of the high flight is {length(facts['m_0'])}, {factor(facts['ratio'])} "
-        f"the {length(facts['explained'])} that m_g_um and the control points' errors "
-        "explain",
-        REMEDIES[finding.remedy],
-    )
-
-
-def contradicted_propagation(finding):
-    """The three figures."""
-    said = ", ".join(
-        f"{name} {length(finding.facts[name])}"
-        for name in ("propagated", "paper", "internal")
-    )
-    return Suggestion(
-        "The measurements contradict the propagated figure, which takes the sizes "
-        f"of errors as given: {said}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def contradicted_budget(finding):
-    """The two figures."""
-    facts = finding.facts
-    return Suggestion(
-        "The coverages differ more than the budget explains: internal "
-        f"{length(facts['internal'])}, paper {length(facts['paper'])}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def no_check_points(finding):
-    """Nothing from outside."""
-    return Suggestion(
-        "No check points: nothing from outside confirms the figures below",
-        REMEDIES[finding.remedy],
-    )
-
-
-def figure_left_out(finding):
-    """What is left out, and what remains."""
-    return Suggestion(
-        "standard_error_total is left out: the control points have no "
-        "standard_error_m. The figures that remain are too small",
-        REMEDIES[finding.remedy],
-    )
-
-
 WORDS = {
     "claim_that_does_not_stand": claim_that_does_not_stand,
-    "high_flight_that_misfits": high_flight_that_misfits,
-    "contradicted_propagation": contradicted_propagation,
-    "contradicted_budget": contradicted_budget,
-    "no_check_points": no_check_points,
-    "figure_left_out": figure_left_out,
+    "high_flight_that_misfits": (
+        "m_0 of the high flight is {m_0:length}, {ratio:factor} the "
+        "{explained:length} that m_g_um and the control points' errors explain"
+    ),
+    "contradicted_propagation": (
+        "The measurements contradict the propagated figure, which takes the sizes of "
+        "errors as given: propagated {propagated:length}, paper {paper:length}, "
+        "internal {internal:length}"
+    ),
+    "contradicted_budget": (
+        "The coverages differ more than the budget explains: internal "
+        "{internal:length}, paper {paper:length}"
+    ),
+    "no_check_points": (
+        "No check points: nothing from outside confirms the figures below"
+    ),
+    "figure_left_out": (
+        "standard_error_total is left out: the control points have no "
+        "standard_error_m. The figures that remain are too small"
+    ),
 }

@@ -2,8 +2,7 @@
 
 from math import isfinite
 
-from einschalt.foundations.typesetting import count, length
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.pipeline.summary.suggestion import filled
 
 REMEDIES = {
     "one_pass_or_measure_control": (
@@ -13,52 +12,30 @@ REMEDIES = {
         "Set iterations = 1, or give the low flight more control"
     ),
 }
+HELD = "{n_models_held} of {n_models:count model} of the low flight hold control"
+DRIFTS = (
+    "The low flight was repeated on its own coordinates, and no control point holds "
+    "it: the block drifts, so far by up to {moved:length} (RMS)"
+)
+FIGURES = (
+    "; propagated {propagated_once:length} after one pass, {propagated_now:length} now"
+)
 
 
 def drift_without_control(finding):
     """How far it drifted, and what that makes of the figure."""
-    facts = finding.facts
-    problem = (
-        "The low flight was repeated on its own coordinates, and no control point "
-        f"holds it: the block drifts, so far by up to {length(facts['moved'])} (RMS)"
-    )
-    if isfinite(facts["propagated_now"]):
-        problem += (
-            f"; propagated {length(facts['propagated_once'])} after one pass, "
-            f"{length(facts['propagated_now'])} now"
-        )
-    return Suggestion(problem, REMEDIES[finding.remedy])
-
-
-def iterations_that_spoil(finding):
-    """Both figures."""
-    facts = finding.facts
-    return Suggestion(
-        "The iterations make the points worse, "
-        f"{length(facts['propagated_now'])} instead of "
-        f"{length(facts['propagated_once'])} after one pass (propagated): "
-        f"{_held(facts)}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def drift_that_nothing_tells(finding):
-    """How far the others may have drifted."""
-    facts = finding.facts
-    return Suggestion(
-        f"{_held(facts)}: the others may have drifted by up to "
-        f"{length(facts['moved'])} (RMS), and no propagated figure tells",
-        REMEDIES[finding.remedy],
-    )
-
-
-def _held(facts):
-    models = count(facts["n_models"], "model")
-    return f"{facts['n_models_held']} of {models} of the low flight hold control"
+    is_known = isfinite(finding.facts["propagated_now"])
+    return filled(DRIFTS + FIGURES if is_known else DRIFTS, finding)
 
 
 WORDS = {
     "drift_without_control": drift_without_control,
-    "iterations_that_spoil": iterations_that_spoil,
-    "drift_that_nothing_tells": drift_that_nothing_tells,
+    "iterations_that_spoil": (
+        "The iterations make the points worse, {propagated_now:length} instead of "
+        f"{{propagated_once:length}} after one pass (propagated): {HELD}"
+    ),
+    "drift_that_nothing_tells": (
+        f"{HELD}: the others may have drifted by up to "
+        "{moved:length} (RMS), and no propagated figure tells"
+    ),
 }

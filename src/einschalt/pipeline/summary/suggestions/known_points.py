@@ -1,7 +1,7 @@
 """What to say of known points that do not agree with the claimed figure."""
 
-from einschalt.foundations.typesetting import count, factor, length, names
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.foundations.typesetting import names
+from einschalt.pipeline.summary.suggestion import filled
 
 MOST_NAMED = 3
 REMEDIES = {
@@ -18,45 +18,31 @@ REMEDIES = {
         "Look at the reference system and the age of the given coordinates"
     ),
 }
-
-
-def check_points(finding):
-    """Their differences beside the claim."""
-    return Suggestion(_differences(finding, "check point"), REMEDIES[finding.remedy])
+DIFFERENCES = (
+    "The differences at {{n_points:count {} point}} are {{rms:length}} (total, RMS), "
+    "{{ratio:factor}} the {{claimed:length}} claimed for them"
+)
 
 
 def control_points_beyond_claim(finding):
     """Their differences beside the claim, and where they are largest."""
-    worst = names(finding.names[:MOST_NAMED])
-    return Suggestion(
-        f"{_differences(finding, 'control point')}; largest at {worst}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def _differences(finding, point):
-    facts = finding.facts
-    return (
-        f"The differences at {count(facts['n_points'], point)} are "
-        f"{length(facts['rms'])} (total, RMS), {factor(facts['ratio'])} the "
-        f"{length(facts['claimed'])} claimed for them"
-    )
+    differences = filled(DIFFERENCES.format("control"), finding)
+    return f"{differences}; largest at {names(finding.names[:MOST_NAMED])}"
 
 
 def shifted_block(finding):
     """The mean difference."""
-    facts = finding.facts
-    points = count(facts["n_points"], f"{facts['role']} point")
-    return Suggestion(
-        f"The block is shifted: the mean difference at {points} is easting "
-        f"{length(facts['easting'])}, northing {length(facts['northing'])}",
-        REMEDIES[finding.remedy],
+    role = finding.facts["role"]
+    return filled(
+        f"The block is shifted: the mean difference at {{n_points:count {role} point}} "
+        "is easting {easting:length}, northing {northing:length}",
+        finding,
     )
 
 
 WORDS = {
-    "check_points_beyond_claim": check_points,
-    "check_points_better_than_claim": check_points,
+    "check_points_beyond_claim": DIFFERENCES.format("check"),
+    "check_points_better_than_claim": DIFFERENCES.format("check"),
     "control_points_beyond_claim": control_points_beyond_claim,
     "shifted_block": shifted_block,
 }

@@ -1,9 +1,9 @@
 """What to say of models that failed or are weak, and of points that hang on them."""
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, length
-from einschalt.pipeline.summary.suggestion import Suggestion
-from einschalt.pipeline.summary.wording import flight_name, some_models, some_of
+from einschalt.foundations.typesetting import count
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
+from einschalt.pipeline.summary.wording import flight_name, some_of
 
 MOST_REASONS, MOST_MODELS = 5, 3
 REMEDIES = {
@@ -32,18 +32,14 @@ def failed_models(finding):
     n_more = facts["n_reasons"] - MOST_REASONS
     if n_more > 0:
         details.append(f"and {count(n_more, 'further reason')}, see failures.csv")
-    return Suggestion(
-        f"{facts['n_failed']} of {count(facts['n_models'], 'model')} failed",
-        details=tuple(details),
-    )
+    problem = filled("{n_failed} of {n_models:count model} failed", finding)
+    return Suggestion(problem, details=tuple(details))
 
 
 def _reason(flight, reason, remedy, n_models, models):
     shown = some_of(models, n_models, MOST_MODELS)
-    text = (
-        f"{flight_name(flight)}, {count(n_models, 'model')} ({shown}): "
-        f"{_sentence(reason)}"
-    )
+    of_models = f"{flight_name(flight)}, {count(n_models, 'model')} ({shown})"
+    text = f"{of_models}: {_sentence(reason)}"
     return f"{text}. {_sentence(remedy)}." if remedy else text
 
 
@@ -51,84 +47,29 @@ def _sentence(text):
     return printable(text).strip().rstrip(".")
 
 
-def points_without_coordinates(finding):
-    """Which points have none."""
-    n_points = finding.facts["n_points"]
-    return Suggestion(
-        f"{count(n_points, 'measured point')} without coordinates "
-        f"({some_of(finding.names, n_points)})",
-        REMEDIES[finding.remedy],
-    )
-
-
-def models_with_large_m_0(finding):
-    """Which models, and the largest m_0."""
-    facts = finding.facts
-    return Suggestion(
-        f"{count(facts['n_models'], 'model')} with m_0 more than "
-        f"{facts['times_usual']:.0f} times that of the flight: "
-        f"{some_models(facts['models'], facts['n_models'])}; up to "
-        f"{length(facts['largest_m_0'])}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def all_models_mirrored(finding):
-    """Axes, more likely than names."""
-    return Suggestion(
-        f"All {count(finding.facts['n_affine'], 'affine model')} are mirrored",
-        REMEDIES[finding.remedy],
-    )
-
-
-def mirrored_models(finding):
-    """Which models."""
-    facts = finding.facts
-    return Suggestion(
-        f"{facts['n_mirrored']} of {count(facts['n_affine'], 'affine model')} "
-        f"mirrored: {some_models(facts['models'], facts['n_mirrored'])}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def points_in_one_coverage(finding):
-    """Which points, and how many of them are in one model only."""
-    facts = finding.facts
-    return Suggestion(
-        f"{count(facts['n_points'], 'point')} in one coverage only "
-        f"({some_of(finding.names, facts['n_points'])}), "
-        f"{facts['n_in_one_model']} of them in one model only",
-        REMEDIES[finding.remedy],
-    )
-
-
-def points_in_one_model(finding):
-    """Which points."""
-    n_points = finding.facts["n_points"]
-    return Suggestion(
-        f"{count(n_points, 'point')} in one model only "
-        f"({some_of(finding.names, n_points)})",
-        REMEDIES[finding.remedy],
-    )
-
-
-def models_without_redundancy(finding):
-    """Which models."""
-    facts = finding.facts
-    return Suggestion(
-        f"{count(facts['n_models'], 'model')} without redundancy: "
-        f"{some_models(facts['models'], facts['n_models'])}",
-        REMEDIES[finding.remedy],
-    )
-
-
 WORDS = {
     "failed_models": failed_models,
-    "points_without_coordinates": points_without_coordinates,
-    "models_with_large_m_0": models_with_large_m_0,
-    "all_models_mirrored": all_models_mirrored,
-    "mirrored_models": mirrored_models,
-    "points_in_one_coverage": points_in_one_coverage,
-    "points_in_one_model": points_in_one_model,
-    "models_without_redundancy": models_without_redundancy,
+    "points_without_coordinates": (
+        "{n_points:count measured point} without coordinates "
+        "({names:names of n_points})"
+    ),
+    "models_with_large_m_0": (
+        "{n_models:count model} with m_0 more than {times_usual:.0f} times that of "
+        "the flight: {models:models of n_models}; up to {largest_m_0:length}"
+    ),
+    "all_models_mirrored": "All {n_affine:count affine model} are mirrored",
+    "mirrored_models": (
+        "{n_mirrored} of {n_affine:count affine model} mirrored: "
+        "{models:models of n_mirrored}"
+    ),
+    "points_in_one_coverage": (
+        "{n_points:count point} in one coverage only ({names:names of n_points}), "
+        "{n_in_one_model} of them in one model only"
+    ),
+    "points_in_one_model": (
+        "{n_points:count point} in one model only ({names:names of n_points})"
+    ),
+    "models_without_redundancy": (
+        "{n_models:count model} without redundancy: {models:models of n_models}"
+    ),
 }

@@ -1,9 +1,6 @@
 """What to say of points that are worse than the others, and of a block that shrinks."""
 
-from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, factor, length
-from einschalt.pipeline.summary.suggestion import Suggestion
-from einschalt.pipeline.summary.wording import some_of
+from einschalt.pipeline.summary.suggestion import filled
 
 REMEDIES = {
     "measure_more_control_there": (
@@ -21,52 +18,17 @@ REMEDIES = {
     ),
     "give_control_on_the_far_side": "Give control on the far side of the block too",
 }
-
-
-def imprecise_points(finding):
-    """Which points, the figure without them, and the models that they lie in."""
-    facts = finding.facts
-    n_points, n_models = facts["n_points"], facts["n_models"]
-    problem = (
-        f"{count(n_points, 'new point')} with standard errors of more than "
-        f"{facts['times_usual']:g} times the median of {length(facts['median'])}, up "
-        f"to {length(facts['largest'])} ({some_of(finding.names, n_points)}); the "
-        f"others have {length(facts['rms_of_others'])} (total, RMS)"
-    )
-    if n_models:
-        models = "models" if n_models > 1 else "model"
-        shown = some_of(facts["models"], n_models)
-        problem += f". They are most points of low-flight {models} {shown}"
-    return Suggestion(problem, REMEDIES[finding.remedy])
-
-
-def block_that_shrinks(finding):
-    """How far the points are moved."""
-    facts = finding.facts
-    return Suggestion(
-        "Control does not hold the block against its own pull: errors of the model "
-        f"coordinates move the new points by about {length(facts['moved'])} (total, "
-        f"RMS), up to {length(facts['largest'])} at {printable(facts['worst'])}, "
-        f"{factor(facts['ratio_to_claimed'])} the standard errors, which do not hold "
-        "that",
-        REMEDIES[finding.remedy],
-    )
-
-
-def adjustment_that_misfits(finding):
-    """How much larger the residuals are than the given errors explain."""
-    facts = finding.facts
-    return Suggestion(
-        f"The residuals of the simultaneous adjustment are {factor(facts['s_0'])} as "
-        f"large as the given errors explain (s_0, redundancy {facts['redundancy']})",
-        REMEDIES[finding.remedy],
-    )
-
-
+IMPRECISE = (
+    "{n_points:count new point} with standard errors of more than {times_usual:g} "
+    "times the median of {median:length}, up to {largest:length} "
+    "({names:names of n_points}); the others have {rms_of_others:length} (total, RMS)"
+)
+THEIR_MODELS = ". They are most points of low-flight {} {{models:names of n_models}}"
 DEFORMED = {
     "check_points_two_steps": (
-        "The check points agree better with the two steps ({two_steps}, simultaneous "
-        "{simultaneous}; total, RMS)"
+        "The check points agree better with the two steps "
+        "({check_rms_two_steps:length}, simultaneous {check_rms_simultaneous:length}; "
+        "total, RMS)"
     ),
     "deformation_left": (
         "The models of a flight share a deformation that is not modelled: the "
@@ -79,19 +41,29 @@ DEFORMED = {
 }
 
 
+def imprecise_points(finding):
+    """Which points, the figure without them, and the models that they lie in."""
+    n_models = finding.facts["n_models"]
+    models = THEIR_MODELS.format("models" if n_models > 1 else "model")
+    return filled(IMPRECISE + models if n_models else IMPRECISE, finding)
+
+
 def deformed_models(finding):
     """Why the two steps are to be believed."""
-    facts = finding.facts
-    problem = DEFORMED[facts["belief"]].format(
-        two_steps=length(facts["check_rms_two_steps"]),
-        simultaneous=length(facts["check_rms_simultaneous"]),
-    )
-    return Suggestion(problem, REMEDIES[finding.remedy])
+    return filled(DEFORMED[finding.facts["belief"]], finding)
 
 
 WORDS = {
     "deformed_models": deformed_models,
-    "adjustment_that_misfits": adjustment_that_misfits,
+    "adjustment_that_misfits": (
+        "The residuals of the simultaneous adjustment are {s_0:factor} as large as the "
+        "given errors explain (s_0, redundancy {redundancy})"
+    ),
     "imprecise_points": imprecise_points,
-    "block_that_shrinks": block_that_shrinks,
+    "block_that_shrinks": (
+        "Control does not hold the block against its own pull: errors of the model "
+        "coordinates move the new points by about {moved:length} (total, RMS), up to "
+        "{largest:length} at {worst:name}, {ratio_to_claimed:factor} the standard "
+        "errors, which do not hold that"
+    ),
 }

@@ -4,7 +4,7 @@ from math import isfinite
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import length
-from einschalt.pipeline.summary.suggestion import Suggestion
+from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.wording import flight_name, ppm
 
 MOST_SHOWN = 3
@@ -21,6 +21,12 @@ REMEDIES = {
         "Look for wrong ones, or raise standard_error_m"
     ),
 }
+STRAINED = (
+    "The control network is strained: neighbours among the {n_control} control points "
+    "are displaced together, by {size:length} (total, RMS) over {reach:length}, most "
+    "at "
+)
+RECKONED = ": reckon with {claimed_with_strain:length}, not {claimed:length}"
 
 
 def film_affinity(finding):
@@ -33,10 +39,8 @@ def film_affinity(finding):
         for part in finding.facts["flights"]
     )
     flights = " and ".join(f"[{part['flight']}]" for part in finding.facts["flights"])
-    return Suggestion(
-        f"Film or machine has an affinity: {said}",
-        f'Set transformation = "affine" in {flights}',
-    )
+    remedy = f'Set transformation = "affine" in {flights}'
+    return Suggestion(f"Film or machine has an affinity: {said}", remedy)
 
 
 def strained_network(finding):
@@ -46,30 +50,18 @@ def strained_network(finding):
         f"{printable(point)} (easting {length(east)}, northing {length(north)})"
         for point, east, north in facts["displacements"][:MOST_SHOWN]
     )
-    with_strain, reckoned = facts["claimed_with_strain"], ""
-    if isfinite(with_strain):
-        claimed = length(facts["claimed"])
-        reckoned = f": reckon with {length(with_strain)}, not {claimed}"
-    return Suggestion(
-        "The control network is strained: neighbours among the "
-        f"{facts['n_control']} control points are displaced together, by "
-        f"{length(facts['size'])} (total, RMS) over {length(facts['reach'])}, most at "
-        f"{worst}; standard_error_total does not hold that{reckoned}",
-        REMEDIES[finding.remedy],
-    )
-
-
-def contradicting_control(finding):
-    """How many there are."""
-    return Suggestion(
-        f"The {finding.facts['n_control']} control points contradict each other by "
-        "more than their standard errors",
-        REMEDIES[finding.remedy],
+    reckoned = RECKONED if isfinite(facts["claimed_with_strain"]) else ""
+    return (
+        f"{filled(STRAINED, finding)}{worst}; standard_error_total does not hold that"
+        f"{filled(reckoned, finding)}"
     )
 
 
 WORDS = {
     "film_affinity": film_affinity,
     "strained_network": strained_network,
-    "contradicting_control": contradicting_control,
+    "contradicting_control": (
+        "The {n_control} control points contradict each other by more than their "
+        "standard errors"
+    ),
 }

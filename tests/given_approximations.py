@@ -15,26 +15,14 @@ SQRT2 = np.sqrt(2.0)
 
 def onto_given_approximations(
     block, *, own_error=0.03, photograph_error=0.0, seed=0, is_stated=True
-):
+) -> Block:
     """The low flight of a simulated block onto given approximate coordinates.
 
-    Parameters
-    ----------
-    block : SimulatedBlock
-    own_error : float
-        TOTAL error of each point that it shares with no other [m].
-    photograph_error : float
-        TOTAL error of the orientation of each photograph, a shift of all that it shows
-        [m]. Photographs of the low flight's scale, 60 and 30 % overlap; a point has
-        the mean of the errors of those that show it.
-    seed : int
-    is_stated : bool
-        Whether the block states the error that the coordinates have.
-
-    Returns
-    -------
-    Block
-        Without a high flight.
+    ``own_error`` is the TOTAL error of each point that it shares with no other,
+    ``photograph_error`` that of the orientation of each photograph, a shift of all that
+    it shows [m]: of photographs of the low flight's scale with 60 and 30 % overlap, a
+    point having the mean of the errors of those that show it. ``is_stated`` where the
+    block states the error that the coordinates have.
     """
     rng = np.random.default_rng(seed)
     place = block.truth[["easting", "northing"]].to_numpy()

@@ -30,22 +30,10 @@ HELD = threading.local()
 
 @contextmanager
 def locked(folder, *, waits=False):
-    """Hold the lock of a folder.
+    """Hold the lock of a folder that exists.
 
-    Parameters
-    ----------
-    folder : str or Path
-        It exists.
-    waits : bool, optional
-        Wait until the other one has ended, for ten minutes at most, and say so on
-        standard error, instead of saying that there is one.
-
-    Raises
-    ------
-    OutputError
-        Another process holds it, or something else is called like the lock.
-    FileError
-        The folder cannot be written.
+    With ``waits``, until the other one has ended, for ten minutes at most, and it is
+    said on standard error; without, or after that, an OutputError tells who holds it.
     """
     path = Path(os.path.realpath(folder)) / LOCK
     held = HELD.__dict__.setdefault("paths", set())

@@ -11,11 +11,11 @@ import time
 import pytest
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.batch.folder_lock import LOCK, locked
+from einschalt.interfaces.files.folder_lock import LOCK, locked
 
 HOLDER = """
     import sys
-    from einschalt.interfaces.batch.folder_lock import locked
+    from einschalt.interfaces.files.folder_lock import locked
     with locked(sys.argv[1]):
         print("held", flush=True)
         sys.stdin.read()

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from tests.given_approximations import onto_given_approximations
 
-from einschalt.pipeline.simulation.approximations import onto_given_approximations
 from einschalt.pipeline.simulation.simulate_block import simulate_block
 from einschalt.theory.adjustment.spatial_correlation import morans_i, nearest_neighbours
 
