@@ -26,13 +26,7 @@ SLACK = 0.01  # degrees: areas of use are rounded to hundredths
 
 @contextmanager
 def offline(grids=None):
-    """Let PROJ ask no network, and look for grids in a folder as well.
-
-    Parameters
-    ----------
-    grids : str or Path, optional
-        Searched after PROJ's own folders.
-    """
+    """Let PROJ ask no network, and look for grids in a folder as well."""
     folders, asks = pyproj.datadir.get_data_dir(), pyproj.network.is_network_enabled()
     pyproj.network.set_network_enabled(active=False)
     try:
@@ -62,33 +56,15 @@ def system_label(crs):
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """A way from one system into another.
+    """A way from one system into another."""
 
-    Attributes
-    ----------
-    name : str
-        Of its change of datum, as PROJ has it.
-    codes : tuple of str
-        Of the same: ``EPSG:1619``.
-    accuracy_m : float
-        As PROJ states it [m]; NaN where it states none.
-    grids : tuple of (str, str)
-        Name and address of each grid that it needs.
-    missing : tuple of (str, str)
-        Those of them that are not installed.
-    area : tuple of float or None
-        West, south, east, north of its area of use [degrees].
-    transformer : pyproj.Transformer or None
-        From easting and northing to easting and northing; None with a missing grid.
-    """
-
-    name: str
-    codes: tuple[str, ...]
-    accuracy_m: float
-    grids: tuple[tuple[str, str], ...]
-    missing: tuple[tuple[str, str], ...]
-    area: tuple[float, float, float, float] | None
-    transformer: pyproj.Transformer | None
+    name: str  # of its change of datum, as PROJ has it
+    codes: tuple[str, ...]  # of the same: ``EPSG:1619``
+    accuracy_m: float  # as PROJ states it; NaN where it states none
+    grids: tuple[tuple[str, str], ...]  # name and address of each that it needs
+    missing: tuple[tuple[str, str], ...]  # those of them that are not installed
+    area: tuple[float, float, float, float] | None  # west, south, east, north [degrees]
+    transformer: pyproj.Transformer | None  # easting, northing; None without its grid
 
     def __str__(self):
         stated = f"{self.accuracy_m:g} m"
@@ -116,20 +92,11 @@ class Operation:
 
 
 def find_operations(source, target, bounds):
-    """All operations between two systems whose area of use holds the points.
+    """Find all operations between two systems whose area of use holds the points.
 
-    Parameters
-    ----------
-    source, target : pyproj.CRS
-    bounds : tuple of float
-        West, south, east, north of the points [degrees].
-
-    Returns
-    -------
-    list of Operation
-        The most accurate first, whether its grids are installed or not. Where none
-        covers all points, those that cover some. "Ballpark" ones, which take the
-        datums for the same, are none.
+    ``bounds``: west, south, east, north of these [degrees]. The most accurate first,
+    whether its grids are installed or not; where none covers all points, those that
+    cover some. "Ballpark" ones, which take the datums for the same, are none.
     """
     with warnings.catch_warnings():  # what is not available is said by our own errors
         warnings.simplefilter("ignore", UserWarning)
@@ -186,48 +153,20 @@ def _operation(found, projections, transformer):
 
 @dataclass(frozen=True)
 class Demand:
-    """What is asked of an operation.
+    """What is asked of an operation."""
 
-    Attributes
-    ----------
-    accuracy_m : float
-        Worst accuracy that may be used [m].
-    reason : str
-        Where that comes from, as messages say it.
-    operation : str
-        Name, part of a name, or code of the one to be used, whatever its accuracy.
-    is_stated : bool
-        Whether a user gave ``accuracy_m``: it then holds for a chosen operation of
-        which PROJ states none.
-    """
-
-    accuracy_m: float
-    reason: str
-    operation: str = ""
-    is_stated: bool = False
+    accuracy_m: float  # worst that may be used
+    reason: str  # where that comes from, as messages say it
+    operation: str = ""  # (part of a) name or code of it, whatever its accuracy
+    is_stated: bool = False  # by a user: then it holds where PROJ states none
 
 
 def choose_operation(source, target, bounds, demand):
-    """Choose the operation between two systems for the area of some points.
+    """Choose the operation between two systems for points within bounds [degrees].
 
-    Parameters
-    ----------
-    source, target : pyproj.CRS
-    bounds : tuple of float
-        West, south, east, north of the points [degrees].
-    demand : Demand
-
-    Returns
-    -------
-    operation : Operation
-        The most accurate one that is available, or the one that was asked for.
-    better : Operation or None
-        A better one whose grid is missing.
-
-    Raises
-    ------
-    ProjectionError
-        None is good enough, or there is no such operation; the candidates are named.
+    The most accurate one that is available, or the one that was asked for; and a better
+    one whose grid is missing, or None. A ProjectionError names the candidates where
+    none is good enough, or the one asked for is none of them.
     """
     candidates = find_operations(source, target, bounds)
     way = f"{system_label(source)} to {system_label(target)}"

@@ -19,22 +19,11 @@ MOST_LIKELY = 3
 
 
 def likely_systems(easting, northing, crs):
-    """Systems of the same datum which points fit that lie outside of theirs.
+    """Systems of the same datum which points [m] fit that lie outside of theirs.
 
-    Parameters
-    ----------
-    easting, northing : ndarray, shape (n_points,)
-        [m]
-    crs : str or pyproj.CRS
-        The plane system that was named, with an area of use.
-
-    Returns
-    -------
-    fitting : list of str
-        Names and codes of those that hold these very numbers: another zone was meant.
-    there : list of str
-        Of those in whose area the place itself lies, if it was given rightly: the
-        neighbouring zone.
+    Names and codes of those that hold these very numbers (another zone was meant), and
+    of those in whose area the place lies if it was given rightly (the neighbouring
+    zone). ``crs``: the plane system that was named, with an area of use.
     """
     crs = read_source_crs(crs)
     middle = np.median(easting), np.median(northing)
@@ -49,17 +38,8 @@ def likely_systems(easting, northing, crs):
 def likely_sources(easting, northing, crs, target):
     """Systems of the same datum in which the numbers lie in the area of another one.
 
-    Parameters
-    ----------
-    easting, northing : float
-        Of a point, as it is given.
-    crs, target : pyproj.CRS
-        The system that was named, and the one into which the point is to be brought.
-
-    Returns
-    -------
-    list of str
-        Names and codes.
+    ``crs`` was named for the point, ``target`` is where it is to be brought. Names and
+    codes.
     """
     middle, area = (easting, northing), area_of(target)
     others = [o for o in _of_same_datum(crs) if system_label(o) != system_label(crs)]

@@ -30,19 +30,8 @@ MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 def read_crs(text):
     """Understand the name of a plane coordinate reference system in metres.
 
-    Parameters
-    ----------
-    text : str
-        ``EPSG:31255``, a PROJ string or WKT. A compound system has heights as well.
-
-    Returns
-    -------
-    pyproj.CRS
-
-    Raises
-    ------
-    ProjectionError
-        It is unknown, or it is not a plane system in metres.
+    ``EPSG:31255``, a PROJ string or WKT; a compound system has heights as well. A
+    ProjectionError where it is unknown, or not a plane system in metres.
     """
     crs = _known_crs(text)
     units = {axis.unit_name for axis in crs.axis_info}
@@ -60,19 +49,8 @@ def read_crs(text):
 def read_source_crs(text):
     """Understand the name of any system in which a surveyor may give points.
 
-    Parameters
-    ----------
-    text : str
-        Of a plane, geographic, compound or three-dimensional system.
-
-    Returns
-    -------
-    pyproj.CRS
-
-    Raises
-    ------
-    ProjectionError
-        It is unknown, or has no easting and northing, longitude and latitude.
+    Plane, geographic, compound or three-dimensional. A ProjectionError where it is
+    unknown, or has no easting and northing, longitude and latitude.
     """
     crs = _known_crs(text)
     if not (crs.is_geographic or crs.is_projected or crs.is_engineering):
@@ -122,33 +100,14 @@ def _utf8(name):
 
 
 def crs_name(crs):
-    """Name of a system as text, however it was given.
-
-    Parameters
-    ----------
-    crs : str, int or pyproj.CRS
-
-    Returns
-    -------
-    str
-        As given where it is text, else ``EPSG:31255`` or WKT.
-    """
+    """Name of a system as text: as given where it is text, else code or WKT."""
     return crs if isinstance(crs, str) else read_crs(crs).to_string()
 
 
 def degrees_of(easting, northing, crs):
     """Longitude and latitude of points, for areas and not for coordinates.
 
-    Parameters
-    ----------
-    easting, northing : ndarray, shape (n_points,)
-        In the units of the system.
-    crs : pyproj.CRS
-
-    Returns
-    -------
-    longitude, latitude : ndarray, shape (n_points,)
-        [degrees] in WGS 84, to some hundred metres; infinite where a point has none.
+    [degrees] in WGS 84, to some hundred metres; infinite where a point has none.
     """
     with offline():
         return _to_degrees(crs).transform(easting, northing)
@@ -162,31 +121,13 @@ def _to_degrees(crs):
 def reproject(points, source_crs, target_crs, demand, grids=None):
     """Bring points from one system into another.
 
-    Parameters
-    ----------
-    points : ndarray, shape (n_points, 2) or (n_points, 3)
-        Easting, northing [, height] or longitude, latitude [, height] in the source
-        system and its units, in this order whatever its authority says.
-    source_crs, target_crs : pyproj.CRS
-        With heights where the points have them.
-    demand : Demand
-        What is asked of the operation.
-    grids : Path, optional
-        Folder with grids, beside PROJ's own.
+    ``points``, shape (n_points, 2) or (n_points, 3): easting, northing [, height] or
+    longitude, latitude [, height] in the units of the source, in this order whatever
+    its authority says. ``grids``: a folder with grids, beside PROJ's own.
 
-    Returns
-    -------
-    moved : ndarray, shape of ``points``
-        In the target system.
-    operation : Operation
-        That was used.
-    better : Operation or None
-        That would have been used if its grid were there.
-
-    Raises
-    ------
-    ProjectionError
-        No operation is good enough, or a point has no image in the target system.
+    Returns them in the target system, the Operation used, and the better one that would
+    have been used if its grid were there, or None. A ProjectionError where none meets
+    the ``demand``, or a point has no image in the target system.
     """
     points = np.asarray(points, dtype=float)
     bounds = _bounds(points, source_crs)
@@ -226,17 +167,7 @@ def _bounds(points, crs):
 def turn(points, source_crs, operation):
     """Angle by which axes turn on their way through an operation.
 
-    Parameters
-    ----------
-    points : ndarray, shape (n_points, 2) or (n_points, 3)
-        Before it.
-    source_crs : pyproj.CRS
-    operation : Operation
-
-    Returns
-    -------
-    ndarray, shape (n_points,)
-        From the source's east to the target's, counterclockwise [rad].
+    From the source's east to the target's, counterclockwise [rad], shape (n_points,).
     """
     step = np.zeros(points.shape[1])
     step[0] = STEP / source_crs.axis_info[0].unit_conversion_factor
@@ -251,16 +182,7 @@ def turn(points, source_crs, operation):
 def scale_range(easting, northing, crs):
     """Smallest and largest scale of a plane system in the middle of some points.
 
-    Parameters
-    ----------
-    easting, northing : ndarray, shape (n_points,)
-    crs : str or pyproj.CRS
-        In metres or feet.
-
-    Returns
-    -------
-    tuple of float or None
-        Length in the plane over length on the ellipsoid; None where that is not known.
+    Length in the plane over length on the ellipsoid; None where that is not known.
     """
     crs = read_source_crs(crs)
     if not crs.is_projected:
@@ -281,15 +203,8 @@ def area_of(crs):
 def extent_of(crs):
     """Area of use of a system, in its own coordinates, with a margin.
 
-    Parameters
-    ----------
-    crs : str or pyproj.CRS
-
-    Returns
-    -------
-    tuple of float or None
-        Smallest easting, smallest northing, largest easting, largest northing, in its
-        units; None where the system states no area of use.
+    Smallest easting, smallest northing, largest easting, largest northing, in its
+    units; None where the system states no area of use.
     """
     return _extent_of(read_source_crs(crs))
 

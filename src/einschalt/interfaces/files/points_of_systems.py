@@ -28,18 +28,9 @@ UNITS = {"degree": "degrees", "metre": "metres", "grad": "grads"}
 
 
 def schema_in(schema, crs):
-    """Schema of points that are given in a system of their own.
+    """Schema of points that are given in a system of their own, in its unit.
 
-    Parameters
-    ----------
-    schema : Schema
-        With easting and northing.
-    crs : pyproj.CRS
-
-    Returns
-    -------
-    Schema
-        With longitude and latitude where it is geographic, in its unit in any case.
+    With longitude and latitude where it is geographic.
     """
     unit = crs.axis_info[0].unit_name
     words = UNITS.get(unit, f"{unit} units")
@@ -52,19 +43,7 @@ def schema_in(schema, crs):
 
 
 def require_columns(frame, crs, source):
-    """Refuse degrees in columns that say metres.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        As read.
-    crs : pyproj.CRS
-    source : str
-
-    Raises
-    ------
-    TableError
-    """
+    """Refuse degrees in columns that say metres."""
     has = set(frame.columns)
     if crs.is_geographic and has & set(PLANE) and not has & set(GEOGRAPHIC):
         unit = UNITS.get(crs.axis_info[0].unit_name, "its unit")
@@ -86,15 +65,7 @@ def with_plane_names(frame):
 def standard_errors_of(checked, default):
     """TOTAL standard errors of points, in whichever columns they stand [m].
 
-    Parameters
-    ----------
-    checked : DataFrame
-    default : Series or float or None
-        Where they stand in none.
-
-    Returns
-    -------
-    Series or float or None
+    ``default`` where they stand in none.
     """
     if "standard_error_m" in checked:
         return checked["standard_error_m"]
@@ -104,18 +75,7 @@ def standard_errors_of(checked, default):
 
 
 def demand_of(settings, standard_errors):
-    """How accurate the operation must be.
-
-    Parameters
-    ----------
-    settings : Settings
-    standard_errors : Series or float or None
-        TOTAL, of the points [m].
-
-    Returns
-    -------
-    Demand
-    """
+    """How accurate the operation must be, for points of a TOTAL standard error [m]."""
     named = settings.crs_operation
     if settings.crs_accuracy_m is not None:
         said = settings.crs_accuracy_m, "as crs_accuracy_m says"
@@ -129,21 +89,9 @@ def demand_of(settings, standard_errors):
 
 
 def grid_folder(settings, folder):
-    """Folder of grids that the settings name, from the folder of the block.
+    """Folder of grids that the settings name, from that of the block, or None.
 
-    Parameters
-    ----------
-    settings : Settings
-    folder : Path
-
-    Returns
-    -------
-    Path or None
-
-    Raises
-    ------
-    SettingsError
-        There is no such folder.
+    A SettingsError where there is no such folder.
     """
     if not settings.grids:
         return None
@@ -161,46 +109,20 @@ def grid_folder(settings, folder):
 
 @dataclass(frozen=True, eq=False)
 class Brought:
-    """Points in the system of the block.
-
-    Attributes
-    ----------
-    frame : DataFrame
-    operation : Operation
-    note : str
-        What was done.
-    """
+    """Points in the system of the block."""
 
     frame: pd.DataFrame
     operation: Operation
-    note: str
+    note: str  # what was done
 
 
 def bring(frame, checked, systems, demand, *, grids=None, source=""):
     """Bring points into the system of the block.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        As read, in ``checked`` as understood, with plane names in both.
-    checked : DataFrame
-    systems : tuple of pyproj.CRS
-        Their own, and that of the block.
-    demand : Demand
-        Of the operation.
-    grids : Path, optional
-    source : str
-        File name.
-
-    Returns
-    -------
-    Brought
-
-    Raises
-    ------
-    EinschaltError
-        No operation is good enough; the points lie elsewhere; or nobody knows what
-        their heights are in the system of the block.
+    ``frame`` is as read and ``checked`` as understood, with plane names in both;
+    ``systems`` are their own and that of the block. An EinschaltError where no
+    operation meets the ``demand``, the points lie elsewhere, or nobody knows what their
+    heights are in the system of the block.
     """
     own, target, said = _in_as_many_axes(checked, *systems)
     names = [*PLANE, *(["height"] if len(own.axis_info) > len(PLANE) else [])]

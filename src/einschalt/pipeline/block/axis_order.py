@@ -26,17 +26,7 @@ def axis_problems(frame, crs, source):
 def own_axis_problems(frame, system, source):
     """The same for points in a system of their own.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        Longitude and latitude of a geographic system stand as easting and northing.
-    system : pyproj.CRS
-    source : str
-
-    Returns
-    -------
-    problems, notes : list
-        As :func:`axis_problems` gives them.
+    Longitude and latitude of a geographic one stand as easting and northing.
     """
     axes = ("longitude", "latitude") if system.is_geographic else PLANE
     east, north = (frame[name].to_numpy() for name in PLANE)

@@ -25,19 +25,8 @@ DEGREES_AROUND = 1.0  # beyond an area of use, for control along the border
 def place_problems(easting, northing, crs, source):
     """Say what is wrong with a system for the points that are given in it.
 
-    Parameters
-    ----------
-    easting, northing : ndarray, shape (n_points,)
-        In its units.
-    crs : pyproj.CRS
-        That is named for them.
-    source : str
-        File name.
-
-    Returns
-    -------
-    list of EinschaltError
-        At most one: most points lie outside the area of use, or lengths are distorted.
+    At most one problem: most points lie outside the area of use, or lengths are
+    distorted. ``source`` is the file.
     """
     extent = extent_of(crs)
     if extent is not None:
@@ -90,17 +79,7 @@ def _area(crs):
 def target_problems(points, source_crs, target_crs, source):
     """Say that points of another system lie outside the area of the block's.
 
-    Parameters
-    ----------
-    points : ndarray, shape (n_points, n_axes)
-        Easting, northing or longitude, latitude in their own system.
-    source_crs, target_crs : pyproj.CRS
-    source : str
-        File name.
-
-    Returns
-    -------
-    list of EinschaltError
+    ``points``, shape (n_points, n_axes), in their own system.
     """
     area = area_of(target_crs)
     if area is None or source_crs.is_engineering:

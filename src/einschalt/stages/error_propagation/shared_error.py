@@ -21,16 +21,8 @@ CONTROL, APPROXIMATE = "control_points", "approximate_points"
 def shared_error_of(block, method="two_step"):
     """TOTAL error that the points of a block share [m]; 0 where there is none.
 
-    Parameters
-    ----------
-    block : Block
-    method : {"two_step", "simultaneous"}
-        The latter hangs on control alone, the former without a high flight on the
-        approximate points.
-
-    Returns
-    -------
-    float
+    The simultaneous ``method`` hangs on control alone, the two steps without a high
+    flight on the approximate points.
     """
     hangs_on_control = block.high_flight is not None or method == "simultaneous"
     return block.shared_errors_m.get(CONTROL if hangs_on_control else APPROXIMATE, 0.0)
@@ -39,17 +31,7 @@ def shared_error_of(block, method="two_step"):
 def with_shared_error(errors, shared_m):
     """Propagated errors with the one that all points share among their sources.
 
-    Parameters
-    ----------
-    errors : PropagatedErrors or None
-    shared_m : float
-        TOTAL [m].
-
-    Returns
-    -------
-    PropagatedErrors or None
-        The same where nothing is shared, or nothing was propagated. Heights share
-        nothing.
+    ``errors`` may be None, and so is what is returned then. Heights share nothing.
     """
     if errors is None or shared_m == 0.0:
         return errors
@@ -66,19 +48,7 @@ def with_shared_error(errors, shared_m):
 
 
 def with_shared_columns(points, shared_m):
-    """Points with the shared error in the columns of their standard errors.
-
-    Parameters
-    ----------
-    points : DataFrame
-        With standard errors or without.
-    shared_m : float
-        TOTAL [m].
-
-    Returns
-    -------
-    DataFrame
-    """
+    """Add the shared error, TOTAL [m], to the columns of standard errors of points."""
     each = shared_m / SQRT2
     sizes = {
         "standard_error_easting": each,
