@@ -9,6 +9,7 @@ the points, and only among what is good enough. The network is never asked.
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import RLock
 
 import numpy as np
 import pyproj
@@ -22,21 +23,24 @@ CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
 MOST_CANDIDATES = 5
 SLACK = 0.01  # degrees: areas of use are rounded to hundredths
+PROJ = RLock()  # its folders and its network are those of the whole process
 
 
 @contextmanager
 def offline(grids=None):
     """Let PROJ ask no network, and look for grids in a folder as well."""
-    folders, asks = pyproj.datadir.get_data_dir(), pyproj.network.is_network_enabled()
-    pyproj.network.set_network_enabled(active=False)
-    try:
-        if grids is not None:
-            pyproj.datadir.append_data_dir(str(grids))
-        yield
-    finally:
-        if grids is not None:
-            pyproj.datadir.set_data_dir(folders)
-        pyproj.network.set_network_enabled(active=asks)
+    with PROJ:
+        folders = pyproj.datadir.get_data_dir()
+        asks = pyproj.network.is_network_enabled()
+        pyproj.network.set_network_enabled(active=False)
+        try:
+            if grids is not None:
+                pyproj.datadir.append_data_dir(str(grids))
+            yield
+        finally:
+            if grids is not None:
+                pyproj.datadir.set_data_dir(folders)
+            pyproj.network.set_network_enabled(active=asks)
 
 
 def system_label(crs):
@@ -98,20 +102,37 @@ def find_operations(source, target, bounds):
     whether its grids are installed or not; where none covers all points, those that
     cover some. "Ballpark" ones, which take the datums for the same, are none.
     """
-    with warnings.catch_warnings():  # what is not available is said by our own errors
-        warnings.simplefilter("ignore", UserWarning)
-        group = TransformerGroup(
-            source,
-            target,
-            always_xy=True,
-            area_of_interest=AreaOfInterest(*bounds),
-            allow_ballpark=False,
-        )
+    group = _group(source, target, area_of_interest=AreaOfInterest(*bounds))
     projections = _projection_names(source, target)
     found = [_operation(one, projections, one) for one in group.transformers]
     found += [_operation(o, projections, None) for o in group.unavailable_operations]
     found = [one for one in found if one.covers(bounds)] or found
     return sorted(found, key=lambda one: np.nan_to_num(one.accuracy_m, nan=np.inf))
+
+
+def installed_grids(source, target, grids=None) -> dict:
+    """Path of each grid that is there, by name, of all operations between two systems.
+
+    Wherever points lie; ``grids``: a folder with some, beside PROJ's own.
+    """
+    with offline(grids):
+        group = _group(source, target)
+        found = [*group.transformers, *group.unavailable_operations]
+        listed = [grid for one in found for grid in _grids_of(one)]
+    return {g.short_name: g.full_name for g in listed if g.available and g.full_name}
+
+
+def _group(source, target, **more):
+    with warnings.catch_warnings():  # what is not available is said by our own errors
+        warnings.simplefilter("ignore", UserWarning)
+        return TransformerGroup(
+            source, target, always_xy=True, allow_ballpark=False, **more
+        )
+
+
+def _grids_of(found):
+    of_steps = [grid for step in found.operations or () for grid in step.grids]
+    return of_steps or list(getattr(found, "grids", ()))
 
 
 def _projection_names(*systems):
@@ -133,9 +154,7 @@ def _operation(found, projections, transformer):
     ids = [s.to_json_dict().get("id") for s in steps if s.type_name != "Conversion"]
     codes = [f"EPSG:{i['code']}" for i in ids if i and "EPSG" in i["authority"]]
     # of an operation that can be used all grids are there
-    of_steps = [grid for step in steps for grid in step.grids]
-    grids = of_steps or list(getattr(found, "grids", ()))
-    listed = {grid.short_name: grid for grid in grids}.values()
+    listed = {grid.short_name: grid for grid in _grids_of(found)}.values()
     area = found.area_of_use
     stated = found.accuracy
     return Operation(

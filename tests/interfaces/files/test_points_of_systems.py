@@ -1,44 +1,21 @@
 """Control in every system that surveyors have, brought into that of the block."""
 
+from hashlib import sha256
+
 import numpy as np
 import pandas as pd
 import pyproj
 import pytest
+from tests.moved_block import CONTROL, PLANE, moved_block
 from tests.ntv2_grids import write_ntv2
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.files import block_folder
 from einschalt.interfaces.files.block_folder import find_problems, read_block
 from einschalt.interfaces.files.block_writing import write_block
+from einschalt.interfaces.files.points_of_systems import bring
 
-CONTROL = "control_points.csv"
 SALZBURG, LUCERNE, NEW_YORK = (13.5, 47.3), (8.0, 47.0), (-73.0, 40.7)
-PLANE = ["easting", "northing"]
-
-
-def moved_block(block, crs, place, of_points=None, *, settings="", height=None):
-    """The small block at another place and in another system, and its control there.
-
-    The coordinates of the control points are written in a system of their own.
-    """
-    to_crs = pyproj.Transformer.from_crs("OGC:CRS84", crs, always_xy=True)
-    frame = pd.read_csv(block.path / CONTROL, dtype={"point_id": str})
-    frame[PLANE] += np.array(to_crs.transform(*place)) - frame[PLANE].mean()
-    if height is not None:
-        frame["height"] = height
-    given = frame.copy()
-    if of_points is not None:
-        own = pyproj.CRS(of_points)
-        names = [*PLANE, *(["height"] if len(own.axis_info) == 3 else [])]
-        way = pyproj.Transformer.from_crs(crs, own, always_xy=True)
-        given[names] = np.column_stack(way.transform(*frame[names].to_numpy().T))
-        if own.is_geographic:
-            columns = dict(zip(PLANE, ("longitude", "latitude"), strict=True))
-            given = given.rename(columns=columns)
-        block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "{of_points}"')
-    given.to_csv(block.path / CONTROL, index=False)
-    text = block.read("block.toml").replace('crs = "EPSG:31255"', f'crs = "{crs}"', 1)
-    block.write("block.toml", f"{text}\n[settings]\n{settings}\n")
-    return frame
 
 
 @pytest.mark.parametrize(
@@ -124,6 +101,25 @@ def test_a_grid_in_the_folder_is_used_and_named(small_block):
     (note,) = block.notes
     assert note.endswith(f"by CH1903 to ETRS89 (2) (0.25 m) with {grid}")
     assert block.shared_errors_m == {"control_points": 0.25}
+    assert grids / grid in block.files
+    assert block.checksums[grid] == sha256((grids / grid).read_bytes()).hexdigest()
+
+
+def test_a_grid_that_changes_while_it_is_used_is_said(small_block, monkeypatch):
+    settings = 'grids = "grids"\ncrs_accuracy_m = 0.25'
+    moved_block(small_block, "EPSG:25832", LUCERNE, "EPSG:21781", settings=settings)
+    grid = small_block.path / "grids" / "ch_swisstopo_CHENyx06_ETRS.tif"
+    grid.parent.mkdir()
+    write_ntv2(grid, -1.5, -3.5)
+
+    def written_meanwhile(*args, **options):
+        write_ntv2(grid, -1.5, -3.6)
+        return bring(*args, **options)
+
+    monkeypatch.setattr(block_folder, "bring", written_meanwhile)
+    (problem,) = find_problems(small_block.path).problems
+    assert problem.found == "the file changed while it was read"
+    assert problem.file == grid.name
 
 
 def test_degrees_in_columns_that_say_metres_are_refused(small_block):

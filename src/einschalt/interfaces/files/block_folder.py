@@ -32,11 +32,11 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
+from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import is_there, read_once, require_file
 from einschalt.interfaces.files.points_of_systems import (
     bring,
     demand_of,
-    grid_folder,
     require_columns,
     schema_in,
     standard_errors_of,
@@ -203,10 +203,14 @@ class _Reading:
 
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
-        file = read_once(self._path(source, section, key), source)
+        file = self._signed(self._path(source, section, key), source)
+        return _understood(file, read, source)
+
+    def _signed(self, path, source):
+        file = read_once(path, source)
         self.checksums[source] = file.checksum()
         self.files.append(file.path.absolute())
-        return _understood(file, read, source)
+        return file
 
     def _said(self, section, key, read):
         """What a function reads; None, and said, where that fails."""
@@ -291,18 +295,28 @@ class _Reading:
         source, settings = self.sources[name], self.toml.settings
         error = frame.get("standard_error_m", self._m_0_of(name))
         error = standard_errors_of(checked, error)
-        how = demand_of(settings, error), grid_folder(settings, self.folder)
+        demand, grids = demand_of(settings, error), grid_folder(settings, self.folder)
         systems = own, read_crs(self.crs)
+        files = self._grids(grids_between(*systems, grids))
         try:
-            done = bring(frame, checked, systems, how[0], grids=how[1], source=source)
+            done = bring(frame, checked, systems, demand, grids=grids, source=source)
         except EinschaltError as error:
             raise error.with_facts(file=source) from error
+        finally:
+            for file in files:
+                file.require_unchanged()
         self.notes.append(done.note)
         before = self.shared_errors_m.get(name, 0.0)
         shared = float(np.hypot(before, done.operation.accuracy_m))
         if shared > 0.0:
             self.shared_errors_m[name] = shared
         return done.frame
+
+    def _grids(self, paths):
+        """Files of grids, which are signed for as the tables are."""
+        names = {table: table.partition(".")[2] for table in paths}
+        self.sources |= names
+        return [self._signed(path, names[table]) for table, path in paths.items()]
 
     def _m_0_of(self, name):
         return getattr(self.toml.sections[name], "m_0_m", None)

@@ -16,7 +16,7 @@ from einschalt.foundations.coordinate_operations import (
     offline,
     system_label,
 )
-from einschalt.foundations.errors import ProjectionError, SettingsError, TableError
+from einschalt.foundations.errors import ProjectionError, TableError
 from einschalt.foundations.projections import METRE, reproject, turn
 from einschalt.pipeline.block.places import target_problems
 
@@ -86,25 +86,6 @@ def demand_of(settings, standard_errors):
     size = float(np.median(np.asarray(standard_errors, dtype=float)))
     reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
     return Demand(SHARE_OF_ERROR * size, reason, named)
-
-
-def grid_folder(settings, folder):
-    """Folder of grids that the settings name, from that of the block, or None.
-
-    A SettingsError where there is no such folder.
-    """
-    if not settings.grids:
-        return None
-    path = folder / settings.grids
-    if not path.is_dir():
-        raise SettingsError(
-            f"[settings] grids = {settings.grids!r} is no folder",
-            expected="a folder with grids of PROJ, such as .tif or .gsb",
-            remedy="Correct the path",
-            section="settings",
-            key="grids",
-        )
-    return path
 
 
 @dataclass(frozen=True, eq=False)
