@@ -67,8 +67,9 @@ class Settings(BaseModel):
         How often the low flight is transformed at most: again onto the coordinates
         that it gave, with control points held, until nothing moves by 1 mm.
     model_deformation : {"modelled", "tested", "ignored"}
-        With ``method = "simultaneous"``: whether deformations that all models of a
-        flight share are modelled where a test finds them, only tested, or neither.
+        Whether deformations of models are modelled where a test finds them, only
+        tested, or neither: those that each model has for itself, and with
+        ``method = "simultaneous"`` those that all models of a flight share.
     variance_components : {"given", "estimated"}
         With ``method = "simultaneous"``: whether control and flights have the errors
         that were given, or those that their residuals show.
@@ -144,8 +145,9 @@ class Settings(BaseModel):
     )
     model_deformation: Literal["modelled", "tested", "ignored"] = Field(
         "modelled",
-        description="With method simultaneous: deformations that all models of a "
-        "flight share are modelled where a test finds them, only tested, or neither.",
+        description="Deformations of models are modelled where a test finds them, only "
+        "tested, or neither: those that each model has for itself, and with method "
+        "simultaneous those that all models of a flight share.",
     )
     variance_components: Literal["given", "estimated"] = Field(
         "given",

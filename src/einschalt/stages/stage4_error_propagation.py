@@ -73,7 +73,7 @@ def _not_rigorous(obstacle, remedy):
     )
 
 
-def model_of_known_errors(block, flights, high, low):
+def model_of_known_errors(block, flights, high, low, bent=None):
     """Model of a block's errors, where all their sizes are known.
 
     Of the values of the low flight; None otherwise. ``flights`` are the orientations of
@@ -84,7 +84,7 @@ def model_of_known_errors(block, flights, high, low):
         return None
     points = {name: oriented.model_points for name, oriented in flights.items()}
     errors = {name: oriented.errors for name, oriented in flights.items()}
-    model = model_of_block(block, points, high, low, errors)
+    model = model_of_block(block, points, high, low, errors, bent)
     fits = {LOW: low, **({} if high is None else {HIGH: high.transformation})}
     return _with_all_sizes(block, model, points, fits)
 

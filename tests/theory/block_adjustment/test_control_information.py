@@ -1,5 +1,7 @@
 """The adjustment of everything against dense least squares of the same equations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,11 +29,13 @@ def flight(seed, n_models, kind):
     }[kind]
     value = 1e3 * point + rng.normal(0.0, 0.05, (len(point), 2)) @ np.array([1.0, 1j])
     weight = rng.uniform(0.5, 2.0, len(point)) * 400.0
-    return ModelValues(design, model, point, value, weight)
+    return ModelValues(design, model, point, value, weight, np.zeros((len(point), 0)))
 
 
 def dense(flights, control):
     """Scores and information from one large system, models first, then points."""
+    n_bent = flights[0].bent.shape[1]
+    flights = [replace(f, design=np.hstack([f.design, f.bent])) for f in flights]
     n_each = [f.design.shape[1] * (1 + f.model.max()) for f in flights]
     n_parameters = sum(n_each)
     rows, right, weight = [], [], []
@@ -47,6 +51,12 @@ def dense(flights, control):
             rows.append(row)
             right.append(-v)
             weight.append(w)
+        # what bends a model is observed as 0, with variance 1
+        for column in range(before, before + n):
+            if (column - before) % k >= k - n_bent:
+                rows.append(np.eye(n_parameters + N_POINTS, dtype=complex)[column])
+                right.append(0.0)
+                weight.append(1.0)
         before += n
     for p, v, w in zip(control.point, control.value, control.weight, strict=True):
         row = np.zeros(n_parameters + N_POINTS, dtype=complex)
@@ -74,6 +84,25 @@ def test_scores_and_information_are_those_of_the_dense_system(kinds):
     rng = np.random.default_rng(3)
     value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
     control = ControlValues(CONTROL, value, rng.uniform(0.5, 2.0, 5) * 800.0)
+    check(flights, control)
+
+
+def test_models_that_are_bent_tell_less_of_control():
+    """Against the same columns with weighted zeros beside them."""
+    flights = [flight(1, 4, "helmert"), flight(2, 7, "helmert")]
+    rng = np.random.default_rng(5)
+    bends = 0.2 * rng.standard_normal((len(flights[1].point), 2)) + 0j
+    straight = np.zeros((len(flights[0].point), 2), dtype=complex)
+    flights = [
+        replace(part, bent=bent)
+        for part, bent in zip(flights, (straight, bends), strict=True)
+    ]
+    value = 1e3 * CONTROL + rng.normal(0.0, 0.05, (5, 2)) @ np.array([1.0, 1j])
+    control = ControlValues(CONTROL, value, np.full(5, 600.0))
+    check(flights, control)
+
+
+def check(flights, control):
     scores, information = control_information(flights, control)
     expected_scores, expected = dense(flights, control)
     scale = np.abs(expected).max()

@@ -11,6 +11,7 @@ s the models that a front eliminates and b its boundary, whose Z_bb the parent k
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,6 +50,17 @@ class Factor:
     def n_unknowns(self):
         """Unknowns of each model."""
         return self.is_held.shape[1]
+
+    @cached_property
+    def log_determinant(self):
+        """Logarithm of the determinant, without what is held."""
+        fronts = self.fronts
+        own = np.diff(fronts.start) * self.n_unknowns
+        size = own + np.diff(fronts.boundary_start) * self.n_unknowns
+        first = np.repeat(self.storage.panel_start[:-1], own)
+        within = np.arange(own.sum()) - np.repeat(np.cumsum(own) - own, own)
+        diagonal = self.panels[first + within * np.repeat(size + 1, own)].real
+        return 2.0 * float(np.log(diagonal[diagonal < HELD]).sum())
 
     def solve(self, right_sides):
         """Solve for several right sides, (n_models, n_unknowns, n_right).

@@ -13,6 +13,7 @@ COLOURS = {
     "high_flight": "#c9772b",
     "low_flight": "#2f8f7a",
     "orientation": "#8a5a9e",
+    "own_deformation": "#a8963a",
 }
 OTHER = EDGE
 N_CLASSES = 10

@@ -60,7 +60,7 @@ RELIABILITY_COLUMNS = [
 SOLVED = (*(f.name for f in fields(Solution)), "approximations", "coverages")
 SOLVED_IN_TWO_STEPS = (
     *("errors", "propagation", "high", "low", "means", "model_points"),
-    *("iteration", "screening"),
+    *("own_deformation", "iteration", "screening"),
 )
 
 
@@ -123,6 +123,7 @@ class TwoStepExamination(Examination):
         model = model_of_block(
             *(found.block, found.model_points, found.high, first.low),
             found.orientation_errors,
+            found.own_deformation,
         ).with_means(first.means)
         return propagate_model(model, first.means)
 

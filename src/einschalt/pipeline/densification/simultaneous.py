@@ -10,13 +10,14 @@ from einschalt.foundations.arguments import (
     require_choice,
     require_kind,
 )
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.block.block import Block
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous.adjustment import (
     DEFORMATIONS,
     AdjustmentOptions,
+    determined_part,
     simultaneous_adjustment,
 )
 from einschalt.stages.simultaneous.observations import (
@@ -25,6 +26,7 @@ from einschalt.stages.simultaneous.observations import (
     MeasuredFlight,
     code_block,
 )
+from einschalt.stages.simultaneous.own_deformation import estimate_for, is_detected
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
@@ -52,6 +54,9 @@ WHICH = {
     "high": ("high_flight",),
     "low": ("low_flight",),
 }
+# a similarity without scale is bent as one with it
+ADJUSTED_AS = {"rigid": "helmert"}
+MODELLED = "modelled"
 
 
 def adjust_block(
@@ -329,3 +334,30 @@ def _in_space(name, points, centres, error):
     both[CENTRE] = np.arange(len(both)) >= len(points)
     of_centres = np.full((len(centres), 3), CENTRE_OVER_POINT * np.median(error))
     return both, np.concatenate([errors, of_centres])
+
+
+def own_deformation_of(block, settings, flights, approximations):
+    """Estimate how much models are bent for themselves, where that shows.
+
+    All models are adjusted at once for it, or some of them in a large block. Returns
+    an OwnDeformation, its flights numbered as in ``flights``; None where nothing shows,
+    or nothing tells. ``approximations`` are the points as they are known by then.
+    """
+    control = block.control_points
+    if settings.model_deformation != MODELLED or control is None:
+        return None
+    kinds = {name: block.flights[name].transformation for name in flights}
+    kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
+    if "helmert_3d" in kinds.values() and len(set(kinds.values())) > 1:
+        return None
+    try:
+        tables = block_tables(block, flights, kinds)
+        part, _ = determined_part(tables)
+    except GeometryError:  # what control cannot hold in one adjustment
+        return None
+    names = tables.point_id[part.points]
+    axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]
+    known = approximations.set_index("point_id").reindex(columns=axes)
+    places = known.reindex(names).to_numpy(dtype=float)
+    own = estimate_for(part.observations, places)
+    return own if is_detected(own) else None

@@ -35,6 +35,7 @@ from einschalt.pipeline.densification.result_tables import (
     with_roles,
     with_standard_errors,
 )
+from einschalt.pipeline.densification.simultaneous import own_deformation_of
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
@@ -59,6 +60,7 @@ from einschalt.stages.stage4_error_propagation import (
 )
 from einschalt.stages.stage5_double_coverage import CoverageMean
 from einschalt.stages.value_weights import RIGOROUS
+from einschalt.theory.block_adjustment.own_deformation import OwnDeformation
 
 PLANE_POINT = ["point_id", "easting", "northing"]
 VALUE_COLUMNS = ["coverage", "model_id", *PLANE_POINT]
@@ -94,6 +96,8 @@ class TwoStepSolution(Solution):
         Operators behind ``errors``.
     iteration : Iteration or None
         Every pass of the low flight; None where it was made only once.
+    own_deformation : OwnDeformation or None
+        What each model is bent by for itself; None where nothing shows.
     """
 
     single_values: pd.DataFrame
@@ -106,6 +110,7 @@ class TwoStepSolution(Solution):
     errors: PropagatedErrors | None
     propagation: ErrorModel | None
     iteration: Iteration | None
+    own_deformation: OwnDeformation | None
 
     is_possible = True
 
@@ -190,7 +195,8 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
     high = _high_flight(block, flights, settings, gross.rows)
     approximations = block.approximate_points if high is None else high.points
     report_progress(Stage.MODEL_TRANSFORMATION)
-    low_flight = _LowFlight(block, flights, high, settings, gross.rows[LOW])
+    own = own_deformation_of(block, settings, flights, approximations)
+    low_flight = _LowFlight(block, flights, high, own, settings, gross.rows[LOW])
     model, first = low_flight.first(approximations)
     fit_onto = partial(low_flight.again, model=model)
     iteration = iterate(block, first, fit_onto, settings.iterations)
@@ -215,6 +221,7 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
         errors=errors,
         propagation=model,
         iteration=iteration,
+        own_deformation=own,
         **_of_last_fit(last),
         **_tables(flights, high, last, points, shared_error_of(block)),
     )
@@ -244,8 +251,8 @@ def _tables(flights, high, last, points, shared_error):
 class _LowFlight:
     """The low flight, to be transformed onto given coordinates, once or again."""
 
-    def __init__(self, block, flights, high, settings, is_gross):
-        self.block, self.flights, self.high = block, flights, high
+    def __init__(self, block, flights, high, own, settings, is_gross):
+        self.block, self.flights, self.high, self.own = block, flights, high, own
         self.settings, self.is_gross = settings, is_gross
         self.points = flights[LOW].model_points
         self.precision = residual_test_weights(block, flights, high)
@@ -253,7 +260,8 @@ class _LowFlight:
     def first(self, ground):
         """Onto approximate coordinates: the model of its errors, and the fit."""
         low = self._transformed(ground)
-        model = model_of_known_errors(self.block, self.flights, self.high, low)
+        flown = self.block, self.flights, self.high, low
+        model = model_of_known_errors(*flown, self.own)
         return model, self._averaged(low, model)
 
     def again(self, ground, model):

@@ -34,6 +34,7 @@ def sections(assessment) -> dict[str, Section]:
         "known_points": known_points.section(told.known_points),
         "tolerance": tolerance.section(told.tolerance, told.credible),
         "deformation": model_deformation.section(told.deformation),
+        "own_deformation": model_deformation.own_section(told.deformation),
         "control_strain": control_strain.section(told.control_strain),
         "distribution": moves.distribution(told.distribution),
         "flights": flights.section(told.flights, told.approximations),

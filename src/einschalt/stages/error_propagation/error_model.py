@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from einschalt.stages.error_propagation.measurement_errors import (
-    ORIENTATION,
     measurement_errors,
 )
 from einschalt.stages.error_propagation.operators import (
@@ -160,16 +159,18 @@ class DrawnBlock:
     low: np.ndarray  # of the values of the low flight
 
 
-def model_of_both_flights(block, points, high, low, oriented=None) -> ErrorModel:
+def model_of_both_flights(
+    block, points, high, low, oriented=None, bent=None
+) -> ErrorModel:
     """Errors of control and of both flights, of the sizes that were given.
 
     ``points`` are the model points of each flight as they were transformed,
     ``oriented`` the errors of each orientation (none where left out). Sources:
     ``control``, ``high_flight``, ``low_flight`` and, where flights were oriented,
-    ``orientation``.
+    ``orientation``; where models are bent each in its own way, ``own_deformation``.
     """
     fits = {HIGH: high.transformation, LOW: low}
-    own = measurement_errors(block, fits, oriented or {})
+    own = measurement_errors(block, points, fits, oriented or {}, bent)
     of_high = _high_flight(block, points[HIGH], high, own)
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
@@ -177,7 +178,7 @@ def model_of_both_flights(block, points, high, low, oriented=None) -> ErrorModel
         **_of_last_flight(low, points[LOW], own, sources),
         ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
-        standard_errors=_with_orientations(given_errors(block, points, own.axes), own),
+        standard_errors=_with_unit_sources(given_errors(block, points, own.axes), own),
         is_assumed=not own.is_complete,
     )
 
@@ -199,7 +200,8 @@ def model_of_high_flight(block, points, transformation, oriented=None) -> ErrorM
     With the high flight in the place of the low one, and control for what it was fitted
     onto. Its orientations are without errors where ``oriented`` is left out.
     """
-    own = measurement_errors(block, {HIGH: transformation}, {HIGH: oriented})
+    flight = {HIGH: points}, {HIGH: transformation}, {HIGH: oriented}
+    own = measurement_errors(block, *flight)
     sources = _fitted_control(block)
     sizes = given_errors(block, {HIGH: points}, own.axes)
     is_oriented = block.high_flight.is_oriented_numerically
@@ -207,7 +209,7 @@ def model_of_high_flight(block, points, transformation, oriented=None) -> ErrorM
         **_of_last_flight(transformation, points, own, sources, HIGH),
         ground={CONTROL: unchanged(own.axes)},
         high=None,
-        standard_errors=_with_orientations(sizes, own),
+        standard_errors=_with_unit_sources(sizes, own),
         is_assumed=is_oriented and oriented is None,
     )
 
@@ -227,11 +229,9 @@ def _high_flight(block, points, high, own):
     return HighFlight(operator, mean, sources.places, own.chains[HIGH])
 
 
-def _with_orientations(sizes, own):
-    """Sizes of the errors of all sources, those of orientations among them."""
-    if not own.n_orientation:
-        return sizes
-    return {**sizes, ORIENTATION: np.ones(own.n_orientation)}
+def _with_unit_sources(sizes, own):
+    """Sizes of the errors of all sources, those among them that have variance 1."""
+    return {**sizes, **{name: np.ones(n) for name, n in own.n_unit.items()}}
 
 
 def given_errors(block, points, axes=Axes.PLANE):
@@ -279,8 +279,6 @@ def approximations_are_control(block) -> bool:
     """Whether all approximate coordinates are the given ones of control points.
 
     Then their errors are those of control: independent, and of known size.
-
-    Then their errors are those of control: independent, and of known size.
     """
     known, control = block.approximate_points, block.control_points
     if known is None or control is None:
@@ -305,29 +303,33 @@ def assumed_model(result) -> ErrorModel | None:
         if not is_plane or "standard_error_m" not in block.control_points:
             return None
     return model_of_block(
-        block, result.model_points, result.high, result.low, result.orientation_errors
+        *(block, result.model_points, result.high, result.low),
+        *(result.orientation_errors, result.own_deformation),
     ).with_means(result.means)
 
 
-def model_of_block(block, points, high, low, oriented) -> ErrorModel:
+def model_of_block(block, points, high, low, oriented, bent=None) -> ErrorModel:
     """Errors of everything that a block was made of.
 
     As :func:`model_of_both_flights`; ``high`` is None where approximate coordinates
     were given.
     """
     if high is None:
-        return model_of_given_approximations(block, points[LOW], low, oriented)
-    return model_of_both_flights(block, points, high, low, oriented)
+        return model_of_given_approximations(block, points[LOW], low, oriented, bent)
+    return model_of_both_flights(block, points, high, low, oriented, bent)
 
 
-def model_of_given_approximations(block, low_points, low, oriented=None) -> ErrorModel:
+def model_of_given_approximations(
+    block, low_points, low, oriented=None, bent=None
+) -> ErrorModel:
     """Errors of the low flight and of approximate points that share nothing.
 
     Sources: ``approximate_points`` and ``low_flight``. Where no error of the former was
     stated, it is what m_0 leaves beside m_g. Where they are control points, these are
     the source.
     """
-    own = measurement_errors(block, {LOW: low}, oriented or {})
+    flight = {LOW: low_points}, {LOW: low}, oriented or {}
+    own = measurement_errors(block, *flight, bent)
     known = block.approximate_points
     sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
     names = known["point_id"]
@@ -347,7 +349,7 @@ def model_of_given_approximations(block, low_points, low, oriented=None) -> Erro
         **_of_last_flight(low, low_points, own, sources),
         ground={source: selection(rows, n_sources, own.axes)},
         high=None,
-        standard_errors=_with_orientations({source: size, LOW: measured}, own),
+        standard_errors=_with_unit_sources({source: size, LOW: measured}, own),
         is_assumed=not (is_control and own.is_complete),
     )
 

@@ -12,6 +12,9 @@ from scipy import sparse
 
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.stages.error_propagation.orientation_errors import orientation_chains
+from einschalt.stages.error_propagation.own_deformation_errors import (
+    bending_chains,
+)
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator, unchanged
@@ -20,6 +23,7 @@ from einschalt.theory.relative_orientation.model_precision import N_CHANGES
 from einschalt.theory.transformation.sensitivity import CONFORMAL
 
 ORIENTATION = "orientation"
+OWN_DEFORMATION = "own_deformation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,15 +33,17 @@ class MeasurementErrors:
     # of each flight: its measuring errors on the ground [m] from each source
     chains: dict[str, dict[str, PointOperator]]
     axes: Axes  # of the operators
-    n_orientation: int  # sources in ``orientation``, of variance 1
+    # number of sources of variance 1 in ``orientation`` and ``own_deformation``
+    n_unit: dict[str, int]
     is_complete: bool  # whether the errors of all orientations are known
 
 
-def measurement_errors(block, fits, oriented) -> MeasurementErrors:
+def measurement_errors(block, points, fits, oriented, bent=None) -> MeasurementErrors:
     """Find what stands behind the errors of measuring of each flight.
 
-    ``fits`` and ``oriented`` are by flight; an orientation that is left out has no
-    errors.
+    ``points``, ``fits`` and ``oriented`` are by flight; an orientation that is left out
+    has no errors. ``bent`` is the OwnDeformation of the flights in their order, if it
+    is known.
     """
     kinds = {fit.kind for fit in fits.values()}
     images = {n: e for n, e in oriented.items() if isinstance(e, ImageErrors)}
@@ -53,12 +59,19 @@ def measurement_errors(block, fits, oriented) -> MeasurementErrors:
     for name, errors in images.items():
         scale_number = block.flights[name].scale_number
         chains[name] = {name: image_chain(errors, fits[name], scale_number)}
-    n_orientation = next(iter(turned.values())).n_sources if turned else 0
+    bending = bending_chains(bent, points, fits, axes)
+    for name, chain in bending.items():
+        chains[name][OWN_DEFORMATION] = chain
+    n_unit = {
+        source: next(iter(found.values())).n_sources
+        for source, found in ((ORIENTATION, turned), (OWN_DEFORMATION, bending))
+        if found
+    }
     is_complete = not any(
         flight.is_oriented_numerically and name not in {*turned, *images}
         for name, flight in block.flights.items()
     )
-    return MeasurementErrors(chains, axes, n_orientation, is_complete)
+    return MeasurementErrors(chains, axes, n_unit, is_complete)
 
 
 def image_chain(errors, fit, scale_number) -> PointOperator:

@@ -13,6 +13,11 @@ from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.stages.simultaneous.height_columns import centre_table
 from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import clean_part
+from einschalt.stages.simultaneous.own_deformation import (
+    bent_part,
+    find_own_deformation,
+    is_detected,
+)
 from einschalt.stages.simultaneous.tables import (
     common_table,
     control_table,
@@ -109,7 +114,9 @@ class BlockAdjustment(ModelResult):
         flight, n_terms, f_statistic, p_value, is_detected, is_modelled, size,
         size_middle, size_edge (of the displacement, RMS, total) [m],
         neighbour_correlation, is_alike (residuals of neighbouring points in a model,
-        after what was modelled); no rows where this was ignored.
+        after what was modelled), own_size_edge (of the deformations that each model has
+        for itself, RMS, total) [m], own_p_value (of all flights together),
+        own_is_modelled; no rows where this was ignored.
     failures : DataFrame
         flight, coverage, model_id, stage, reason, remedy.
     s_0 : float
@@ -234,7 +241,7 @@ def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
 
 
 def _adjust_tables(tables, options):
-    part, verdicts = _determined_part(tables)
+    part, verdicts = determined_part(tables)
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
         cause = determinacy.why_loose(part.observations, loose)
@@ -246,10 +253,16 @@ def _adjust_tables(tables, options):
         solution = adjust_spatially(part.observations, solution.placement)
     tests, solution = _examined(solution, options)
     weighed, cleaned = clean_part(tables, part, solution, options)
+    # its sizes stand beside those of the random errors, which must be known before
+    own = find_own_deformation(tables, weighed, solution, options.deformation)
+    if options.deformation == "modelled" and is_detected(own):
+        part = bent_part(tables, part, weighed, own)
+        solution = solution.readjusted(part.observations)
+        weighed, cleaned = clean_part(tables, part, solution, options)
     control = examine_control(cleaned.solution, options.significance)
     if options.outliers != "keep":
         cleaned = replace(cleaned, solution=control.without)
-    deformations = deformation_table(tables, cleaned.solution, tests, options)
+    deformations = deformation_table(tables, cleaned.solution, (tests, own), options)
     return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
 
 
@@ -285,7 +298,8 @@ def _examined(solution, options):
     return [tests[k] for k in sorted(tests)], found if is_modelled else solution
 
 
-def _determined_part(tables):
+def determined_part(tables):
+    """Part of a block that can be determined, and the verdicts on all its models."""
     observations = tables.observations
     if tables.is_spatial:
         every = np.ones(observations.n_models, dtype=bool)

@@ -9,6 +9,7 @@ from einschalt.stages.simultaneous.height_columns import (
     with_heights_of_points,
     with_heights_of_residuals,
 )
+from einschalt.stages.simultaneous.own_deformation import own_columns
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import (
@@ -25,6 +26,7 @@ LEAST_REDUNDANCY = 1e-6
 DEFORMATION_COLUMNS = [
     *("flight", "n_terms", "f_statistic", "p_value", "is_detected", "is_modelled"),
     *("size", "size_middle", "size_edge", "neighbour_correlation", "is_alike"),
+    *("own_size_edge", "own_size_edge_height", "own_p_value", "own_is_modelled"),
 ]
 COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
@@ -258,11 +260,13 @@ def common_table(tables, solution) -> pd.DataFrame:
     )
 
 
-def deformation_table(tables, solution, tests, options) -> pd.DataFrame:
-    """Deformations that the models of each flight share, and what is left of them.
+def deformation_table(tables, solution, found, options) -> pd.DataFrame:
+    """Deformations that the models of each flight share, and those that each has.
 
-    ``solution`` is that after what was modelled.
+    ``found`` are the tests of the former and an OwnDeformation or None, ``solution`` is
+    that after what was modelled.
     """
+    tests, own = found
     rows = []
     for test in tests:
         autocorrelation = neighbour_autocorrelation(solution, test.terms.flight)
@@ -279,6 +283,16 @@ def deformation_table(tables, solution, tests, options) -> pd.DataFrame:
                 "size_edge": test.size_edge,
                 "neighbour_correlation": autocorrelation.correlation,
                 "is_alike": autocorrelation.is_large,
+                **own_columns(own, test.terms.flight, solution.observations),
             }
         )
+    if not tests and own is not None:  # spatial models
+        rows = [
+            {
+                "flight": tables.flights[k],
+                **dict.fromkeys(("is_detected", "is_modelled", "is_alike"), False),
+                **own_columns(own, k, solution.observations),
+            }
+            for k in np.unique(own.flight)
+        ]
     return pd.DataFrame(rows, columns=DEFORMATION_COLUMNS)

@@ -92,6 +92,10 @@ def _scaled(observations, groups, step):
     error = observations.standard_error
     # plane models have one standard error for both coordinates
     code = groups.code if error.ndim > 1 else groups.code[:, 0]
+    bent = observations.bent
+    if bent is not None:  # estimated as a share of the measuring errors
+        by_axis = step[:-1][groups.code]
+        bent = bent * (by_axis[:, :1] if bent.ndim == 2 else by_axis[:, :, None])
     return replace(
         observations,
         standard_error=error * step[:-1][code],

@@ -25,3 +25,8 @@ CLAIM_SIGNIFICANCE = 0.01
 """Of a block whose errors are as the stated precision has them: that it is rejected.
 
 Held for all tests of the stated precision together."""
+
+OWN_DEFORMATION_SIGNIFICANCE = 0.01
+"""Of a block whose models have no deformations of their own: that some are found.
+
+What is found enlarges standard errors by what it is: a false alarm costs little."""

@@ -69,11 +69,12 @@ class Channels:
     The ``way`` is "complex", one complex coordinate; "shared", one real system with two
     right sides; or "coupled", two rows for each point: where control couples easting
     and northing, models are of both kinds, or have errors that all their points share
-    (``n_shared`` further unknowns).
+    (``n_shared`` further unknowns). ``n_bent`` terms of a deformation that each model
+    has for itself have complex coefficients, or one for each axis.
     """
 
-    def __init__(self, is_affine, *, is_coupled, n_shared=0):
-        self.is_affine, self.n_shared = is_affine, n_shared
+    def __init__(self, is_affine, *, is_coupled, n_shared=0, n_bent=0):
+        self.is_affine, self.n_shared, self.n_bent = is_affine, n_shared, n_bent
         is_mixed = is_affine.any() and not is_affine.all()
         pure = "shared" if is_affine.all() else "complex"
         self.way = "coupled" if is_coupled or is_mixed or n_shared else pure
@@ -81,39 +82,55 @@ class Channels:
     @property
     def n_unknowns(self):
         """Real unknowns of a model."""
-        return (4 if self.way == "complex" else 6) + self.n_shared
+        return self.n_parameters + self.n_shared + 2 * self.n_bent
+
+    @property
+    def n_parameters(self):
+        """Those that the transformation has; the others come after them."""
+        return 4 if self.way == "complex" else 6
 
     @property
     def prior(self):
         """Weight with which each solved unknown is 0 before it is observed."""
         weight = np.zeros(self.is_empty.shape[1])
-        weight[len(weight) - self.n_shared :] = 1.0
+        n_known = {"complex": 2, "shared": 3, "coupled": 6}[self.way]
+        weight[n_known:] = 1.0
         return weight
 
-    def design(self, xy, model, shared=None):
+    def design(self, xy, model, shared=None, bent=None):
         """Coefficients of the unknowns of each observation, (n_rows, d, n_unknowns).
 
         ``xy`` is reduced; ``shared`` (n_rows, 2, n_shared) is what the errors of
-        variance 1 that a model shares do on the ground [m].
+        variance 1 that a model shares do on the ground [m], ``bent`` (n_rows, n_bent)
+        what a deformation of its own with coefficients of variance 1 does.
         """
         one = np.ones(len(xy))
+        if bent is None:
+            bent = np.zeros((len(xy), 0))
         if self.way == "complex":
-            return np.stack([one + 0j, xy[:, 0] + 1j * xy[:, 1]], -1)[:, None]
+            own = np.stack([one + 0j, xy[:, 0] + 1j * xy[:, 1]], -1)
+            return np.hstack([own, bent])[:, None]
         if self.way == "shared":
-            return np.stack([one, xy[:, 0], xy[:, 1]], -1)[:, None]
+            own = np.stack([one, xy[:, 0], xy[:, 1]], -1)
+            return np.hstack([own, bent.real])[:, None]
         x, y, nil = xy[:, 0], xy[:, 1], np.zeros(len(xy))
         turned = np.where(self.is_affine[model], 0.0, y)
         own = y - turned
         east = np.stack([one, nil, x, -turned, own, nil], -1)
         north = np.stack([nil, one, turned, x, nil, own], -1)
-        both = np.stack([east, north], 1)
-        return both if shared is None else np.concatenate([both, shared], 2)
+        both = [np.stack([east, north], 1)]
+        if shared is not None:
+            both.append(shared)
+        turns = np.stack([bent, 1j * bent], -1).reshape(len(xy), -1)
+        both.append(np.stack([turns.real, turns.imag], 1))
+        return np.concatenate(both, 2)
 
     @property
     def is_empty(self):
         """Unknowns that a model does not have, shape (n_models, n_unknowns)."""
-        count = {"complex": 2, "shared": 3, "coupled": 6 + self.n_shared}[self.way]
-        empty = np.zeros((len(self.is_affine), count), dtype=bool)
+        known = {"complex": 2, "shared": 3, "coupled": 6 + self.n_shared + self.n_bent}
+        shape = (len(self.is_affine), known[self.way] + self.n_bent)
+        empty = np.zeros(shape, dtype=bool)
         if self.way == "coupled":
             empty[~self.is_affine, 4:6] = True
         return empty
@@ -152,9 +169,9 @@ class Channels:
         """Real unknowns of each model, (n_models, n_unknowns, n_columns)."""
         if self.way == "complex":
             both = np.stack([solved.real, solved.imag], 2)
-            return both.reshape(len(solved), 4, -1)
+            return both.reshape(len(solved), self.n_unknowns, -1)
         if self.way == "shared":
-            return solved.reshape(len(solved), 6, -1)
+            return solved.reshape(len(solved), self.n_unknowns, -1)
         return solved
 
     def unknown_cofactors(self, solved):
@@ -175,7 +192,7 @@ class Channels:
         Rows are easting, northing; columns shift, x, y.
         """
         e0, n0, ex, nx = unknowns[:, :4].T
-        if unknowns.shape[1] == 4:
+        if self.way == "complex":
             ey, ny = -nx, ex
         else:
             ey = np.where(self.is_affine, unknowns[:, 4], -nx)

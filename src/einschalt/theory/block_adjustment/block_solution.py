@@ -69,6 +69,8 @@ class BlockSolution(AdjustedBlock):
     # (n_models, n_elements): errors of the orientations as adjusted, over their
     # standard errors
     orientation: np.ndarray
+    # (n_models, n_bent, 2): coefficients of each model's own deformation, likewise
+    bent: np.ndarray
     bordered: Bordered  # in the order of elimination
     reduced: ModelFrames  # of the reduced coordinates in which the models were solved
 
@@ -96,16 +98,29 @@ class BlockSolution(AdjustedBlock):
         return largest_error(cofactors) / scale
 
     @cached_property
+    def unknown_cofactors(self):
+        """Of everything unknown of each model, (n_models, n_unknowns, n_unknowns)."""
+        solver = self.solver
+        own = solver.channels.unknown_cofactors(solver.model_cofactors)
+        own = own + self.bordered.spread(self.bordered.unknowns)
+        return in_old_order(own, self.ordering.order)
+
+    @property
+    def log_determinant(self):
+        """Of the normal equations without the points."""
+        own = self.solver.factor.log_determinant
+        # one complex pivot stands for two real ones, one real system for two axes
+        own *= 1.0 if self.solver.channels.way == "coupled" else 2.0
+        return own - np.linalg.slogdet(self.common_cofactors)[1]
+
+    @cached_property
     def parameter_cofactors(self):
         """Cofactors of the parameters of each model in measured coordinates.
 
         Order E0, N0, E_x, N_x, E_y, N_y, or E0, N0, a, b where all are helmert.
         """
-        solver = self.solver
-        own = solver.channels.unknown_cofactors(solver.model_cofactors)
-        own = own + self.bordered.spread(self.bordered.unknowns)
-        n_own = own.shape[1] - solver.channels.n_shared
-        reduced = in_old_order(own[:, :n_own, :n_own], self.ordering.order)
+        n_own = self.solver.channels.n_parameters
+        reduced = self.unknown_cofactors[:, :n_own, :n_own]
         jacobian = _to_measured(
             self.reduced, reduced.shape[1], self.observations.is_affine
         )
@@ -158,6 +173,7 @@ class _Pass:
     points: np.ndarray
     residuals: np.ndarray
     orientation: np.ndarray
+    bent: np.ndarray
     solver: Solver
     bordered: Bordered
     frames: ModelFrames
@@ -184,8 +200,14 @@ class _Task(BlockInOrder):
         self._xy = observations.xy[self.rows]
         self._terms = tuple(terms)
         self.deformation = deformation_of(observations, self._terms)
+        self._bent = None
+        if observations.bent is not None:
+            self._bent = observations.bent[self.rows]
+        n_bent = 0 if self._bent is None else self._bent.shape[1]
         self._channels = Channels(
-            observations.is_affine[ordering.order], is_coupled=observations.is_coupled
+            observations.is_affine[ordering.order],
+            is_coupled=observations.is_coupled,
+            n_bent=n_bent,
         )
         self._columns = self.deformation.columns[self.rows]
         self._orientation = None
@@ -196,6 +218,7 @@ class _Task(BlockInOrder):
                 self._channels.is_affine,
                 is_coupled=True,
                 n_shared=self._orientation.shape[2],
+                n_bent=n_bent,
             )
 
     def is_oriented(self, passed, used):
@@ -223,7 +246,12 @@ class _Task(BlockInOrder):
             linear = affinities[incidence.model][:, :, 1:]
             channels, shared = self._oriented, linear @ self._orientation
         solver = build_solver(
-            self.ordering, reduced, self.weights, self.prior, channels, shared
+            self.ordering,
+            reduced,
+            self.weights,
+            self.prior,
+            channels,
+            (shared, self._bent),
         )
         points, residuals, unknowns = self._without_common(solver)
         if affinities is None:
@@ -236,7 +264,7 @@ class _Task(BlockInOrder):
             _measured(channels.affinities(unknowns), frames),
             points + bordered.points @ shift,
             residuals + bordered.residuals @ shift,
-            unknowns[:, channels.n_unknowns - channels.n_shared :],
+            *_further(unknowns, channels),
             solver,
             bordered,
             frames,
@@ -294,7 +322,8 @@ class _Task(BlockInOrder):
         common = self.common_fields(
             passed.points, passed.residuals, self._control, self._origin, n_unknowns
         )
-        common["sum_of_squares"] += float(np.sum(passed.orientation**2))
+        for coefficients in (passed.orientation, passed.bent):
+            common["sum_of_squares"] += float(np.sum(coefficients**2))
         affinities = passed.affinities.copy()
         affinities[:, :, 0] += self._origin
         order = self.ordering.order
@@ -307,6 +336,7 @@ class _Task(BlockInOrder):
             terms=self._terms,
             deformation=self.deformation,
             orientation=in_old_order(passed.orientation, order),
+            bent=in_old_order(passed.bent, order),
             solver=passed.solver,
             bordered=passed.bordered,
             reduced=ModelFrames(
@@ -314,6 +344,13 @@ class _Task(BlockInOrder):
                 in_old_order(passed.frames.extent, order),
             ),
         )
+
+
+def _further(unknowns, channels):
+    """Errors of orientations, and coefficients of own deformations, of each model."""
+    after = channels.n_parameters + channels.n_shared
+    bent = unknowns[:, after:].reshape(len(unknowns), channels.n_bent, 2)
+    return unknowns[:, channels.n_parameters : after], bent
 
 
 def _inverse_of_common(normals, whole):

@@ -101,7 +101,9 @@ def deformation_of(observations, terms) -> Deformation:
     columns = [np.zeros((len(flight_of_row), 2, 0))]
     for part in terms:
         rows = np.flatnonzero(flight_of_row == part.flight)
-        position, extent = positions_in_model(observations, rows)
+        position, extent = positions_in_model(
+            observations.xy[rows], observations.model[rows]
+        )
         largest = max(largest, extent)
         for family in part.families:
             at = position * extent if family == AFFINITY else position
@@ -121,13 +123,12 @@ def deformation_of(observations, terms) -> Deformation:
 COMMON_FRAME = 0.25
 
 
-def positions_in_model(observations, rows):
-    """Position of a flight's observations in their models, and the model units of 1.
+def positions_in_model(xy, model):
+    """Position of all points of a flight in their models, and the model units of 1.
 
-    ``rows`` are all observations of the flight. About 1 at the edge.
+    About 1 at the edge.
     """
-    models, model = np.unique(observations.model[rows], return_inverse=True)
-    xy = observations.xy[rows]
+    models, model = np.unique(model, return_inverse=True)
     low = np.full((len(models), 2), np.inf)
     high = -low
     np.minimum.at(low, model, xy)

@@ -42,6 +42,9 @@ class ModelValues:
     # complex (n_values,): easting + i northing, from any place near all points [m]
     value: np.ndarray
     weight: np.ndarray  # (n_values,), 1 / σ² of one coordinate [1/m²]
+    # (n_values, n_bent): what deformations that each model has for itself do, by
+    # coefficients of variance 1 in each axis [m]
+    bent: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +86,13 @@ def control_information(flights, control):
     is_held = place >= 0
     given = np.zeros((incidence.n_points, 1, 1))
     given[place[is_held], 0, 0] = control.weight[is_held]
-    system = _system(incidence, values.design[rows], values.weight[rows], given)
+    design = np.hstack([values.design, values.bent])[rows]
+    system = _system(incidence, design, values.weight[rows], given)
     # about the mean of its values a point asks nothing of the models
     value = values.value[rows]
     total = np.bincount(incidence.point, system.weights[:, 0])
     centre = _sums(incidence.point, system.weights[:, 0] * value) / total
-    factor = _factor(system, ordering)
+    factor = _factor(system, ordering, values.bent.shape[1])
     # no model holds the others: they are where they are given
     part = np.ones(len(place))
     part[is_held] = (system.inverse * given)[place[is_held], 0, 0]
@@ -118,6 +122,7 @@ def _joined(flights):
         np.concatenate([flight.point for flight in flights])[order],
         np.concatenate([flight.value for flight in flights])[order],
         np.concatenate([flight.weight for flight in flights])[order],
+        np.concatenate([flight.bent for flight in flights])[order],
     )
 
 
@@ -142,7 +147,7 @@ def _system(incidence, design, weight, given):
     return PointSystem(incidence, design[:, None, :], weight, given, is_fixed, inverse)
 
 
-def _factor(system, ordering):
+def _factor(system, ordering, n_bent):
     """Factor of the normal equations of the models."""
     blocks = assemble(system, ordering.pattern)
     squares = system.weights * np.abs(system.design[:, 0, :]) ** 2
@@ -150,6 +155,8 @@ def _factor(system, ordering):
     unknown = np.arange(system.n_unknowns)
     # a column that a model lacks stands alone
     ridge = np.where(own > 0.0, RIDGE * own, 1.0)
+    # what bends models is 0 before it is observed, with variance 1
+    ridge[:, len(unknown) - n_bent :] = 1.0
     blocks[ordering.pattern.start[:-1, None], unknown, unknown] += ridge
     return factorize(blocks, ordering.pattern, ordering.fronts)
 

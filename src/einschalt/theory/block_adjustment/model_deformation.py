@@ -80,7 +80,7 @@ def _sizes(solution, flight, rows):
     observations, deformation = solution.observations, solution.deformation
     is_own = np.array(deformation.flight) == flight
     moved = deformation.columns[rows][:, :, is_own] @ solution.common[is_own]
-    position, _ = positions_in_model(observations, rows)
+    position, _ = positions_in_model(observations.xy[rows], observations.model[rows])
     design = np.column_stack([np.ones(len(rows)), position])
     moved = moved - design @ np.linalg.lstsq(design, moved)[0]
     linear = solution.affinities[observations.model[rows]][:, :, 1:]

@@ -21,6 +21,10 @@ class ObservedBlock:
     control: np.ndarray  # (n_points, d): given [m]; NaN where a point is no control
     # (n_points, d, d): of the given coordinates [m²]; 0 where they are to be held
     control_covariance: np.ndarray
+    # points on the ground by the coefficients of deformations that each model has for
+    # itself, of variance 1 [m]: in plan (n_rows, n_bent) by one for each axis, complex
+    # where a term is mirrored; in space (n_rows, 3, n_bent)
+    bent: np.ndarray | None = None
 
     _by_row: ClassVar[tuple[str, ...]]
     _by_model: ClassVar[tuple[str, ...]]
@@ -92,7 +96,7 @@ class BlockObservations(ObservedBlock):
     # independent, of variance 1
     orientation: np.ndarray | None = None
 
-    _by_row = ("xy", "standard_error", "orientation")
+    _by_row = ("xy", "standard_error", "orientation", "bent")
     _by_model = ("is_affine", "flight")
 
     @property

@@ -151,16 +151,16 @@ class Solver:
         return self.inverse[self.pattern.start[:-1]]
 
 
-def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solver:
+def build_solver(ordering, xy, weights, control, channels, further=()) -> Solver:
     """Assemble and factor a block of plane models.
 
     Arrays are in the order of elimination: reduced ``xy``, ``weights`` (n_rows,) of one
     coordinate [1/m²], and ``control``, the weight (n_points, 2, 2) of each point's
-    given coordinates [1/m²] and whether they are held. ``shared`` as
-    :meth:`Channels.design` takes it.
+    given coordinates [1/m²] and whether they are held. ``further`` are ``shared`` and
+    ``bent`` as :meth:`Channels.design` takes them.
     """
     model = ordering.reordered.incidence.model
-    design = np.ascontiguousarray(channels.design(xy, model, shared))
+    design = np.ascontiguousarray(channels.design(xy, model, *further))
     weight, is_fixed = control
     d = design.shape[1]
     return factor_block(
@@ -168,27 +168,27 @@ def build_solver(ordering, xy, weights, control, channels, shared=None) -> Solve
         design,
         np.repeat(weights[:, None], d, axis=1),
         (channels.control_weight(weight), is_fixed),
+        channels.prior,
         channels,
     )
 
 
-def factor_block(ordering, design, weights, control, channels) -> Solver:
+def factor_block(ordering, design, weights, control, prior, channels=None) -> Solver:
     """Assemble and factor a block with any design, (n_rows, d, n_unknowns).
 
     Arrays are in the order of elimination: ``weights`` (n_rows, d), and ``control``,
     the weight (n_points, d, d) of each point's given coordinates [1/m²] and whether
-    they are held. Without ``channels`` every model has every unknown.
+    they are held; ``prior`` (n_unknowns,) that with which each unknown is 0 before it
+    is observed. Without ``channels`` every model has every unknown.
     """
     incidence = ordering.reordered.incidence
     inverse = invert_point_blocks(incidence, weights, *control)
     system = PointSystem(incidence, design, weights, *control, inverse)
     blocks = assemble(system, ordering.pattern)
-    prior = np.zeros(design.shape[2])
     if channels is not None:
         # unknowns that a model does not have stand alone
         models, unknowns = np.nonzero(channels.is_empty)
         blocks[ordering.pattern.start[models], unknowns, unknowns] = 1.0
-        prior = channels.prior
-        blocks[ordering.pattern.start[:-1]] += np.diag(prior)
+    blocks[ordering.pattern.start[:-1]] += np.diag(prior)
     factor = factorize(blocks, ordering.pattern, ordering.fronts)
     return Solver(system, channels, ordering.pattern, factor, prior)

@@ -19,7 +19,7 @@ class SpatialObservations(ObservedBlock):
     # (n_rows, 3): of measured easting, northing, height on the ground [m]
     standard_error: np.ndarray
 
-    _by_row = ("xyz", "standard_error")
+    _by_row = ("xyz", "standard_error", "bent")
     _by_model = ("flight",)
 
     def in_plan(self, *, is_affine):

@@ -45,6 +45,9 @@ class SpatialSolution(AdjustedBlock):
     # (n_models,): root mean square distance of the points of each model from its
     # centroid, on the ground [m]: unit of its scale and turn
     extent: np.ndarray
+    # (n_models, n_bent): coefficients of each model's own deformation, over their
+    # standard errors
+    bent: np.ndarray
 
     def readjusted(self, observations):
         """Adjust the same models and points with other errors or given coordinates."""
@@ -59,9 +62,19 @@ class SpatialSolution(AdjustedBlock):
         return largest_error(np.diagonal(self._step_cofactors, axis1=1, axis2=2)[:, 3:])
 
     @cached_property
+    def unknown_cofactors(self):
+        """Of everything unknown of each model, (n_models, n_unknowns, n_unknowns)."""
+        return in_old_order(self.solver.model_cofactors, self.ordering.order)
+
+    @property
+    def log_determinant(self):
+        """Of the normal equations without the points."""
+        return self.solver.factor.log_determinant
+
+    @cached_property
     def _step_cofactors(self):
         """Of shift, relative scale and turn about the centroid."""
-        own = in_old_order(self.solver.model_cofactors, self.ordering.order)
+        own = self.unknown_cofactors[:, :N_UNKNOWNS, :N_UNKNOWNS]
         unit = np.ones((len(own), N_UNKNOWNS))
         unit[:, 3:] = 1.0 / self.extent[:, None]
         return own * unit[:, :, None] * unit[:, None, :]
@@ -104,6 +117,9 @@ class _Task(BlockInOrder):
         super().__init__(observations, ordering)
         self._model = self.incidence.model
         self._xyz = observations.xyz[self.rows]
+        self._bent = np.zeros((len(self.rows), 3, 0))
+        if observations.bent is not None:
+            self._bent = observations.bent[self.rows]
 
     def solve(self, start) -> SpatialSolution:
         """Iterate from a start."""
@@ -117,7 +133,7 @@ class _Task(BlockInOrder):
             solver = self._factored(arm, extent)
             shift = -(place.centre[self._model] + arm)
             found = solver.project(shift[:, :, None], control[:, :, None])
-            step = found.parameters[:, :, 0]
+            step = found.parameters[:, :N_UNKNOWNS, 0]
             size = np.abs(step).max()
             place = _moved(place, step, extent)
             if size < SETTLED:
@@ -145,15 +161,23 @@ class _Task(BlockInOrder):
         unit = arm / extent[self._model][:, None]
         design[:, :, 3] = unit
         design[:, :, 4:] = cross_matrix(-unit)
-        return factor_block(self.ordering, design, self.weights, self.prior, None)
+        design = np.concatenate([design, self._bent], axis=2)
+        prior = np.repeat([0.0, 1.0], [N_UNKNOWNS, self._bent.shape[2]])
+        return factor_block(self.ordering, design, self.weights, self.prior, prior)
 
     def _solution(self, place, control, found, last):
         solver, extent = last
         order = self.ordering.order
         points, residuals = found.points[:, :, 0], found.residuals[:, :, 0]
         n_unknowns = N_UNKNOWNS * self.given.n_models
+        bent = found.parameters[:, N_UNKNOWNS:, 0]
+        fields = self.common_fields(
+            points, residuals, control, place.origin, n_unknowns
+        )
+        fields["sum_of_squares"] += float(np.sum(bent**2))
         return SpatialSolution(
-            **self.common_fields(points, residuals, control, place.origin, n_unknowns),
+            **fields,
+            bent=in_old_order(bent, order),
             placement=place.arranged(lambda values: in_old_order(values, order)),
             extent=in_old_order(extent, order),
             solver=solver,

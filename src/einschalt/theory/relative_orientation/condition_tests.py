@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.sorted_points import SortedPoints
 from einschalt.theory.adjustment.reliability import (
     PointTests,
     standardized_residuals,
@@ -28,7 +29,6 @@ from einschalt.theory.relative_orientation.coplanarity_condition import (
     coplanarity,
 )
 from einschalt.theory.relative_orientation.coplanarity_solution import pose_at
-from einschalt.theory.sorted_points import SortedPoints
 
 # residuals below it are those of rounding [mm]
 LEAST_SIGMA_MM = 1e-9

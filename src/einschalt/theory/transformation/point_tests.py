@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.sorted_points import SortedPoints
 from einschalt.theory.adjustment.reliability import (
     FittedPoints,
     joint_point_tests,
     joint_prediction_tests,
 )
-from einschalt.theory.sorted_points import SortedPoints
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
 )
 
 
-def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
+def examined_with(*, detected=False, modelled=False, alike=False, own="", checks=None):
     """Verdict on the low flight, and differences at check points of both ways."""
     found = pd.DataFrame(
         {
@@ -24,6 +24,11 @@ def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
             "is_modelled": [False, modelled],
             "neighbour_correlation": [-0.05, 0.4 if alike else -0.1],
             "is_alike": [False, alike],
+            "n_terms": 14,
+            "own_size_edge": [0.0, 0.06 if own else 0.0],
+            "own_size_edge_height": 0.0,
+            "own_p_value": 1e-9 if own else 0.4,
+            "own_is_modelled": [False, own == "modelled"],
         }
     )
 
@@ -34,14 +39,14 @@ def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
         return pd.DataFrame({"point_id": names, "role": "check", **differences})
 
     beside = SimpleNamespace(is_possible=checks is not None)
-    own = None
+    mine = None
     if checks is not None:
         (n_one, one), (n_two, two) = checks
-        own, beside.points = points(n_one, one), points(n_two, two)
+        mine, beside.points = points(n_one, one), points(n_two, two)
     return SimpleNamespace(
         adjustment=SimpleNamespace(deformations=found),
         solution=SimpleNamespace(two_step=beside),
-        points=own,
+        points=mine,
     )
 
 
@@ -57,6 +62,9 @@ def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
             Belief.MODELS_DIFFER,
         ),
         ({"alike": True}, Belief.MODELS_DIFFER),
+        ({"own": "tested"}, Belief.MODELS_DIFFER),
+        ({"own": "modelled"}, Belief.OWN_DEFORMATIONS_MODELLED),
+        ({"own": "modelled", "alike": True}, Belief.MODELS_DIFFER),
     ],
 )
 def test_without_check_points_what_shows_decides(shown, belief):
@@ -87,7 +95,7 @@ def test_check_points_decide_where_there_are_enough(checks, belief):
 
 def test_what_could_not_be_tested_is_not_said_to_be_absent():
     examined = examined_with()
-    examined.adjustment.deformations["p_value"] = np.nan
+    examined.adjustment.deformations[["p_value", "own_size_edge"]] = np.nan
     assert deformation_facts(examined).belief is Belief.UNTESTED
 
 

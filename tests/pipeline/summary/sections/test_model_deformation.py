@@ -9,13 +9,14 @@ import pytest
 from einschalt.pipeline.assessment.facts.model_deformation import deformation_facts
 from einschalt.pipeline.summary.sections.model_deformation import (
     belief_text,
+    own_section,
     section,
 )
 
 FLIGHTS = ["high_flight", "low_flight"]
 
 
-def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
+def examined_with(*, detected=False, modelled=False, alike=False, own="", checks=None):
     """Verdict on the low flight, and RMS at ten check points both ways."""
     found = pd.DataFrame(
         {
@@ -27,6 +28,11 @@ def examined_with(*, detected=False, modelled=False, alike=False, checks=None):
             "is_modelled": [False, modelled],
             "neighbour_correlation": [-0.05, 0.4 if alike else -0.1],
             "is_alike": [False, alike],
+            "n_terms": 14,
+            "own_size_edge": [0.0, 0.06 if own else 0.0],
+            "own_size_edge_height": 0.0,
+            "own_p_value": 1e-9 if own else 0.4,
+            "own_is_modelled": [False, own == "modelled"],
         }
     )
     adjusted = SimpleNamespace(deformations=found)
@@ -70,6 +76,8 @@ def verdict(examined):
             "Believe the two steps, where they are possible: models are deformed each",
         ),
         ({"alike": True}, "Believe the two steps, where they are possible"),
+        ({"own": "tested"}, "Believe the two steps, where they are possible"),
+        ({"own": "modelled"}, "Believe the simultaneous adjustment: it models what"),
     ],
 )
 def test_what_shows_decides(facts, said):
@@ -97,6 +105,28 @@ def test_the_table_says_sizes_and_what_was_done():
     assert shown.rows[0][4] == "no"
 
 
+def test_what_each_model_has_for_itself_is_a_table_of_its_own():
+    assert own_section(deformation_facts(examined_with())).rows == ()
+    shown = own_section(deformation_facts(examined_with(own="modelled")))
+    assert shown.rows[1] == ("low flight", "6.0 cm")
+    assert "p < 0.001. The adjustment models it" in shown.remarks[0]
+    tested = own_section(deformation_facts(examined_with(own="tested")))
+    assert tested.remarks[0].endswith("It is not modelled.")
+
+
+def test_spatial_models_are_tested_for_deformations_of_their_own_only():
+    examined = examined_with(own="modelled")
+    found = examined.adjustment.deformations
+    found[["n_terms", "p_value", "size_middle", "size_edge"]] = np.nan
+    found["own_size_edge_height"] = [0.0, 0.021]
+    facts = deformation_facts(examined)
+    assert section(facts).rows == ()
+    shown = own_section(facts)
+    assert shown.header == ("", "in plan (total)", "in height")
+    assert shown.rows[1] == ("low flight", "6.0 cm", "2.1 cm")
+    assert shown.remarks[1].startswith("Believe the simultaneous adjustment")
+
+
 def test_nothing_is_said_where_nothing_was_tested():
     untested = examined_with()
     untested.adjustment.deformations = untested.adjustment.deformations.iloc[:0]
@@ -106,7 +136,7 @@ def test_nothing_is_said_where_nothing_was_tested():
 
 def test_what_could_not_be_tested_is_not_said_to_be_absent():
     examined = examined_with()
-    examined.adjustment.deformations["p_value"] = np.nan
+    examined.adjustment.deformations[["p_value", "own_size_edge"]] = np.nan
     assert verdict(examined).startswith("Whether models are deformed cannot be tested")
     # one flight that could be tested is enough to say something
     examined.adjustment.deformations.loc[0, "p_value"] = 0.4

@@ -109,7 +109,7 @@ def find_patterns(examined):
     has_images = any(flight.has_images for flight in block.flights.values())
     is_bent = ORIENTATION in errors or has_images
     if not is_bent and not beyond_strain_test(examined):
-        strain = _strain(block, fits, errors, affine)
+        strain = _strain(examined, fits, errors, affine)
     return SystematicPatterns(found, strain)
 
 
@@ -192,7 +192,8 @@ def _bias(mean, matrix, fit, is_usable):
     return float(2.0 * np.hypot(*mean) * np.sqrt(np.mean(arm)))
 
 
-def _strain(block, transformations, errors, affine):
+def _strain(examined, transformations, errors, affine):
+    block, bent = examined.block, examined.own_deformation
     control = block.control_points
     is_used = (control["role"] != "check").to_numpy()
     tables = {name: block.flights[name].points_to_fit for name in transformations}
@@ -201,12 +202,13 @@ def _strain(block, transformations, errors, affine):
     n_control = len(control)
     origin = control[["easting", "northing"]].to_numpy().mean(axis=0)
     flights, first = [], n_control
-    for name, transformation in transformations.items():
+    for number, (name, transformation) in enumerate(transformations.items()):
         table = tables[name]
         codes = names.codes[first : first + len(table)]
         first += len(table)
         values = _Values.of(transformation, table, codes, errors[name])
-        flights.append(values.about(origin, is_affine=name in affine))
+        displaced = values.displaced(bent, number)
+        flights.append(values.about(origin, displaced, is_affine=name in affine))
     xy = control[["easting", "northing"]].to_numpy()[is_used] - origin
     given = ControlValues(
         names.codes[:n_control][is_used],
@@ -254,10 +256,18 @@ class _Values:
         xy = model_points[["x", "y"]].to_numpy(dtype=float)[rows]
         return cls(xy, names.codes, point[rows], ground[rows], errors[rows] ** -2.0)
 
-    def about(self, origin, *, is_affine):
+    def displaced(self, bent, number):
+        """Displacements by own deformations of a flight, (n_values, n_terms)."""
+        if bent is None:
+            return np.zeros((len(self.xy), 0))
+        return bent.displacements(number, self.xy, self.model)[0]
+
+    def about(self, origin, displaced, *, is_affine):
         value = (self.ground - origin) @ np.array([1.0, 1j])
         design = _design(self.xy, self.model, is_affine=is_affine)
-        return ModelValues(design, self.model, self.point, value, self.weight)
+        return ModelValues(
+            design, self.model, self.point, value, self.weight, displaced
+        )
 
 
 def _design(xy, model, *, is_affine):

@@ -25,6 +25,7 @@ from einschalt.stages.error_propagation.error_model import (
 )
 from einschalt.stages.error_propagation.measurement_errors import (
     ORIENTATION,
+    OWN_DEFORMATION,
     measurement_errors,
 )
 from einschalt.stages.error_propagation.operators import (
@@ -147,15 +148,20 @@ class _Sources:
     def of(cls, examined, low):
         fits = {HIGH: examined.high.transformation, LOW: low}
         errors = examined.orientation_errors
-        own = measurement_errors(examined.block, fits, errors)
+        points, bent = examined.model_points, examined.own_deformation
+        own = measurement_errors(examined.block, points, fits, errors, bent)
         behind, sizes, held = {}, {}, {}
         for name, chains in own.chains.items():
             behind[name] = {name: chains[name]}
             if ORIENTATION in chains:
                 source = f"{ORIENTATION}, {name}"
                 behind[name][source] = chains[ORIENTATION]
-                sizes[source] = np.ones(own.n_orientation)
+                sizes[source] = np.ones(own.n_unit[ORIENTATION])
                 held[source] = np.sqrt(2.0 / errors[name].redundancy)
+            if OWN_DEFORMATION in chains:
+                behind[name][OWN_DEFORMATION] = chains[OWN_DEFORMATION]
+                sizes[OWN_DEFORMATION] = np.ones(own.n_unit[OWN_DEFORMATION])
+                held[OWN_DEFORMATION] = bent.error_of_variance
         return cls(own.axes, behind, sizes, held)
 
 

@@ -1,9 +1,11 @@
-"""Deformations that all models of a flight share, and which way to believe."""
+"""Deformations of models, shared or of each alone, and which way to believe."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+
+from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
 
 LEAST_CHECK = 8
 CLEARLY = 1.25
@@ -17,6 +19,7 @@ class Belief(StrEnum):
     DEFORMATION_LEFT = "a deformation was found and is not modelled"
     MODELS_DIFFER = "models are deformed each in its own way"
     DEFORMATION_MODELLED = "a deformation is modelled and nothing is left"
+    OWN_DEFORMATIONS_MODELLED = "what each model is deformed by for itself is modelled"
     UNTESTED = "too little redundancy to test for deformation"
     NO_DEFORMATION = "no deformation shows"
 
@@ -40,6 +43,10 @@ class FlightDeformation:
     is_modelled: bool
     # of residuals of neighbouring points in a model, after what was modelled
     neighbour_correlation: float
+    # of the deformations that each model has for itself, at the edge of the models: in
+    # plan TOTAL, in height; both RMS [m]
+    own_edge: float
+    own_edge_height: float
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,12 @@ class DeformationFacts:
 
     flights: tuple[FlightDeformation, ...]
     belief: Belief
+    # that chance makes what single models are deformed by; NaN without a test
+    own_p_value: float
+    # of spatial models only those that each has for itself are tested
+    is_shared_tested: bool
+    is_own_detected: bool
+    is_own_modelled: bool
     # differences at the check points that both ways have, TOTAL [m]; NaN with too few
     # of them
     check_rms_simultaneous: float
@@ -63,18 +76,26 @@ def deformation_facts(examined) -> DeformationFacts | None:
     found = examined.adjustment.deformations
     if found.empty:
         return None
-    columns = ("flight", "p_value", "size_middle", "size_edge", "is_modelled")
-    rows = zip(
-        *(found[name] for name in columns), found["neighbour_correlation"], strict=True
-    )
+    shared = ["flight", "p_value", "size_middle", "size_edge", "is_modelled"]
+    own = ["neighbour_correlation", "own_size_edge", "own_size_edge_height"]
     flights = tuple(
-        FlightDeformation(
-            name, float(p), float(middle), float(edge), bool(modelled), float(alike)
+        FlightDeformation(name, *map(float, sizes), bool(modelled), *map(float, others))
+        for name, *sizes, modelled, others in zip(
+            *(found[name] for name in shared),
+            found[own].to_numpy(dtype=float),
+            strict=True,
         )
-        for name, p, middle, edge, modelled, alike in rows
     )
     rms = _check_rms(examined)
-    return DeformationFacts(flights, _belief(found, *rms), *rms)
+    return DeformationFacts(
+        flights,
+        _belief(found, *rms),
+        float(found["own_p_value"].iloc[0]),
+        bool(found["n_terms"].notna().any()),
+        bool(_is_own_detected(found)),
+        bool(found["own_is_modelled"].any()),
+        *rms,
+    )
 
 
 def _belief(found, simultaneous, two_steps):
@@ -88,13 +109,21 @@ def _belief(found, simultaneous, two_steps):
         )
     if (found["is_detected"] & ~found["is_modelled"]).any():
         return Belief.DEFORMATION_LEFT
-    if found["is_alike"].any():
+    is_own = found["own_is_modelled"].any()
+    is_left = _is_own_detected(found) and not is_own
+    if is_left or found["is_alike"].any():
         return Belief.MODELS_DIFFER
+    if is_own:
+        return Belief.OWN_DEFORMATIONS_MODELLED
     if found["is_modelled"].any():
         return Belief.DEFORMATION_MODELLED
-    if found["p_value"].isna().all():
+    if found[["p_value", "own_size_edge"]].isna().all(axis=None):
         return Belief.UNTESTED
     return Belief.NO_DEFORMATION
+
+
+def _is_own_detected(found):
+    return (found["own_p_value"] < OWN_DEFORMATION_SIGNIFICANCE).any()
 
 
 def _check_rms(examined):

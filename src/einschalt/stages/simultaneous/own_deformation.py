@@ -1,0 +1,79 @@
+"""Deformations that each model has for itself, found and given to the adjustment."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
+from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
+from einschalt.theory.block_adjustment.own_deformation import (
+    HEIGHT,
+    bent_columns,
+    estimate_own_deformation,
+)
+from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
+
+UNTESTED = {
+    "own_size_edge": np.nan,
+    "own_size_edge_height": np.nan,
+    "own_p_value": np.nan,
+    "own_is_modelled": False,
+}
+
+
+def find_own_deformation(tables, weighed, solution, deformation):
+    """Estimate how much models are bent, each in its own way; None where it cannot be.
+
+    ``solution`` is one without own deformations, ``weighed`` the part with the errors
+    that its groups have.
+    """
+    if deformation == "ignored":
+        return None
+    ground = np.flatnonzero(_is_ground(tables, weighed.part))
+    observations = weighed.part.observations
+    part = observations.of_rows(ground, np.arange(observations.n_models))
+    terms = getattr(solution, "terms", ())
+    places = solution.points[part.points]
+    return estimate_for(part.observations, places, terms)
+
+
+def estimate_for(observations, places, terms=()):
+    """As :func:`estimate_own_deformation`; None where the models are too weak."""
+    try:
+        return estimate_own_deformation(observations, places, terms)
+    except (UndeterminedTermsError, NoConvergenceError):
+        return None
+
+
+def _is_ground(tables, part):
+    """Rows that are points on the ground, and no projection centres."""
+    return ~tables.is_centre[part.points][part.observations.point]
+
+
+def bent_part(tables, part, weighed, own):
+    """Part of a block whose models are bent, by sizes beside the errors of ``weighed``.
+
+    The errors of the part are those that were given.
+    """
+    given, used = part.observations, weighed.part.observations
+    bent = bent_columns(given, own, _is_ground(tables, part))
+    share = (given.standard_error / used.standard_error)[..., None]
+    return replace(part, observations=replace(given, bent=bent * share))
+
+
+def is_detected(own):
+    """Whether chance does not explain the deformations that show."""
+    return own is not None and bool(own.p_value < OWN_DEFORMATION_SIGNIFICANCE)
+
+
+def own_columns(own, flight, observations):
+    """Columns of ``deformations`` for one flight, dict."""
+    if own is None:
+        return UNTESTED
+    sizes = own.edge(flight), own.edge(flight, HEIGHT)
+    return {
+        "own_size_edge": sizes[0],
+        "own_size_edge_height": sizes[1],
+        "own_p_value": own.p_value,
+        "own_is_modelled": bool(max(sizes) > 0.0 and observations.bent is not None),
+    }
