@@ -10,48 +10,81 @@ import numpy as np
 import pyproj
 
 from einschalt.foundations.arguments import described
+from einschalt.foundations.coordinate_operations import (
+    choose_operation,
+    offline,
+    system_label,
+)
 from einschalt.foundations.errors import ProjectionError
 
 NAMES = str | int | pyproj.CRS  # what may name a system
 CODE_BITS = 32
+METRE = "metre"
+AGAINST = ("south", "west")
+WGS_84 = "OGC:CRS84"
+STEP = 10.0  # metres, for directions
+EARTH_RADIUS = 6.371e6  # metres
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
 def read_crs(text):
-    """Understand the name of a projected coordinate reference system.
+    """Understand the name of a plane coordinate reference system in metres.
 
-    Parameters
-    ----------
-    text : str
-        ``EPSG:31255``, a PROJ string or WKT.
-
-    Returns
-    -------
-    pyproj.CRS
-
-    Raises
-    ------
-    ProjectionError
-        It is unknown, or it is not a plane system in metres.
+    ``EPSG:31255``, a PROJ string or WKT; a compound system has heights as well. A
+    ProjectionError where it is unknown, or not a plane system in metres.
     """
-    try:
-        crs = pyproj.CRS.from_user_input(_utf8(text))
-    except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
-        raise ProjectionError(
-            f"crs = {described(text)} is unknown",
-            expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
-            remedy="Look the code up, or leave crs out for a local system",
-        ) from error
-    is_plane = not crs.is_geographic and not crs.is_geocentric
-    units = {axis.unit_name for axis in crs.axis_info[:2]}
-    if not is_plane or (units and units != {"metre"}):
+    crs = _known_crs(text)
+    units = {axis.unit_name for axis in crs.axis_info}
+    is_plane = crs.is_projected or crs.is_engineering
+    if not is_plane or (units and units != {METRE}):
         axes = ", ".join(sorted(units))
         raise ProjectionError(
             f"crs = {described(text)} ({crs.name}) has axes in {axes}",
             expected="a plane system in metres",
             remedy="Name the projected system of the coordinates",
         )
-    return crs
+    return _with_usual_axes(crs, text)
+
+
+def read_source_crs(text):
+    """Understand the name of any system in which a surveyor may give points.
+
+    Plane, geographic, compound or three-dimensional. A ProjectionError where it is
+    unknown, or has no easting and northing, longitude and latitude.
+    """
+    crs = _known_crs(text)
+    if not (crs.is_geographic or crs.is_projected or crs.is_engineering):
+        axes = ", ".join(axis.direction for axis in crs.axis_info)
+        raise ProjectionError(
+            f"crs = {described(text)} ({crs.name}) has the axes {axes}",
+            expected="a plane or a geographic system, with heights or without",
+            remedy="Name the system of the coordinates",
+        )
+    return _with_usual_axes(crs, text)
+
+
+def _known_crs(text):
+    try:
+        return pyproj.CRS.from_user_input(_utf8(text))
+    except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
+        raise ProjectionError(
+            f"crs = {described(text)} is unknown",
+            expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
+            remedy="Look the code up, or leave crs out for a local system",
+        ) from error
+
+
+def _with_usual_axes(crs, text):
+    """Refuse axes to the south and west: nobody knows what their easting would be."""
+    against = [a.direction for a in crs.axis_info[:2] if a.direction in AGAINST]
+    if not against:
+        return crs
+    raise ProjectionError(
+        f"crs = {described(text)} ({crs.name}) has axes to the {' and '.join(against)}",
+        expected="axes to the east and north",
+        remedy="Name the variant of the system with these, such as EPSG:5514 in place "
+        "of EPSG:5513, and give the coordinates in it",
+    )
 
 
 def _utf8(name):
@@ -67,85 +100,123 @@ def _utf8(name):
 
 
 def crs_name(crs):
-    """Name of a system as text, however it was given.
-
-    Parameters
-    ----------
-    crs : str, int or pyproj.CRS
-
-    Returns
-    -------
-    str
-        As given where it is text, else ``EPSG:31255`` or WKT.
-    """
+    """Name of a system as text: as given where it is text, else code or WKT."""
     return crs if isinstance(crs, str) else read_crs(crs).to_string()
 
 
-def reproject(easting, northing, source_crs, target_crs):
-    """Bring plane coordinates from one system into another.
+def degrees_of(easting, northing, crs):
+    """Longitude and latitude of points, for areas and not for coordinates.
 
-    Parameters
-    ----------
-    easting, northing : ndarray, shape (n_points,)
-        Coordinates in the source system [m].
-    source_crs, target_crs : str or pyproj.CRS
-
-    Returns
-    -------
-    easting, northing : ndarray, shape (n_points,)
-        Coordinates in the target system [m].
-    accuracy : float
-        Accuracy that PROJ states for the operation [m], NaN where it states none.
-
-    Raises
-    ------
-    ProjectionError
-        The best known operation needs a grid that is not installed, or a point has
-        no image in the target system.
+    [degrees] in WGS 84, to some hundred metres; infinite where a point has none.
     """
-    source, target = read_crs(source_crs), read_crs(target_crs)
+    with offline():
+        return _to_degrees(crs).transform(easting, northing)
+
+
+@lru_cache(maxsize=64)
+def _to_degrees(crs):
+    return pyproj.Transformer.from_crs(crs.to_2d(), WGS_84, always_xy=True)
+
+
+def reproject(points, source_crs, target_crs, demand, grids=None):
+    """Bring points from one system into another.
+
+    ``points``, shape (n_points, 2) or (n_points, 3): easting, northing [, height] or
+    longitude, latitude [, height] in the units of the source, in this order whatever
+    its authority says. ``grids``: a folder with grids, beside PROJ's own.
+
+    Returns them in the target system, the Operation used, and the better one that would
+    have been used if its grid were there, or None. A ProjectionError where none meets
+    the ``demand``, or a point has no image in the target system.
+    """
+    points = np.asarray(points, dtype=float)
+    bounds = _bounds(points, source_crs)
     try:
-        transformer = pyproj.Transformer.from_crs(
-            source, target, always_xy=True, only_best=True
-        )
-        east, north = transformer.transform(easting, northing, errcheck=True)
+        with offline(grids):
+            operation, better = choose_operation(source_crs, target_crs, bounds, demand)
+            moved = operation.transformer.transform(*points.T, errcheck=True)
     except pyproj.exceptions.ProjError as error:
+        way = f"{system_label(source_crs)} to {system_label(target_crs)}"
         raise ProjectionError(
-            f"{source.name} cannot be brought into {target.name}: {error}",
-            remedy="Install the grid that PROJ names, or give the coordinates in the "
-            "system of the block",
+            f"{way}: a point has no image: {error}",
+            expected="points within the area of both systems, and of their grids",
+            remedy="Check crs and the coordinates",
         ) from error
-    accuracy = transformer.accuracy
-    return (
-        np.asarray(east),
-        np.asarray(north),
-        accuracy if accuracy is not None and accuracy >= 0 else np.nan,
-    )
+    return np.column_stack(moved), operation, better
+
+
+def _bounds(points, crs):
+    if crs.is_engineering:
+        raise ProjectionError(
+            f"{crs.name} is a system of one site, tied to no other",
+            expected="a system that PROJ knows how to leave",
+            remedy="Fit a transformation to identical points (einschalt transform), or "
+            "give the coordinates in the system of the block",
+        )
+    longitude, latitude = degrees_of(points[:, 0], points[:, 1], crs)
+    corners = (np.min(longitude), np.min(latitude), np.max(longitude), np.max(latitude))
+    if not np.all(np.isfinite(corners)):
+        raise ProjectionError(
+            f"a point has no place on the Earth in {system_label(crs)}",
+            expected="coordinates of this system",
+            remedy="Check crs, and the unit of the coordinates",
+        )
+    return corners
+
+
+def turn(points, source_crs, operation):
+    """Angle by which axes turn on their way through an operation.
+
+    From the source's east to the target's, counterclockwise [rad], shape (n_points,).
+    """
+    step = np.zeros(points.shape[1])
+    step[0] = STEP / source_crs.axis_info[0].unit_conversion_factor
+    if source_crs.is_geographic:
+        step[0] /= EARTH_RADIUS
+    ahead = np.column_stack(operation.transformer.transform(*(points + step).T))
+    behind = np.column_stack(operation.transformer.transform(*(points - step).T))
+    east, north = (ahead - behind)[:, :2].T
+    return np.arctan2(north, east)
+
+
+def scale_range(easting, northing, crs):
+    """Smallest and largest scale of a plane system in the middle of some points.
+
+    Length in the plane over length on the ellipsoid; None where that is not known.
+    """
+    crs = read_source_crs(crs)
+    if not crs.is_projected:
+        return None
+    longitude, latitude = degrees_of(np.median(easting), np.median(northing), crs)
+    plane = pyproj.Proj((crs.sub_crs_list or [crs])[0])
+    factors = plane.get_factors(longitude, latitude)
+    scales = factors.tissot_semiminor, factors.tissot_semimajor
+    return scales if np.all(np.isfinite(scales)) else None
+
+
+def area_of(crs):
+    """Area of use of a system: west, south, east, north [degrees], or None."""
+    area = (crs.sub_crs_list or [crs])[0].area_of_use
+    return None if area is None else area.bounds
 
 
 def extent_of(crs):
-    """Area of use of a plane system, in its own coordinates, with a margin.
+    """Area of use of a system, in its own coordinates, with a margin.
 
-    Parameters
-    ----------
-    crs : str or pyproj.CRS
-
-    Returns
-    -------
-    tuple of float or None
-        Smallest easting, smallest northing, largest easting, largest northing [m];
-        None where the system states no area of use.
+    Smallest easting, smallest northing, largest easting, largest northing, in its
+    units; None where the system states no area of use.
     """
-    return _extent_of(read_crs(crs))
+    return _extent_of(read_source_crs(crs))
 
 
-@lru_cache(maxsize=64)  # PROJ takes 60 ms, and each block of a batch asks for it
+@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
 def _extent_of(crs):
-    area = crs.area_of_use
+    area = area_of(crs)
     if area is None:
         return None
-    transformer = pyproj.Transformer.from_crs("OGC:CRS84", crs, always_xy=True)
-    bounds = transformer.transform_bounds(area.west, area.south, area.east, area.north)
+    with offline():
+        transformer = pyproj.Transformer.from_crs(WGS_84, crs.to_2d(), always_xy=True)
+        bounds = transformer.transform_bounds(*area)
     if not np.all(np.isfinite(bounds)):
         return None
     west, south, east, north = bounds

@@ -5,7 +5,7 @@ themselves.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from einschalt.foundations.arguments import as_path, described, require_kind
@@ -94,13 +94,16 @@ class DensificationResult(results.DensificationResult):
         write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
 
 
-def read_block(path):
+def read_block(path, settings=None):
     """Read a block from its folder and check it.
 
     Parameters
     ----------
     path : str or Path
         The folder, or its block.toml.
+    settings : Mapping, optional
+        Settings that go before those of block.toml, such as
+        ``{"crs_accuracy_m": 2.0}`` or ``{"grids": "grids"}``.
 
     Returns
     -------
@@ -111,7 +114,8 @@ def read_block(path):
     EinschaltError
         Something in the input stops the computation; several faults come together.
     """
-    return read_checked_block(as_path("path", path), kind=Block)
+    require_kind("settings", settings, Mapping | None, expected="a dict of settings")
+    return read_checked_block(as_path("path", path), settings, kind=Block)
 
 
 def densify(block, settings=None, *, progress=None):

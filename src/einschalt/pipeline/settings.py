@@ -88,6 +88,15 @@ class Settings(BaseModel):
         Probability with which the ellipses of the points hold the true point; 0.393
         gives the mean error ellipse.
 
+    crs_accuracy_m : float, optional
+        Worst accuracy [m] of an operation that brings points into the system of the
+        block; a quarter of their standard error where left out.
+    crs_operation : str
+        The operation to be used whatever its accuracy: its name in PROJ, a part of it,
+        or its EPSG code.
+    grids : str
+        Folder with grids for PROJ, beside its own; from the folder of the block.
+
     Raises
     ------
     SettingsError
@@ -176,6 +185,25 @@ class Settings(BaseModel):
         lt=1.0,
         description="Probability with which the confidence ellipses hold the true "
         "point.",
+    )
+
+    crs_accuracy_m: Annotated[
+        float | None, Expected("a number of metres above 0, at most 100")
+    ] = Field(
+        None,
+        gt=0.0,
+        le=100.0,
+        description="Worst accuracy of an operation between reference systems, metres; "
+        "a quarter of the standard error of the points where left out.",
+    )
+    crs_operation: Annotated[str, Expected("a text, such as EPSG:1619")] = Field(
+        "",
+        description="Operation between reference systems, whatever its accuracy: its "
+        "name in PROJ, a part of it, or its EPSG code.",
+    )
+    grids: Annotated[str, Expected("a text: the path of a folder")] = Field(
+        "",
+        description="Folder with grids of the reference systems, beside those of PROJ.",
     )
 
     def __init__(self, **fields):

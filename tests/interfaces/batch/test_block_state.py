@@ -5,6 +5,8 @@ import os
 from dataclasses import replace
 
 import pytest
+from tests.moved_block import moved_block
+from tests.ntv2_grids import write_ntv2
 
 from einschalt.interfaces.batch import block_run
 from einschalt.interfaces.batch.batch_run import MARKS, plan_batch
@@ -116,3 +118,27 @@ def test_a_result_of_before_is_computed_again_where_it_is_asked_for(
     # and a newer one of other input is none
     small_block.replace("low_flight.csv", ",10.0000,", ",10.0010,", count=1)
     assert result_since(replace(task, former=None)) is None
+
+
+def test_a_block_whose_grid_changed_is_computed_again(small_block, tmp_path):
+    settings = 'grids = "grids"\ncrs_accuracy_m = 2.0'
+    lucerne = (8.0, 47.0)
+    moved_block(small_block, "EPSG:25832", lucerne, "EPSG:21781", settings=settings)
+    grids, grid = small_block.path / "grids", "ch_swisstopo_CHENyx06_ETRS.tif"
+    grids.mkdir()
+    folder = tmp_path / "out"
+
+    def look():
+        return look_at("a", small_block.path, folder)
+
+    assert run_block(look().task)["outcome"] == "done"  # by seven parameters
+    assert look().why == ""
+    for east_shift in (-3.5, -3.6):  # it comes, and is written anew
+        write_ntv2(grids / grid, -1.5, east_shift)
+        assert look().why == f"{grid} changed"
+        assert run_block(look().task)["outcome"] == "done"
+        assert look().why == ""
+    (grids / "readme.txt").write_text("from the national survey")
+    assert look().why == ""
+    (grids / grid).unlink()
+    assert look().why == f"{grid} changed"

@@ -164,8 +164,8 @@ def test_control_of_another_system_is_reprojected_and_said(small_block):
     assert block.control_points.index.tolist() == plain.index.tolist()
     (note,) = block.notes
     assert note == (
-        "control_points.csv: 8 points brought from EPSG:31258 to EPSG:31255; PROJ "
-        "states an accuracy of 0 m"
+        "control_points.csv: 8 points brought from MGI / Austria GK M31 (EPSG:31258) "
+        "to MGI / Austria GK Central (EPSG:31255) by change of map projection (0 m)"
     )
 
 
@@ -181,7 +181,7 @@ def test_axes_are_compared_in_the_system_of_the_file(small_block):
     small_block.replace(CONTROL, "easting,northing", "northing,easting")
     problems = find_problems(small_block.path).problems
     assert {type(problem) for problem in problems} == {ConsistencyError}
-    assert "outside the area of EPSG:31258" in problems[0].found
+    assert "outside the area of MGI / Austria GK M31 (EPSG:31258)" in problems[0].found
     assert (problems[0].row, problems[0].point) == (2, "0012")
 
 

@@ -50,13 +50,18 @@ def test_axes_without_system_are_believed(demo_block):
     assert axis_problems(frame, "EPSG:99999", "control.csv") == ([], [])
 
 
-def test_points_far_outside_are_noted(demo_block):
-    far = demo_block.control_points.assign(easting=9e6, northing=9e6)
+def test_points_far_outside_are_noted_and_most_of_them_an_error(demo_block):
+    far = demo_block.control_points.copy()
+    far.loc[far.index[:2], ["easting", "northing"]] = 9e6
     problems, notes = axis_problems(far, "EPSG:31255", "control.csv")
     assert problems == []
-    n = len(far)
-    said = f"control.csv: {n} of {n} points lie outside the area of use of EPSG:31255"
-    assert notes == [said]
+    label = "MGI / Austria GK Central (EPSG:31255)"
+    said = f"2 of {len(far)} points lie outside the area of use of {label}"
+    assert notes == [f"control.csv: {said}"]
+    far = far.assign(easting=9e6, northing=9e6)
+    (problem,), notes = axis_problems(far, "EPSG:31255", "control.csv")
+    assert f"lie outside the area of use of {label}" in problem.found
+    assert notes == []
 
 
 def test_standard_errors_in_millimetres(demo_block):

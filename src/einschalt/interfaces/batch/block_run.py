@@ -83,8 +83,8 @@ def _run(task, progress):
 
 def _compute(task, progress):
     progress(Stage.READING)
-    block = read_block(task.block)
-    result = densify(block, block.settings.updated(task.given), progress=progress)
+    block = read_block(task.block, task.given)
+    result = densify(block, block.settings, progress=progress)
     progress(Stage.ASSESSMENT)
     result.assessment  # noqa: B018
     progress(Stage.WRITING)

@@ -153,7 +153,7 @@ def _why(provenance, task):
     known = {table: entry["sha256"] for table, entry in inputs.items()}
     for table in sorted({*known, *signature["inputs"]}):
         if known.get(table) != signature["inputs"].get(table):
-            file = inputs.get(table, {}).get("file", table)
+            file = inputs.get(table, {}).get("file", table.removeprefix("grids."))
             return f"{file} changed"
     if _present(provenance.get("settings")) != signature["settings"]:
         return "the settings changed"

@@ -8,6 +8,7 @@ from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
 from einschalt.interfaces.files.block_toml import BLOCK_FILE, read_block_toml
+from einschalt.interfaces.files.grid_files import grids_of_block
 from einschalt.interfaces.files.input_files import checksum_or_none
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.result_folder import RESULT_NAMES
@@ -41,15 +42,16 @@ class BlockTask:
 
 def task_of(name, block, folder, given) -> BlockTask:
     """Look at the inputs of a block."""
-    files, settings, title = _inputs_of(block)
+    files, settings, title = _inputs_of(block, given)
     if settings is not None:
-        settings = settings.updated(given).model_dump(mode="json")
+        settings = settings.model_dump(mode="json")
     signature = {
         "version": metadata.version("einschalt"),
         "settings": settings,
         "inputs": {table: checksum_or_none(path) for table, path in files.items()},
     }
-    size = sum(_size(path) for path in files.values())
+    # a grid is large, and soon read
+    size = sum(_size(path) for t, path in files.items() if not t.startswith("grids."))
     facts = {"title": title, "files": tuple(files.values())}
     return BlockTask(name, block, folder, given, signature, size, **facts)
 
@@ -63,7 +65,7 @@ def output_of_task(task, inputs=None) -> Output:
     return Output(source, RESULT_NAMES, inputs, **options)
 
 
-def _inputs_of(block):
+def _inputs_of(block, given):
     """Files that a block reads, by table, its settings and name, as far as known."""
     title = as_unicode(block.resolve().name)
     toml_file = block / BLOCK_FILE
@@ -81,8 +83,10 @@ def _inputs_of(block):
         for table, source in named.items():
             if isinstance(source, str) and source.strip():
                 files[table] = block / source
+    settings = toml.settings.updated(given)
+    files |= grids_of_block(toml.sections, settings, block)
     section = toml.sections.get("block")
-    return files, toml.settings, (section and section.name) or title
+    return files, settings, (section and section.name) or title
 
 
 def _size(path):

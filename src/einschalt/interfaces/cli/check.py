@@ -2,6 +2,7 @@
 
 from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
 from einschalt.interfaces.cli.options import Block
+from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
     "einschalt check data_examples/neukirchen",
@@ -10,8 +11,11 @@ EXAMPLES = (
 
 
 @with_exit_status
+@with_settings_options(
+    "that of block.toml", ("crs_accuracy_m", "crs_operation", "grids")
+)
 @done_in_work
-def check(block: Block):
+def check(block: Block, *, given: dict):
     """Say everything that is wrong with a block's input.
 
     On a terminal as a table; in a pipe one line for each problem, which begins with

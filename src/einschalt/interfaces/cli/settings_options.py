@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,24 +13,25 @@ from einschalt.pipeline.settings import FORMER_WORDS, Settings, words_of
 PLACE = "given"  # argument of a command in whose place the options stand
 
 
-def with_settings_options(show_default):
+def with_settings_options(show_default, names=tuple(Settings.model_fields)):
     """Give a command one option for each field of Settings.
 
     They stand in the place of its argument ``given``, and it receives those that were
-    given, a dict by name. ``show_default``: what help says of one that is left out.
+    given, a dict by name. ``show_default``: what help says of one that is left out;
+    ``names``: of the fields.
     """
 
     def decorate(command):
         @functools.wraps(command)
         def run(**arguments):
-            chosen = {name: arguments.pop(name) for name in Settings.model_fields}
+            chosen = {name: arguments.pop(name) for name in names}
             given = {name: word for name, word in chosen.items() if word is not None}
             return command(**arguments, given=given)
 
         parameters = []
         for parameter in inspect.signature(command).parameters.values():
             is_place = parameter.name == PLACE
-            parameters += _options(show_default) if is_place else [parameter]
+            parameters += _options(show_default, names) if is_place else [parameter]
         run.__signature__ = inspect.Signature(parameters)
         run.__annotations__ = {one.name: one.annotation for one in parameters}
         return run
@@ -37,8 +39,9 @@ def with_settings_options(show_default):
     return decorate
 
 
-def _options(show_default):
-    for name, field in Settings.model_fields.items():
+def _options(show_default, names):
+    for name in names:
+        field = Settings.model_fields[name]
         kind, more = _kind(name, field)
         option = typer.Option(show_default=show_default, help=field.description, **more)
         yield inspect.Parameter(
@@ -56,6 +59,9 @@ def _kind(name, field):
         return str, {"parser": _present_word(name), "metavar": f"<{words}>"}
     if words_of(name):
         return field.annotation, {}
+    if name == "grids":  # block.toml means its own folder, the command line this one
+        parser = {"parser": lambda path: str(Path(path).absolute())}
+        return str, {**parser, "metavar": "<folder>"}
     # a preset or a number is read as text, and understood by Settings
     return field.annotation if field.annotation in (int, float) else str, {}
 

@@ -19,7 +19,7 @@ from einschalt.foundations.errors import (
     SettingsError,
     raise_problems,
 )
-from einschalt.foundations.projections import read_crs, reproject
+from einschalt.foundations.projections import read_crs, read_source_crs
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
@@ -32,9 +32,18 @@ from einschalt.interfaces.files.block_toml import (
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
+from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import is_there, read_once, require_file
+from einschalt.interfaces.files.points_of_systems import (
+    bring,
+    demand_of,
+    require_columns,
+    schema_in,
+    standard_errors_of,
+    with_plane_names,
+)
 from einschalt.interfaces.files.tables_by_suffix import read_table
-from einschalt.pipeline.block.axis_order import axis_problems
+from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
 
@@ -49,23 +58,25 @@ class BlockFindings:
     block: Block | None  # None where there are problems
 
 
-def read_block(path, *, kind=Block):
+def read_block(path, given=None, *, kind=Block):
     """Read a block as ``kind``, Block or a class derived from it.
 
-    ``path`` is the folder, or its block.toml. The tables keep the line of their file as
-    index. Several faults come together in a BlockError.
+    ``path`` is the folder, or its block.toml; ``given``: settings that go before those
+    in it. The tables keep the line of their file as index. Several faults come together
+    in a BlockError.
     """
-    found = find_problems(path, kind=kind)
+    found = find_problems(path, given, kind=kind)
     raise_problems(found.problems)
     return found.block
 
 
-def find_problems(path, *, kind=Block) -> BlockFindings:
+def find_problems(path, given=None, *, kind=Block) -> BlockFindings:
     """Look for everything that is wrong with a block, without raising."""
     try:
         path = _block_file(path)
         file = read_once(path, path.name)
         toml = _understood(file, read_block_toml)
+        toml.settings = toml.settings.updated(given or {})
     except EinschaltError as error:
         return BlockFindings((error,), (), (), None)
     reading = _Reading(file, toml)
@@ -123,6 +134,7 @@ class _Reading:
         self.checksums = {toml.source: file.checksum()}
         self.files = [file.path.absolute()]  # the present folder may be another later
         self.notes = []
+        self.shared_errors_m = {}
 
     def fields(self):
         """Return the fields of the block, as far as they could be read."""
@@ -146,6 +158,7 @@ class _Reading:
                 if name in sections
             ),
             "notes": tuple(self.notes),
+            "shared_errors_m": self.shared_errors_m,
         }
 
     def _flight(self, name):
@@ -190,10 +203,14 @@ class _Reading:
 
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
-        file = read_once(self._path(source, section, key), source)
+        file = self._signed(self._path(source, section, key), source)
+        return _understood(file, read, source)
+
+    def _signed(self, path, source):
+        file = read_once(path, source)
         self.checksums[source] = file.checksum()
         self.files.append(file.path.absolute())
-        return _understood(file, read, source)
+        return file
 
     def _said(self, section, key, read):
         """What a function reads; None, and said, where that fails."""
@@ -229,43 +246,96 @@ class _Reading:
         section = self.toml.sections.get(name)
         if section is None or section.file is None:
             return None
-        frame = self._table(name, "file", POINT_TABLES[name])
+        own = None if section.crs is None else self._other_system(section.crs, name)
+        schema = POINT_TABLES[name]
+        schema = schema if own is None else schema_in(schema, own)
+        frame = self._table(name, "file", schema)
         if frame is None:
             return None
         source = self.sources[name]
-        checked = tables.check_table(frame, POINT_TABLES[name], source=source)
-        is_other = section.crs is not None and self._is_other_system(section.crs, name)
+        if own is not None and not self._has_its_columns(frame, own, name):
+            return None
+        checked = tables.check_table(frame, schema, source=source)
         if checked.problems:
+            if own is not None:
+                self.toml.said.add((name, "file"))
+                self.toml.problems += checked.problems
+                return None
             return frame  # check_block says what is wrong, in the words of the file
         error = getattr(section, "standard_error_m", None)
         if error is not None and "standard_error_m" not in frame:
             frame = frame.assign(standard_error_m=error)
-        if is_other:
-            return self._in_crs_of_block(frame, checked.frame, section.crs, name)
-        return frame
+        if section.shared_error_m is not None:
+            self.shared_errors_m[name] = section.shared_error_m
+        if own is None:
+            return frame
+        frame, understood = with_plane_names(frame), with_plane_names(checked.frame)
+        return self._in_crs_of_block(frame, understood, own, name)
 
-    def _in_crs_of_block(self, frame, checked, crs, name):
-        problems, _ = axis_problems(checked, crs, self.sources[name])
+    def _has_its_columns(self, frame, own, name):
+        try:
+            require_columns(frame, own, self.sources[name])
+        except EinschaltError as error:
+            self.toml.say(error, name, "file")
+            return False
+        return True
+
+    def _in_crs_of_block(self, frame, checked, own, name):
+        problems, _ = own_axis_problems(checked, own, self.sources[name])
         if problems:
             self.toml.said.add((name, "file"))
             self.toml.problems += problems
             return None
-        return self._reprojected(frame, checked, crs, name)
+        return self._said(
+            name, "file", lambda: self._brought(frame, checked, own, name)
+        )
 
-    def _is_other_system(self, crs, name):
-        """Whether both systems are known and differ; says what is wrong with theirs."""
+    def _brought(self, frame, checked, own, name):
+        """Points in the system of the block, and what that adds to their errors."""
+        source, settings = self.sources[name], self.toml.settings
+        error = frame.get("standard_error_m", self._m_0_of(name))
+        error = standard_errors_of(checked, error)
+        demand, grids = demand_of(settings, error), grid_folder(settings, self.folder)
+        systems = own, read_crs(self.crs)
+        files = self._grids(grids_between(*systems, grids))
         try:
-            own = read_crs(crs)
+            done = bring(frame, checked, systems, demand, grids=grids, source=source)
+        except EinschaltError as error:
+            raise error.with_facts(file=source) from error
+        finally:
+            for file in files:
+                file.require_unchanged()
+        self.notes.append(done.note)
+        before = self.shared_errors_m.get(name, 0.0)
+        shared = float(np.hypot(before, done.operation.accuracy_m))
+        if shared > 0.0:
+            self.shared_errors_m[name] = shared
+        return done.frame
+
+    def _grids(self, paths):
+        """Files of grids, which are signed for as the tables are."""
+        names = {table: table.partition(".")[2] for table in paths}
+        self.sources |= names
+        return [self._signed(path, names[table]) for table, path in paths.items()]
+
+    def _m_0_of(self, name):
+        return getattr(self.toml.sections[name], "m_0_m", None)
+
+    def _other_system(self, crs, name):
+        """System of the points, where that of the block is known and another one."""
+        try:
+            own = read_source_crs(crs)
         except EinschaltError as error:
             found = f"[{name}] {error.found}"
             where = {"file": self.toml.source, "section": name, "key": "crs"}
             problem = error.with_facts(found=found, **where)
             self.toml.say(problem, name, "crs")
-            return False
+            return None
         if self.crs is None and ("block", "crs") not in self.toml.said:
+            file = self.toml.sections[name].file
             problem = SettingsError(
                 "[block] crs is missing",
-                expected=f"a system into which {self.sources[name]} is brought",
+                expected=f"a system into which {file} is brought",
                 remedy=f"Add crs = … to [block], or take it out of [{name}]",
                 file=self.toml.source,
                 section="block",
@@ -273,24 +343,7 @@ class _Reading:
             )
             self.toml.say(problem, "block", "crs")
         try:
-            return self.crs is not None and own != read_crs(self.crs)
+            is_other = self.crs is not None and own != read_crs(self.crs)
         except EinschaltError:  # said by check_facts
-            return False
-
-    def _reprojected(self, frame, checked, crs, name):
-        source = self.sources[name]
-        plane = (checked[axis].to_numpy() for axis in ("easting", "northing"))
-        try:
-            easting, northing, accuracy = reproject(*plane, crs, self.crs)
-        except EinschaltError as error:
-            self.toml.say(error.with_facts(file=source), name, "file")
             return None
-        states = "states no accuracy"
-        if np.isfinite(accuracy):
-            states = f"states an accuracy of {accuracy:g} m"
-        heights = "; heights are left as they are" if "height" in frame else ""
-        self.notes.append(
-            f"{source}: {len(frame)} points brought from {crs} to {self.crs}; "
-            f"PROJ {states}{heights}"
-        )
-        return frame.assign(easting=easting, northing=northing)
+        return own if is_other else None

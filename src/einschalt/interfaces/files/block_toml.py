@@ -40,6 +40,11 @@ def _measure(unit, **limits):
     return Field(default=None, description=f"a number ({unit})", **limits)
 
 
+def _shared_error():
+    unit = "metres, TOTAL, above 0, at most 100, that all points share"
+    return _measure(unit, gt=0, le=100)
+
+
 class _Section(BaseModel):
     # strict: 7.5 in quotes is no number, true is no 1; TOML knows nan and inf
     model_config = ConfigDict(
@@ -62,6 +67,7 @@ class ControlPointsSection(_Section):
     standard_error_m: float | None = Field(
         default=None, gt=0, le=10, description="a number above 0, at most 10 metres"
     )
+    shared_error_m: float | None = _shared_error()
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 
 
@@ -71,6 +77,7 @@ class ApproximatePointsSection(_Section):
     file: str = Field(description="a text: the name of a table")
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     m_0_m: float | None = _measure("metres")
+    shared_error_m: float | None = _shared_error()
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 
 

@@ -59,6 +59,7 @@ def _write_files(block, folder, suffix):
             sections[name] = {
                 "file": _write_part(frame, folder, f"{name}{suffix}"),
                 "may_be_unmeasured": block.may_be_unmeasured or None,
+                "shared_error_m": block.shared_errors_m.get(name),
             }
     if "approximate_points" in sections:
         sections["approximate_points"]["m_0_m"] = block.approximate_m_0_m

@@ -60,7 +60,8 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     known, as a lower bound.
     """
     figures, claim = examined.figures, examined.claim
-    total, paper = figures.mean_total, figures.mean_paper
+    # no measurement sees what all points share: it is added to whichever figure
+    total, paper = figures.mean_within, figures.mean_paper
     if np.isnan(total) and np.isnan(paper):
         value, reason = np.nan, Reason.UNKNOWN
     elif has_credible_propagation(examined):
@@ -74,7 +75,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         value = np.nanmax([enlarged, paper, figures.mean_internal])
         reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
     return CredibleFigure(
-        value=float(value),
+        value=float(np.hypot(value, figures.shared_error)),
         is_lower_bound=reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED),
         column=claimed_column(figures),
         factor=claim.enlargement,
@@ -89,7 +90,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     does not explain them; as a lower bound where more than the size of the random
     errors must be wrong, deformed models among it.
     """
-    total, s_0 = examined.figures.mean_total, float(examined.adjustment.s_0)
+    total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
     known = (examined.known_check, examined.known_control)
     ratios = [part.ratio for part in known if part.are_beyond]
     is_large = is_large_s_0(examined.adjustment)
@@ -103,7 +104,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         ratios.append(s_0)
     enlargement = max([1.0, *ratios])
     return CredibleFigure(
-        value=float(total * enlargement),
+        value=float(np.hypot(total * enlargement, examined.figures.shared_error)),
         is_lower_bound=is_refuted,
         column=examined.claimed_column,
         # s_0 never makes a figure smaller
@@ -135,7 +136,7 @@ def claimed_column(figures) -> str:
 
 def has_credible_propagation(examined) -> bool:
     """Whether two steps have a propagated figure that no measurement contradicts."""
-    total = examined.figures.mean_total
+    total = examined.figures.mean_within
     is_explained = largest_measured(examined.figures) <= MIN_REPORTED_RATIO * total
     misfit = high_flight_misfit(examined)
     has_fit = misfit is None or not misfit.is_large

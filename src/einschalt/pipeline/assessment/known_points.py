@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO
+from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -78,6 +78,9 @@ def _claimed(examined, rows):
     """Total figure claimed for densified - given: both have an error."""
     given = examined.block.control_points
     variance = rows[examined.claimed_column].to_numpy(dtype=float) ** 2
+    if examined.claimed_column == TOTAL:
+        # given and densified share it, so that their difference is without
+        variance = np.maximum(variance - examined.figures.shared_error**2, 0.0)
     if given is not None and "standard_error_m" in given:
         errors = given.set_index("point_id")["standard_error_m"].astype(float)
         variance = variance + np.nan_to_num(errors.reindex(rows["point_id"])) ** 2

@@ -83,6 +83,8 @@ def with_tolerance(examined):
         return examined.points
     used, points = examined.checked, examined.points
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
+    if used.column != TOTAL:  # which alone holds what all points share
+        figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     # a figure that is not known passes nothing: nan <= limit is False
     is_small = used.factor * figure <= tolerance.point
     return points.assign(

@@ -185,6 +185,7 @@ FIELD_KINDS = {
     "checksums": (Mapping, "a dict of checksums"),
     "notes": (tuple, "a tuple of texts"),
     "may_be_unmeasured": (bool, "True or False"),
+    "shared_errors_m": (Mapping, "a dict of metres by table"),
 }
 
 
@@ -217,6 +218,9 @@ class Block:
     may_be_unmeasured : bool
         Whether control or approximate points that lie in no model are passed over
         instead of being taken for misspelt.
+    shared_errors_m : dict of str to float
+        TOTAL error that all control_points, or all approximate_points, have in common
+        [m]: that of the operation by which they came into ``crs``.
 
     Raises
     ------
@@ -237,6 +241,7 @@ class Block:
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
+    shared_errors_m: dict = field(default_factory=dict)
 
     def __post_init__(self):
         """Check all tables, and keep them as checked."""

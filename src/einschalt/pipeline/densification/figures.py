@@ -25,6 +25,9 @@ class BlockFigures:
         Root mean square of the propagated ``standard_error_total`` of the new points.
     control_rms, check_rms : float
         Densified less given coordinates.
+    shared_error : float
+        What all points share of ``mean_total``: the error of the operation between
+        reference systems; 0 where there is none.
     n_points, n_new, n_control, n_check, n_models_high, n_models_low, n_failed : int
     """
 
@@ -45,9 +48,19 @@ class BlockFigures:
     n_models_high: int
     n_models_low: int
     n_failed: int
+    shared_error: float = 0.0
+
+    @property
+    def mean_within(self):
+        """``mean_total`` without what all points share, which no test can see."""
+        if self.shared_error == 0.0:
+            return self.mean_total
+        return float(np.sqrt(max(self.mean_total**2 - self.shared_error**2, 0.0)))
 
 
-def two_step_figures(high, low, means, points, failures) -> BlockFigures:
+def two_step_figures(
+    high, low, means, points, failures, shared_error=0.0
+) -> BlockFigures:
     """Collect the figures of the two-step way."""
     new = points[points["role"] == "new"]
     approximation = np.nan
@@ -66,6 +79,7 @@ def two_step_figures(high, low, means, points, failures) -> BlockFigures:
         n_models_high=0 if high is None else len(high.transformation.models),
         n_models_low=len(low.models),
         n_failed=len(failures),
+        shared_error=shared_error,
         **_known_points(points),
     )
 
@@ -83,7 +97,7 @@ def _known_points(points):
     }
 
 
-def adjusted_figures(adjusted, points, failures) -> BlockFigures:
+def adjusted_figures(adjusted, points, failures, shared_error=0.0) -> BlockFigures:
     """Collect the figures of a simultaneous adjustment.
 
     NaN for those of the paper and of the coverages, which belong to two steps.
@@ -99,6 +113,7 @@ def adjusted_figures(adjusted, points, failures) -> BlockFigures:
         n_models_high=int(of_flight.get("high_flight", 0)),
         n_models_low=int(of_flight.get("low_flight", 0)),
         n_failed=len(failures),
+        shared_error=shared_error,
         **dict.fromkeys((*two_steps, *internal), np.nan),
         **_known_points(points),
     )

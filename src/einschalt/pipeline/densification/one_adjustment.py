@@ -23,6 +23,10 @@ from einschalt.pipeline.densification.two_steps import (
     solve_in_two_steps,
 )
 from einschalt.pipeline.progress import Stage
+from einschalt.stages.error_propagation.shared_error import (
+    shared_error_of,
+    with_shared_columns,
+)
 from einschalt.stages.simultaneous.adjustment import BlockAdjustment
 
 
@@ -53,6 +57,8 @@ def solve_in_one_adjustment(
     points = point_columns(block, flights, adjusted, two_step)
     points = with_roles(points, block.control_points)
     points = distribute_adjusted(block, settings, points)
+    shared_error = shared_error_of(block, "simultaneous")
+    points = with_shared_columns(points, shared_error)
     parts = [(name, oriented.failures) for name, oriented in flights.items()]
     failures = failures_of([*parts, ("", adjusted.failures)])
     return SimultaneousSolution(
@@ -63,7 +69,7 @@ def solve_in_one_adjustment(
         residuals=adjusted.residuals,
         failures=failures,
         gross_measurements=no_gross_measurements(),  # all are in the residuals
-        figures=adjusted_figures(adjusted, points, failures),
+        figures=adjusted_figures(adjusted, points, failures, shared_error),
         adjustment=adjusted,
         two_step=two_step,
         **of_orientations(flights),

@@ -41,6 +41,10 @@ from einschalt.pipeline.progress import Stage
 from einschalt.stages.coverage_screening import COLUMNS, CoverageScreening
 from einschalt.stages.error_propagation.error_model import ErrorModel
 from einschalt.stages.error_propagation.operators import PropagatedErrors
+from einschalt.stages.error_propagation.shared_error import (
+    shared_error_of,
+    with_shared_error,
+)
 from einschalt.stages.model_screening import screen_models
 from einschalt.stages.stage1_approximate_coordinates import (
     ApproximateCoordinates,
@@ -219,7 +223,7 @@ def solve_in_two_steps(block, settings, flights, report_progress) -> TwoStepSolu
         iteration=iteration,
         own_deformation=own,
         **_of_last_fit(last),
-        **_tables(flights, high, last, points),
+        **_tables(flights, high, last, points, shared_error_of(block)),
     )
 
 
@@ -229,7 +233,7 @@ def _of_last_fit(last):
     return {"low": last.low, "means": last.means, "single_values": values}
 
 
-def _tables(flights, high, last, points):
+def _tables(flights, high, last, points, shared_error):
     """Tables of all flights together."""
     low = last.low
     failures = _failures(flights, high, low)
@@ -238,7 +242,9 @@ def _tables(flights, high, last, points):
         "residuals": of_transformed_flights(high, low, attrgetter("residuals")),
         **of_orientations(flights),
         "failures": failures,
-        "figures": two_step_figures(high, low, last.means, points, failures),
+        "figures": two_step_figures(
+            high, low, last.means, points, failures, shared_error
+        ),
     }
 
 
@@ -302,6 +308,7 @@ def _final_points(block, settings, means, screening, errors):
     points = with_suspects(means.points, screening)
     points = with_roles(points, block.control_points)
     points, errors = distributed(block, settings, points, errors)
+    errors = with_shared_error(errors, shared_error_of(block))
     return with_standard_errors(points, errors), errors
 
 

@@ -19,7 +19,7 @@ def iterated(*, n_held=3, n_models_held=8, once=0.05, now=0.04):
             n_models=10,
             n_models_held=n_models_held,
         ),
-        figures=SimpleNamespace(mean_total=now),
+        figures=SimpleNamespace(mean_within=now),
         total_of_one_pass=once,
     )
 

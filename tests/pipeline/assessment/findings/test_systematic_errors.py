@@ -27,7 +27,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
         adjusted = SimpleNamespace(control=control)
     return SimpleNamespace(
         patterns=SystematicPatterns(affinities, strain),
-        figures=SimpleNamespace(mean_total=mean_total),
+        figures=SimpleNamespace(mean_within=mean_total),
         adjustment=adjusted,
     )
 

@@ -10,9 +10,12 @@ from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
 
 
-def check(block):
-    """Print everything that is wrong with a block's input."""
-    found = find_problems(block)
+def check(block, given=None):
+    """Print everything that is wrong with a block's input.
+
+    ``given``: settings that go before those of block.toml.
+    """
+    found = find_problems(block, given)
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))
     else:

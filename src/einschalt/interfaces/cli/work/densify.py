@@ -13,8 +13,8 @@ def densify(block, output, given, *, ellipse_scale=None, overwrite=False, quiet=
     """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
-    read = python_api.read_block(block)
-    settings = read.settings.updated(given)
+    read = python_api.read_block(block, given)
+    settings = read.settings
     with (
         held_folder(output, output_of(read, overwrite=overwrite)),
         stage_progress(is_quiet=quiet) as progress,

@@ -53,7 +53,7 @@ def iteration_facts(examined) -> IterationFacts | None:
         n_models_held=iteration.n_models_held,
         n_models=iteration.n_models,
         total_of_one_pass=examined.total_of_one_pass,
-        total=float(examined.figures.mean_total),
+        total=float(examined.figures.mean_within),
     )
 
 

@@ -66,10 +66,10 @@ def contradicted_propagation(two_step):
         "contradicted_propagation",
         statistic="larger one of the paper's and the internal figure",
         observed=largest_measured(figures),
-        expected=figures.mean_total,
+        expected=figures.mean_within,
         remedy="raise_m_g",
         facts={
-            "propagated": float(figures.mean_total),
+            "propagated": float(figures.mean_within),
             "paper": float(figures.mean_paper),
             "internal": float(figures.mean_internal),
         },
@@ -99,7 +99,7 @@ def contradicted_budget(two_step):
 
 
 def _exceeds_propagation(figures):
-    return largest_measured(figures) > MIN_REPORTED_RATIO * figures.mean_total
+    return largest_measured(figures) > MIN_REPORTED_RATIO * figures.mean_within
 
 
 def no_check_points(examined):

@@ -13,7 +13,7 @@ def drift(two_step):
     iteration = two_step.iteration
     if iteration is None:
         return None
-    once, now = two_step.total_of_one_pass, float(two_step.figures.mean_total)
+    once, now = two_step.total_of_one_pass, float(two_step.figures.mean_within)
     facts = {
         "n_models": int(iteration.n_models),
         "n_models_held": int(iteration.n_models_held),

@@ -11,7 +11,7 @@ MOST_DISPLACEMENTS = 10
 
 def film_affinity(examined):
     """Flights whose models have an affinity that their transformation leaves."""
-    least = MIN_REPORTED_RATIO * examined.figures.mean_total
+    least = MIN_REPORTED_RATIO * examined.figures.mean_within
     found = [
         part
         for part in examined.patterns.affinities
@@ -55,7 +55,7 @@ def _smooth_strain(examined, remedy):
     strain = examined.patterns.strain
     if strain is None or not (strain.is_significant and strain.is_smooth):
         return None
-    claimed = float(examined.figures.mean_total)
+    claimed = float(examined.figures.mean_within)
     is_known = claimed > 0.0
     largest = strain.displacements.head(MOST_DISPLACEMENTS)
     return finding(

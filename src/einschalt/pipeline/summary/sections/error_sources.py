@@ -8,6 +8,7 @@ NAMES = {
     "high_flight": "high flight, measurement",
     "low_flight": "low flight, measurement",
     "orientation": "relative orientation",
+    "reference_system": "operation between reference systems",
     "own_deformation": "deformation of each model",
 }
 SMALLEST_SHARE = 0.005

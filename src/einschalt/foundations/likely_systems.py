@@ -1,0 +1,98 @@
+"""Which system was meant, where coordinates do not fit the one that was named."""
+
+from functools import lru_cache
+from itertools import takewhile
+
+import numpy as np
+import pyproj
+from pyproj.enums import PJType
+
+from einschalt.foundations.coordinate_operations import offline, system_label
+from einschalt.foundations.projections import (
+    area_of,
+    degrees_of,
+    extent_of,
+    read_source_crs,
+)
+
+MOST_LIKELY = 3
+
+
+def likely_systems(easting, northing, crs):
+    """Systems of the same datum which points [m] fit that lie outside of theirs.
+
+    Names and codes of those that hold these very numbers (another zone was meant), and
+    of those in whose area the place lies if it was given rightly (the neighbouring
+    zone). ``crs``: the plane system that was named, with an area of use.
+    """
+    crs = read_source_crs(crs)
+    middle = np.median(easting), np.median(northing)
+    place = degrees_of(*middle, crs)
+    own = system_label(crs)
+    others = [one for one in _of_same_datum(crs) if system_label(one) != own]
+    fitting = [one for one in others if _holds(extent_of(one), middle)]
+    there = [one for one in others if _holds(area_of(one), place)]
+    return _nearest(crs, fitting), _nearest(crs, there)
+
+
+def likely_sources(easting, northing, crs, target):
+    """Systems of the same datum in which the numbers lie in the area of another one.
+
+    ``crs`` was named for the point, ``target`` is where it is to be brought. Names and
+    codes.
+    """
+    middle, area = (easting, northing), area_of(target)
+    others = [o for o in _of_same_datum(crs) if system_label(o) != system_label(crs)]
+    return _nearest(
+        crs,
+        [
+            one
+            for one in others
+            if _holds(extent_of(one), middle) and _holds(area, degrees_of(*middle, one))
+        ],
+    )
+
+
+def _of_same_datum(crs):
+    """Plane systems of the same datum and unit, as EPSG lists them."""
+    family = crs.name.split(" / ")[0]
+    if family == crs.name:
+        return []
+    unit = crs.axis_info[0].unit_name
+    return [
+        one
+        for one in _listed(family)
+        if {axis.unit_name for axis in one.axis_info} == {unit}
+        and {axis.direction for axis in one.axis_info} == {"east", "north"}
+    ]
+
+
+@lru_cache(maxsize=8)
+def _listed(family):
+    with offline():
+        known = pyproj.database.query_crs_info("EPSG", PJType.PROJECTED_CRS)
+    return [
+        pyproj.CRS.from_epsg(one.code)
+        for one in known
+        if one.name.startswith(f"{family} / ")
+    ]
+
+
+def _holds(bounds, point):
+    if bounds is None or not np.all(np.isfinite(point)):
+        return False
+    west, south, east, north = bounds
+    return west <= point[0] <= east and south <= point[1] <= north
+
+
+def _nearest(crs, systems):
+    """The first few: those named alike, as zones are, then those of small countries."""
+
+    def rank(other):
+        west, south, east, north = area_of(other)
+        words = zip(crs.name.split(), other.name.split(), strict=False)
+        alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], words))
+        is_variant = "(" in other.name  # with its axes exchanged
+        return -alike, is_variant, abs(east - west) * (north - south)
+
+    return [system_label(one) for one in sorted(systems, key=rank)[:MOST_LIKELY]]

@@ -1,0 +1,180 @@
+"""Ground points of any reference system, brought into that of the block.
+
+Plane systems have columns easting, northing in their own unit, geographic ones
+longitude, latitude: named columns, so that no authority's order of axes matters.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.coordinate_operations import (
+    Demand,
+    Operation,
+    offline,
+    system_label,
+)
+from einschalt.foundations.errors import ProjectionError, TableError
+from einschalt.foundations.projections import METRE, reproject, turn
+from einschalt.pipeline.block.places import target_problems
+
+BY_AXIS = ["standard_error_easting", "standard_error_northing"]
+PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
+SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
+UNKNOWN_ERROR = 0.01  # metres, where points have no standard error
+UNITS = {"degree": "degrees", "metre": "metres", "grad": "grads"}
+
+
+def schema_in(schema, crs):
+    """Schema of points that are given in a system of their own, in its unit.
+
+    With longitude and latitude where it is geographic.
+    """
+    unit = crs.axis_info[0].unit_name
+    words = UNITS.get(unit, f"{unit} units")
+    names = dict(zip(PLANE, GEOGRAPHIC if crs.is_geographic else PLANE, strict=True))
+    columns = tuple(
+        replace(c, name=names[c.name], unit=words) if c.name in names else c
+        for c in schema.columns
+    )
+    return replace(schema, columns=columns)
+
+
+def require_columns(frame, crs, source):
+    """Refuse degrees in columns that say metres."""
+    has = set(frame.columns)
+    if crs.is_geographic and has & set(PLANE) and not has & set(GEOGRAPHIC):
+        unit = UNITS.get(crs.axis_info[0].unit_name, "its unit")
+        raise TableError(
+            f"{system_label(crs)} is geographic, but the columns are easting and "
+            "northing",
+            expected=f"columns longitude and latitude, in {unit}",
+            remedy="Rename the columns, or name the plane system of the coordinates",
+            file=source,
+            row=1 if frame.index.name == tables.LINE else None,
+        )
+
+
+def with_plane_names(frame):
+    """Points with their first two coordinates called easting and northing."""
+    return frame.rename(columns=dict(zip(GEOGRAPHIC, PLANE, strict=True)))
+
+
+def standard_errors_of(checked, default):
+    """TOTAL standard errors of points, in whichever columns they stand [m].
+
+    ``default`` where they stand in none.
+    """
+    if "standard_error_m" in checked:
+        return checked["standard_error_m"]
+    if set(BY_AXIS) <= set(checked):
+        return np.hypot(*(checked[name] for name in BY_AXIS))
+    return default
+
+
+def demand_of(settings, standard_errors):
+    """How accurate the operation must be, for points of a TOTAL standard error [m]."""
+    named = settings.crs_operation
+    if settings.crs_accuracy_m is not None:
+        said = settings.crs_accuracy_m, "as crs_accuracy_m says"
+        return Demand(*said, named, is_stated=True)
+    if standard_errors is None:
+        reason = "since the points have no standard error (crs_accuracy_m allows more)"
+        return Demand(UNKNOWN_ERROR, reason, named)
+    size = float(np.median(np.asarray(standard_errors, dtype=float)))
+    reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
+    return Demand(SHARE_OF_ERROR * size, reason, named)
+
+
+@dataclass(frozen=True, eq=False)
+class Brought:
+    """Points in the system of the block."""
+
+    frame: pd.DataFrame
+    operation: Operation
+    note: str  # what was done
+
+
+def bring(frame, checked, systems, demand, *, grids=None, source=""):
+    """Bring points into the system of the block.
+
+    ``frame`` is as read and ``checked`` as understood, with plane names in both;
+    ``systems`` are their own and that of the block. An EinschaltError where no
+    operation meets the ``demand``, the points lie elsewhere, or nobody knows what their
+    heights are in the system of the block.
+    """
+    own, target, said = _in_as_many_axes(checked, *systems)
+    names = [*PLANE, *(["height"] if len(own.axis_info) > len(PLANE) else [])]
+    given = checked[names].to_numpy(dtype=float)
+    lacks_height = np.isnan(given).any(axis=1)
+    points = np.where(np.isnan(given), np.nanmean(given, axis=0), given)
+    problems = target_problems(points, own, target, source)
+    if problems:
+        raise problems[0]
+    moved, operation, better = reproject(points, own, target, demand, grids)
+    columns = {name: moved[:, place] for place, name in enumerate(names)}
+    if "height" in columns:
+        columns["height"] = np.where(lacks_height, np.nan, columns["height"])
+    columns |= _turned_errors(checked, points, own, operation, grids)
+    way = f"from {system_label(systems[0])} to {system_label(systems[1])}"
+    note = f"{source}: {len(frame)} points brought {way} by {operation}"
+    if operation.grids:
+        note += f" with {' and '.join(name for name, _ in operation.grids)}"
+    if better is not None:
+        note += f"; better would be {better}"
+    return Brought(frame.assign(**columns), operation, f"{note}{said}")
+
+
+def _in_as_many_axes(checked, own, target):
+    """Both systems with heights or without, and what is said of the heights."""
+    flat = own.to_2d(), target.to_2d()
+    if "height" not in checked or not checked["height"].notna().any():
+        return *flat, ""
+    has_own, has_target = (len(crs.axis_info) > len(PLANE) for crs in (own, target))
+    if has_own and has_target:
+        return own, target, ""
+    way = f"{system_label(own)} to {system_label(target)}"
+    if has_target:
+        raise ProjectionError(
+            f"{way}: the heights of the points have no system, those of the block do",
+            expected="crs of the points with their heights, such as EPSG:25833+5621",
+            remedy="Add the vertical system to crs of the points, or take that of the "
+            "block away",
+        )
+    if not has_own:
+        return *flat, "; heights are left as they are"
+    if own.is_compound and own.axis_info[-1].unit_name == METRE:
+        return *flat, f"; heights stay {own.sub_crs_list[-1].name}"
+    kind = f"in {own.axis_info[-1].unit_name}" if own.is_compound else "ellipsoidal"
+    raise ProjectionError(
+        f"{way}: the heights of the points are {kind}, and the block has no system of "
+        "heights",
+        expected="crs of the block with its heights, such as EPSG:31255+5778",
+        remedy="Add the vertical system to crs of the block, or take the heights out",
+    )
+
+
+def _turned_errors(checked, points, own, operation, grids):
+    """Standard errors along the axes of the block, where the table has them by axis."""
+    names = BY_AXIS
+    if not set(names) <= set(checked):
+        return {}
+    with offline(grids):
+        angle = turn(points, own, operation)
+    covariance = np.zeros((len(checked), 3, 3))
+    covariance[:, 0, 0], covariance[:, 1, 1] = (checked[names].to_numpy() ** 2).T
+    pairs = {"covariance_en": (0, 1), "covariance_eh": (0, 2), "covariance_nh": (1, 2)}
+    for name, (one, two) in pairs.items():
+        if name in checked:
+            covariance[:, one, two] = covariance[:, two, one] = checked[name]
+    rotation = np.zeros_like(covariance)
+    rotation[:, 0, 0] = rotation[:, 1, 1] = np.cos(angle)
+    rotation[:, 1, 0] = np.sin(angle)
+    rotation[:, 0, 1] = -rotation[:, 1, 0]
+    rotation[:, 2, 2] = 1.0
+    turned = rotation @ covariance @ np.swapaxes(rotation, 1, 2)
+    errors = {n: np.sqrt(turned[:, k, k]) for k, n in enumerate(names)}
+    kept = {n: at for n, at in pairs.items() if n == "covariance_en" or n in checked}
+    return errors | {name: turned[:, one, two] for name, (one, two) in kept.items()}

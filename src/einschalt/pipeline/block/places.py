@@ -1,0 +1,105 @@
+"""Where ground coordinates lie, if their system is the one that was named.
+
+A block in the neighbouring zone, outside the area of use, or in a system that shows
+lengths half as long again as they are, would be computed to the last digit, and wrong.
+"""
+
+import numpy as np
+
+from einschalt.foundations.coordinate_operations import system_label
+from einschalt.foundations.errors import ConsistencyError, ProjectionError
+from einschalt.foundations.likely_systems import likely_sources, likely_systems
+from einschalt.foundations.projections import (
+    area_of,
+    degrees_of,
+    extent_of,
+    scale_range,
+)
+
+# of a length: national systems keep within a few tenths of a per cent
+WORST_SCALE = 0.01
+LEAST_SHARE = 0.5  # of the points that lie outside of the area
+DEGREES_AROUND = 1.0  # beyond an area of use, for control along the border
+
+
+def place_problems(easting, northing, crs, source):
+    """Say what is wrong with a system for the points that are given in it.
+
+    At most one problem: most points lie outside the area of use, or lengths are
+    distorted. ``source`` is the file.
+    """
+    extent = extent_of(crs)
+    if extent is not None:
+        west, south, east, north = extent
+        is_inside = (easting >= west) & (easting <= east)
+        is_inside &= (northing >= south) & (northing <= north)
+        if np.mean(~is_inside) > LEAST_SHARE:
+            return [_outside(easting, northing, crs, source)]
+    found = scale_range(easting, northing, crs)
+    if found is None or max(1.0 - found[0], found[1] - 1.0) < WORST_SCALE:
+        return []
+    worst = max(found, key=lambda scale: abs(np.log(scale)))
+    return [
+        ConsistencyError(
+            f"{system_label(crs)} shows lengths there {worst:.3g} times as "
+            "long as they are",
+            expected=f"a system true to scale within {WORST_SCALE:.0%}",
+            remedy="Take the national system or the UTM zone of the place as crs of "
+            "the block, and transform its points into it",
+            file=source,
+        )
+    ]
+
+
+def _outside(easting, northing, crs, source):
+    middle = np.median(easting), np.median(northing)
+    fitting, there = likely_systems(easting, northing, crs)
+    plane, degrees = ("easting", "northing"), ("longitude", "latitude")
+    names, digits = (degrees, 2) if crs.is_geographic else (plane, 0)
+    ways = []
+    if fitting:
+        ways.append(f"these coordinates fit {' or '.join(fitting)}: correct crs")
+    if there:
+        ways.append(f"the place belongs to {' or '.join(there)}: transform into that")
+    text = "; or ".join(ways) or "check crs, and the unit of the coordinates"
+    return ConsistencyError(
+        f"the points, about {names[0]} {middle[0]:.{digits}f}, {names[1]} "
+        f"{middle[1]:.{digits}f}, lie outside the area of use of {system_label(crs)}",
+        expected=_area(crs),
+        remedy=f"{text[0].upper()}{text[1:]}",
+        file=source,
+    )
+
+
+def _area(crs):
+    west, south, east, north = area_of(crs)
+    return f"longitudes {west:g}° to {east:g}°, latitudes {south:g}° to {north:g}°"
+
+
+def target_problems(points, source_crs, target_crs, source):
+    """Say that points of another system lie outside the area of the block's.
+
+    ``points``, shape (n_points, n_axes), in their own system.
+    """
+    area = area_of(target_crs)
+    if area is None or source_crs.is_engineering:
+        return []
+    east, north = np.median(points[:, :2], axis=0)
+    longitude, latitude = degrees_of(east, north, source_crs)
+    ahead, above = longitude - (area[0] + area[2]) / 2.0, latitude - area[1]
+    is_near = abs(ahead) <= (area[2] - area[0]) / 2.0 + DEGREES_AROUND
+    is_near &= -DEGREES_AROUND <= above <= area[3] - area[1] + DEGREES_AROUND
+    if is_near or area[0] > area[2]:
+        return []
+    likely = likely_sources(east, north, source_crs, target_crs)
+    meant = f" to {' or '.join(likely)}" if likely else ""
+    return [
+        ProjectionError(
+            f"{system_label(source_crs)} puts the points at longitude "
+            f"{longitude:.2f}°, latitude {latitude:.2f}°, outside the area of "
+            f"{system_label(target_crs)}",
+            expected=_area(target_crs),
+            remedy=f"Correct crs of the points{meant}, or that of the block",
+            file=source,
+        )
+    ]

@@ -1,0 +1,244 @@
+"""Which operation between two reference systems is used, and which never in silence."""
+
+import numpy as np
+import pyproj
+import pytest
+from tests.ntv2_grids import write_ntv2
+
+from einschalt.foundations.coordinate_operations import (
+    CONVERSION,
+    Demand,
+    offline,
+    system_label,
+)
+from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.projections import (
+    extent_of,
+    read_crs,
+    read_source_crs,
+    reproject,
+    scale_range,
+    turn,
+)
+
+SITE = (
+    'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
+    'LENGTHUNIT["metre",1]]'
+)
+STRICT, LAX = Demand(0.01, "as asked"), Demand(2.0, "as asked", is_stated=True)
+SALZBURG, FRANKFURT, LUCERNE, GRAZ = (13.5, 47.3), (9, 50), (8, 47), (15.5, 47.2)
+PAIRS = {
+    (31255, 25833): (SALZBURG, "at_bev_AT_GIS_GRID_2021_09_28.tif"),
+    (31467, 25832): (FRANKFURT, "de_hvbg_hessen_HeTA2010.tif"),
+    (21781, 25832): (LUCERNE, "ch_swisstopo_CHENyx06_ETRS.tif"),
+    (25833, 31256): (GRAZ, "at_bev_AT_GIS_GRID_2021_09_28.tif"),
+}
+
+
+def systems(source, target):
+    return read_source_crs(f"EPSG:{source}"), read_crs(f"EPSG:{target}")
+
+
+def points_at(place, crs):
+    """Four points about a place, in a system."""
+    transformer = pyproj.Transformer.from_crs("OGC:CRS84", crs, always_xy=True)
+    corners = np.array([[0, 0], [0.02, 0], [0, 0.02], [0.02, 0.02]]) + place
+    return np.column_stack(transformer.transform(*corners.T))
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_a_missing_grid_is_an_error_that_names_it_and_the_candidates(pair):
+    source, target = systems(*pair)
+    place, grid = PAIRS[pair]
+    with pytest.raises(ProjectionError) as caught:
+        reproject(points_at(place, source), source, target, STRICT)
+    said = str(caught.value)
+    assert f"{system_label(source)} to {system_label(target)}" in said
+    assert f"needs {grid}, which is missing" in said
+    assert f"from https://cdn.proj.org/{grid}" in said
+    assert "expected an accuracy of 0.01 m, as asked" in said
+    assert "set crs_accuracy_m = 1" in said
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_what_is_allowed_is_used_with_the_accuracy_that_proj_states(pair):
+    source, target = systems(*pair)
+    place, grid = PAIRS[pair]
+    points = points_at(place, source)
+    moved, operation, better = reproject(points, source, target, LAX)
+    assert operation.accuracy_m in (1.0, 1.5)
+    assert [name for name, _ in better.missing] == [grid]
+    # PROJ's own way through the same operation
+    own = operation.transformer.transform(*points.T)
+    assert operation.transformer.get_last_used_operation().accuracy in (1.0, 1.5)
+    np.testing.assert_array_equal(moved, np.column_stack(own))
+
+
+def test_the_network_is_never_asked():
+    source, target = systems(31255, 25833)
+    points = points_at(SALZBURG, source)
+    was = pyproj.network.is_network_enabled()
+    pyproj.network.set_network_enabled(active=True)
+    try:
+        with offline():
+            assert not pyproj.network.is_network_enabled()
+        # with the network the grid would be there for PROJ
+        with pytest.raises(ProjectionError, match="which is missing"):
+            reproject(points, source, target, STRICT)
+        assert pyproj.network.is_network_enabled()
+    finally:
+        pyproj.network.set_network_enabled(active=was)
+
+
+def test_a_grid_in_a_folder_is_used_and_named_and_only_there(tmp_path):
+    source, target = systems(31255, 25833)
+    _, grid = PAIRS[31255, 25833]
+    write_ntv2(tmp_path / grid, -1.5, -3.5)
+    points = points_at(SALZBURG, source)
+    demand = Demand(0.14, "as asked")
+    moved, operation, better = reproject(points, source, target, demand, tmp_path)
+    assert operation.name == "MGI to ETRS89 (8)"
+    assert operation.accuracy_m == 0.14
+    assert [name for name, _ in operation.grids] == [grid]
+    assert better is None
+    before, after = (
+        np.column_stack(
+            pyproj.Transformer.from_crs(
+                crs, crs.geodetic_crs, always_xy=True
+            ).transform(*xy.T)
+        )
+        for crs, xy in ((source, points), (target, moved))
+    )
+    np.testing.assert_allclose((after - before) * 3600.0, [[-3.5, -1.5]] * 4, atol=1e-6)
+    # what one block is given, the next one does not find
+    with pytest.raises(ProjectionError, match="which is missing"):
+        reproject(points, source, target, demand)
+
+
+def test_an_operation_can_be_chosen_by_name_and_by_code():
+    source, target = systems(31255, 25833)
+    points = points_at((15.4, 47.1), source)  # where that of Styria holds as well
+    best, operation, _ = reproject(points, source, target, LAX)
+    assert operation.name == "MGI to ETRS89 (4)"
+    by_name = Demand(0.01, "", operation="mgi to etrs89 (1)")
+    by_code = Demand(0.01, "", operation="EPSG:1619")
+    for demand in (by_name, by_code):
+        moved, operation, _ = reproject(points, source, target, demand)
+        assert (operation.name, operation.accuracy_m) == ("MGI to ETRS89 (1)", 1.5)
+        assert 0.1 < np.abs(moved - best).max() < 3.0
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        (
+            "MGI to ETRS89 (99)",
+            r"is none of the operations; expected MGI to ETRS89 \(8",
+        ),
+        ("MGI to ETRS89 (8)", r"cannot be used: .*Get at_bev_AT_GIS_GRID.* or choose"),
+    ],
+)
+def test_an_operation_that_is_not_there_is_said(wanted, said):
+    source, target = systems(31255, 25833)
+    demand = Demand(0.01, "", operation=wanted)
+    with pytest.raises(ProjectionError, match=said):
+        reproject(points_at(SALZBURG, source), source, target, demand)
+
+
+def test_an_operation_of_unknown_accuracy_is_used_only_with_one_that_is_stated():
+    seven = "+towgs84=577.326,90.129,463.919,5.137,1.474,5.297,2.4232"
+    source = read_crs(f"+proj=tmerc +lon_0=13.33 +ellps=bessel {seven} +units=m")
+    target = read_crs("EPSG:25833")
+    points = points_at(SALZBURG, source)
+    with pytest.raises(ProjectionError, match="PROJ states no accuracy"):
+        reproject(points, source, target, LAX)
+    chosen = "Transformation from unknown to WGS84"
+    with pytest.raises(ProjectionError, match="Set crs_accuracy_m to the accuracy"):
+        reproject(points, source, target, Demand(2.0, "", operation=chosen))
+    stated = Demand(0.7, "", operation=chosen, is_stated=True)
+    _, operation, _ = reproject(points, source, target, stated)
+    assert operation.accuracy_m == 0.7
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("+proj=utm +zone=33 +ellps=GRS80", "PROJ knows no operation from unknown to "),
+        (
+            SITE,
+            "site is a system of one site, tied to no other; .*identical points",
+        ),
+    ],
+)
+def test_datums_are_never_taken_for_the_same(source, said):
+    points = np.array([[387_000.0, 5_240_000.0]])
+    with pytest.raises(ProjectionError, match=said):
+        reproject(points, read_source_crs(source), read_crs("EPSG:25833"), LAX)
+
+
+def test_zones_of_one_datum_are_exact():
+    source, target = systems(31258, 31255)
+    demand = Demand(1e-6, "as asked")
+    _, operation, _ = reproject(points_at(SALZBURG, source), source, target, demand)
+    assert (operation.name, operation.accuracy_m) == (CONVERSION, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("EPSG:31255", "MGI / Austria GK Central (EPSG:31255)"),
+        (
+            "EPSG:31255+5778",
+            "MGI / Austria GK Central + GHA height (EPSG:31255+EPSG:5778)",
+        ),
+        ("+proj=utm +zone=33 +ellps=GRS80", "unknown"),  # resembles 25833, and is not
+    ],
+)
+def test_systems_are_said_with_name_and_code(code, said):
+    assert system_label(pyproj.CRS(code)) == said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("EPSG:4978", "WGS 84.* has the axes geocentricX"),
+        ("EPSG:5773", "EGM96 height.* has the axes up"),
+        ("EPSG:5513", "axes to the south and west.*EPSG:5514"),
+    ],
+)
+def test_systems_without_easting_and_northing_are_refused(text, said):
+    with pytest.raises(ProjectionError, match=said):
+        read_source_crs(text)
+
+
+@pytest.mark.parametrize("text", ["EPSG:4258", "EPSG:2263", "EPSG:31255+6360"])
+def test_the_system_of_a_block_is_plane_and_in_metres(text):
+    with pytest.raises(ProjectionError, match="expected a plane system in metres"):
+        read_crs(text)
+    assert read_source_crs(text).name
+
+
+def test_compound_systems_have_the_area_of_their_plane_part():
+    assert extent_of("EPSG:31255+5778") == extent_of("EPSG:31255")
+
+
+def test_scale_of_web_mercator_is_one_over_the_cosine_of_latitude():
+    points = points_at(SALZBURG, pyproj.CRS("EPSG:3857"))
+    low, high = scale_range(*points.T, "EPSG:3857")
+    # along the meridian and across it: the ellipsoid makes a third of a per cent
+    assert low == pytest.approx(1.0 / np.cos(np.radians(47.3)), rel=4e-3)
+    assert high == pytest.approx(1.0 / np.cos(np.radians(47.32)), rel=4e-3)
+
+
+def test_axes_turn_by_the_difference_of_the_convergences():
+    source, target = systems(25832, 25833)
+    points = points_at((12.0, 47.3), source)
+    _, operation, _ = reproject(points, source, target, STRICT)
+    degrees = points_at((12.0, 47.3), pyproj.CRS("OGC:CRS84")).T
+    east, west = (
+        pyproj.Proj(crs).get_factors(*degrees).meridian_convergence
+        for crs in (target, source)
+    )
+    angle = np.degrees(turn(points, source, operation))
+    np.testing.assert_allclose(angle, east - west, atol=1e-5)
+    assert angle.max() < -4.0
