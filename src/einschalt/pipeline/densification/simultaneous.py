@@ -346,6 +346,9 @@ def own_deformation_of(block, settings, flights, approximations):
     control = block.control_points
     if settings.model_deformation != MODELLED or control is None:
         return None
+    # errors of image points bend models too, and the propagation knows them already
+    if any(flight.has_images for flight in block.flights.values()):
+        return None
     kinds = {name: block.flights[name].transformation for name in flights}
     kinds = {name: ADJUSTED_AS.get(kind, kind) for name, kind in kinds.items()}
     if "helmert_3d" in kinds.values() and len(set(kinds.values())) > 1:

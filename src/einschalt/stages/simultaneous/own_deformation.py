@@ -27,7 +27,8 @@ def find_own_deformation(tables, weighed, solution, deformation):
     ``solution`` is one without own deformations, ``weighed`` the part with the errors
     that its groups have.
     """
-    if deformation == "ignored":
+    # photographs that models share bend them together, and projection centres hold them
+    if deformation == "ignored" or tables.is_centre.any():
         return None
     ground = np.flatnonzero(_is_ground(tables, weighed.part))
     observations = weighed.part.observations
