@@ -26,7 +26,11 @@ from einschalt.stages.simultaneous.observations import (
     MeasuredFlight,
     code_block,
 )
-from einschalt.stages.simultaneous.own_deformation import estimate_for, is_detected
+from einschalt.stages.simultaneous.own_deformation import (
+    estimate_for,
+    is_detected,
+    with_errors_that_show,
+)
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
@@ -34,6 +38,7 @@ from einschalt.theory.block_adjustment.common_parameters import (
     DEGREE,
     CommonTerms,
 )
+from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
 
 FILM_AFFINITY = "helmert_film_affinity"
 MODEL_PLANE = ("x", "y")
@@ -356,7 +361,9 @@ def own_deformation_of(block, settings, flights, approximations):
     try:
         tables = block_tables(block, flights, kinds)
         part, _ = determined_part(tables)
-    except GeometryError:  # what control cannot hold in one adjustment
+        if tables.is_spatial:
+            part = with_errors_that_show(tables, part)
+    except (GeometryError, NoConvergenceError):  # control cannot hold all models
         return None
     names = tables.point_id[part.points]
     axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]

@@ -4,14 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.stages.simultaneous.variance_components import weigh_groups
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
+from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
     bent_columns,
     estimate_own_deformation,
 )
-from einschalt.theory.block_adjustment.spatial_solution import NoConvergenceError
+from einschalt.theory.block_adjustment.spatial_solution import (
+    NoConvergenceError,
+    adjust_spatially,
+)
 
 UNTESTED = {
     "own_size_edge": np.nan,
@@ -62,9 +67,17 @@ def bent_part(tables, part, weighed, own):
     return replace(part, observations=replace(given, bent=bent * share))
 
 
+def with_errors_that_show(tables, part):
+    """Part of a spatial block: its heights have errors that nobody has given."""
+    block = OutlierFreeBlock.whole(adjust_spatially(part.observations))
+    return weigh_groups(tables, part, block, all_of_them=False).part
+
+
 def is_detected(own):
     """Whether chance does not explain the deformations that show."""
-    return own is not None and bool(own.p_value < OWN_DEFORMATION_SIGNIFICANCE)
+    if own is None or not own.kinds:
+        return False
+    return bool(own.p_value < OWN_DEFORMATION_SIGNIFICANCE)
 
 
 def own_columns(own, flight, observations):

@@ -46,6 +46,7 @@ SETTLED = 0.03
 # a step goes on as the steps before it did, at most so many times as far
 MOST_AHEAD = 8.0
 MOST_STEP = 3.0
+LEAST_STEP = 1e-12
 # deformations below this share of the measuring error at the edge change nothing
 LEAST_SHARE = 0.2
 # points that hold the sampled models are known to so many errors of measurement
@@ -231,7 +232,7 @@ def estimate_own_deformation(observations, places, terms=()) -> OwnDeformation:
     else:
         plain = adjust_spatially(sample)
     own = _estimated(plain, _first_guess(sample), plain)
-    if not own.p_value < LEAST_CHANCE:
+    if not (own.kinds and own.p_value < LEAST_CHANCE):
         return own
     # residuals that the deformations explain are no gross errors
     return _estimated(plain, own, _bent(plain, own))
@@ -265,8 +266,13 @@ def _estimated(plain, own, judged):
         own = found.without_small(errors)
         if not own.kinds:
             return nothing
-    fall = _deviance(plain) - _deviance(_bent(plain, own))
-    return replace(own, p_value=_chance(fall, len(own.size)))
+    bent = _bent(plain, own)
+    own = replace(own, p_value=_chance(_deviance(plain) - _deviance(bent), own))
+    # sizes stand beside the errors of measuring; where these are smaller than given,
+    # so are they
+    smaller = min(bent.s_0, 1.0)
+    own = replace(own, size=smaller * own.size).without_small(errors)
+    return own if own.kinds else nothing
 
 
 def _without_gross(plain, judged):
@@ -337,7 +343,8 @@ def _step(bent, own):
         columns = np.arange(first[kind], first[kind] + width[kind])
         part = np.ix_(bent.observations.flight == own.flight[k], columns)
         redundancy[k] = max(free[part].sum(), np.finfo(float).tiny)
-        step[k] = 0.5 * np.log(squares[part].sum() / unit / redundancy[k])
+        share = squares[part].sum() / unit / redundancy[k]
+        step[k] = 0.5 * np.log(max(share, LEAST_STEP))
     return step, redundancy
 
 
@@ -353,15 +360,16 @@ def _pseudo_observations(bent):
 def _deviance(solution):
     """−2 log of the restricted likelihood, but for a constant."""
     f = solution.redundancy
-    return f * np.log(solution.sum_of_squares / f) + solution.log_determinant
+    omega = max(solution.sum_of_squares, np.finfo(float).tiny)
+    return f * np.log(omega / f) + solution.log_determinant
 
 
-def _chance(fall, n_sizes):
+def _chance(fall, own):
     """Probability of such a fall where all sizes are 0."""
     if not fall > 0.0:
         return 1.0
-    k = np.arange(1, n_sizes + 1)
-    return float(binom.pmf(k, n_sizes, 0.5) @ chdtrc(k, fall))
+    k = np.arange(1, len(own.size) + 1)
+    return float(binom.pmf(k, len(own.size), 0.5) @ chdtrc(k, fall))
 
 
 def _sample(observations, places):
