@@ -24,8 +24,7 @@ Source: Patterson & Thompson (1971); Harville (1977) for the iteration; Self & L
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
-from scipy.stats import binom
+from scipy.special import chdtrc, comb
 
 from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.common_parameters import (
@@ -368,8 +367,9 @@ def _chance(fall, own):
     """Probability of such a fall where all sizes are 0."""
     if not fall > 0.0:
         return 1.0
-    k = np.arange(1, len(own.size) + 1)
-    return float(binom.pmf(k, len(own.size), 0.5) @ chdtrc(k, fall))
+    n = len(own.size)
+    k = np.arange(1, n + 1)
+    return float(comb(n, k) / 2.0**n @ chdtrc(k, fall))
 
 
 def _sample(observations, places):
