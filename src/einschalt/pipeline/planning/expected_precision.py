@@ -108,8 +108,9 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
             remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
         )
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
-    # a layout has no gross errors to look for
-    settings = Settings(coverage_mean=coverage_mean, screening="off")
+    # a layout has neither gross errors nor deformed models to look for
+    asked = {"screening": "off", "model_deformation": "ignored"}
+    settings = Settings(coverage_mean=coverage_mean, **asked)
     result = densify(block, settings)
     solution = result.solution
     if not (result.points["role"] == "new").any():
