@@ -6,12 +6,17 @@ import numpy as np
 
 from einschalt.stages.simultaneous.variance_components import weigh_groups
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
-from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
+from einschalt.theory.block_adjustment.block_solution import (
+    UndeterminedTermsError,
+    adjust,
+)
 from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
+from einschalt.theory.block_adjustment.observations import Part
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
     bent_columns,
     estimate_own_deformation,
+    sample_of_models,
 )
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
@@ -35,20 +40,44 @@ def find_own_deformation(tables, weighed, solution, deformation):
     # photographs that models share bend them together, and projection centres hold them
     if deformation == "ignored" or tables.is_centre.any():
         return None
-    ground = np.flatnonzero(_is_ground(tables, weighed.part))
-    observations = weighed.part.observations
-    part = observations.of_rows(ground, np.arange(observations.n_models))
     terms = getattr(solution, "terms", ())
-    places = solution.points[part.points]
-    return estimate_for(part.observations, places, terms)
+    return estimate_for(tables, weighed.part, solution.points, terms)
 
 
-def estimate_for(observations, places, terms=()):
-    """As :func:`estimate_own_deformation`; None where the models are too weak."""
+def estimate_for(tables, part, places, terms=()):
+    """As :func:`estimate_own_deformation`; None where the models are too weak.
+
+    What larger errors of a whole flight explain as well is no deformation.
+    """
     try:
-        return estimate_own_deformation(observations, places, terms)
+        own = estimate_own_deformation(part.observations, places, terms)
+        if not is_detected(own):
+            return own
+        enlarged = _sample_with_errors_that_show(tables, part, places, terms)
+        again = estimate_own_deformation(enlarged.observations, places, terms)
     except (UndeterminedTermsError, NoConvergenceError):
         return None
+    if is_detected(again):
+        return own
+    return replace(own, size=np.zeros(len(own.size)), p_value=again.p_value)
+
+
+def _sample_with_errors_that_show(tables, part, places, terms):
+    """Models that tell the sizes, every flight with errors as its residuals show."""
+    chosen = sample_of_models(part.observations, places)
+    chosen = Part(
+        chosen.observations,
+        part.rows[chosen.rows],
+        part.models[chosen.models],
+        part.points[chosen.points],
+    )
+    if tables.is_spatial:
+        solution = adjust_spatially(chosen.observations)
+    else:
+        solution = adjust(chosen.observations, terms)
+    whole = OutlierFreeBlock.whole(solution)
+    free = {"all_of_them": True, "with_control": False}
+    return weigh_groups(tables, chosen, whole, **free).part
 
 
 def _is_ground(tables, part):

@@ -62,16 +62,18 @@ class Weighed:
     table: pd.DataFrame
 
 
-def weigh_groups(tables, part, block, *, all_of_them, factors=1.0) -> Weighed:
+def weigh_groups(
+    tables, part, block, *, all_of_them, with_control=True, factors=1.0
+) -> Weighed:
     """Give the groups the errors that their residuals show, where that is asked for.
 
-    ``all_of_them`` estimates every group and the control, otherwise those that nobody
-    has given only. ``factors`` (n_groups + 1,) are those that the errors of the part
-    have already; ``block`` is of the part.
+    ``all_of_them`` estimates every group and the control (``with_control``), otherwise
+    those that nobody has given only. ``factors`` (n_groups + 1,) are those that the
+    errors of the part have already; ``block`` is of the part.
     """
     groups = groups_of(tables, part)
     n_groups = len(groups.names)
-    is_free = np.append(groups.is_unknown | all_of_them, all_of_them)
+    is_free = np.append(groups.is_unknown | all_of_them, all_of_them and with_control)
     applied = np.ones(n_groups + 1) * factors
     found = group_components(block, groups.code, n_groups)
     for _ in range(MOST_PASSES):

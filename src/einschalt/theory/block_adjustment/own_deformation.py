@@ -225,7 +225,7 @@ def estimate_own_deformation(observations, places, terms=()) -> OwnDeformation:
     OwnDeformation
         For any significance; a size is 0 where it is too small to matter.
     """
-    sample = _sample(observations, places)
+    sample = sample_of_models(observations, places).observations
     if _plane_of(sample) is sample:
         plain = adjust(sample, terms)
     else:
@@ -372,10 +372,10 @@ def _chance(fall, own):
     return float(comb(n, k) / 2.0**n @ chdtrc(k, fall))
 
 
-def _sample(observations, places):
-    """Observations of some models that lie together."""
+def sample_of_models(observations, places):
+    """Part with some models that lie together, or with all of a smaller block."""
     if observations.n_models <= MOST_MODELS:
-        return observations
+        return observations.of_models(np.ones(observations.n_models, dtype=bool))
     part = observations.of_models(_are_together(observations, places))
     chosen, place = part.observations, places[part.points]
     # some points at its rim hold the sample, so loosely that they tell nothing
@@ -386,7 +386,8 @@ def _sample(observations, places):
     control[rim] = place[rim]
     error = LOOSE * np.median(chosen.standard_error)
     covariance[rim] = error**2 * np.eye(place.shape[1])
-    return replace(chosen, control=control, control_covariance=covariance)
+    held = replace(chosen, control=control, control_covariance=covariance)
+    return replace(part, observations=held)
 
 
 def _are_together(observations, places):
