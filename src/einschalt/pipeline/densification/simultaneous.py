@@ -369,11 +369,11 @@ def own_deformation_of(block, settings, flights, approximations):
     axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]
     known = approximations.set_index("point_id").reindex(columns=axes)
     places = known.reindex(names).to_numpy(dtype=float)
-    own = estimate_for(tables, part, places, _shared_terms(tables, kinds))
+    own = estimate_for(tables, part, places, _shared_terms(tables, part, kinds))
     return own if is_detected(own) else None
 
 
-def _shared_terms(tables, kinds):
+def _shared_terms(tables, part, kinds):
     """What models of a flight may share, which none of them has for itself."""
     if tables.is_spatial:
         return ()
@@ -381,4 +381,5 @@ def _shared_terms(tables, kinds):
     return tuple(
         CommonTerms(k, affine if kinds[name] == "affine" else others)
         for k, name in enumerate(tables.flights)
+        if (part.observations.flight == k).any()
     )
