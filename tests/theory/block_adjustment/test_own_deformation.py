@@ -4,17 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from einschalt.theory.block_adjustment.block_solution import adjust
+from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.observations import BlockObservations
 from einschalt.theory.block_adjustment.own_deformation import (
     PLAN,
     OwnDeformation,
     bending_terms,
     bent_columns,
+)
+from einschalt.theory.block_adjustment.own_deformation_size import (
+    chance_of_residuals,
     estimate_own_deformation,
+    sample_of_models,
 )
 from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
+from einschalt.theory.block_adjustment.spatial_solution import adjust_models
 
 SIGMA = 0.03
 LENGTH = 100.0
@@ -56,6 +63,11 @@ def strip(seed, n_models, *, kind="affine", quadratic=0.0, spacing=10.0):
         control_covariance=covariance,
     )
     return observations, ground
+
+
+def estimated(observations, places):
+    sample = sample_of_models(observations, places).observations
+    return estimate_own_deformation(adjust_models(sample))
 
 
 def only(family, size):
@@ -112,7 +124,7 @@ def test_the_likelihood_is_that_of_one_dense_matrix():
 
 def test_the_size_found_is_the_most_likely_one():
     observations, ground = strip(2, 12, quadratic=0.05)
-    own = estimate_own_deformation(observations, ground)
+    own = estimated(observations, ground)
     k = own.family.index("quadratic")
 
     def deviance(factor):
@@ -131,8 +143,7 @@ def test_the_size_found_is_the_most_likely_one():
 @pytest.mark.parametrize("kind", ["affine", "helmert"])
 def test_sizes_are_found_again(kind):
     found = [
-        estimate_own_deformation(*strip(seed, 16, kind=kind, quadratic=0.05))
-        for seed in range(6)
+        estimated(*strip(seed, 16, kind=kind, quadratic=0.05)) for seed in range(6)
     ]
     sizes = np.array([own.size[own.family.index("quadratic")] for own in found])
     errors = np.array(
@@ -146,7 +157,7 @@ def test_sizes_are_found_again(kind):
 
 def test_models_without_deformations_seem_to_have_none():
     chances = [
-        np.nan_to_num(estimate_own_deformation(*strip(seed, 10)).p_value, nan=1.0)
+        np.nan_to_num(estimated(*strip(seed, 10)).p_value, nan=1.0)
         for seed in range(40)
     ]
     # at 0.05 two of forty are expected, and seven come once in a thousand
@@ -154,20 +165,58 @@ def test_models_without_deformations_seem_to_have_none():
     assert min(chances) > 1e-4
 
 
+@pytest.mark.parametrize("kind", ["affine", "helmert"])
+def test_residuals_that_follow_from_errors_are_those_of_an_adjustment_with_them(kind):
+    observations, ground = strip(3, 4, kind=kind, spacing=25.0)
+    # a strip alone tells little of what all of its models share
+    everywhere = np.tile(0.02**2 * np.eye(2), (len(ground), 1, 1))
+    observations = replace(observations, control=ground, control_covariance=everywhere)
+    families = ("quadratic",) if kind == "affine" else ("affinity", "quadratic")
+    terms = (CommonTerms(0, families),)
+    plain = adjust(observations, terms)
+    rng = np.random.default_rng(3)
+    errors = 1e-4 * rng.standard_normal((len(observations.model), 2, 1))
+    given = 1e-4 * rng.standard_normal((len(ground), 2, 1))
+    moved = replace(
+        observations,
+        xy=observations.xy + errors[:, :, 0],
+        control=observations.control + given[:, :, 0],
+    )
+    found = adjust(moved, terms).residuals - plain.residuals
+    expected = plain.residuals_of(errors, given)[:, :, 0]
+    # models are turned and scaled by some 1e-3, so are the errors on the ground
+    assert np.abs(found - expected).max() < 1e-6
+    assert np.abs(expected).max() > 1e-5
+
+
+def test_residuals_without_deformations_are_as_likely_as_chance_has_it():
+    chances = []
+    for seed in range(60):
+        observations, _ = strip(seed, 6, spacing=25.0)
+        everything = only("quadratic", 1.0)
+        chances.append(chance_of_residuals(adjust(observations), everything))
+    # only what is larger than expected counts: half of the chances are near 1
+    for level in (0.1, 0.3):
+        count = int(np.sum(np.array(chances) <= level))
+        assert binomtest(count, len(chances), level).pvalue > 0.01
+    bent, _ = strip(61, 6, spacing=25.0, quadratic=0.05)
+    assert chance_of_residuals(adjust(bent), only("quadratic", 1.0)) < 0.02
+
+
 def test_a_sample_of_a_large_block_tells_the_same():
     observations, ground = strip(5, 200, quadratic=0.05, spacing=20.0)
-    own = estimate_own_deformation(observations, ground)
+    own = estimated(observations, ground)
     k = own.family.index("quadratic")
     assert abs(own.size[k] / 0.05 - 1.0) < 4.0 * own.relative_error[k]
     clean, ground = strip(6, 200, spacing=20.0)
-    assert not estimate_own_deformation(clean, ground).p_value < 0.001
+    assert not estimated(clean, ground).p_value < 0.001
 
 
 def test_gross_errors_are_no_deformation():
     observations, ground = strip(7, 12)
     xy = observations.xy.copy()
     xy[::97] += 5.0
-    own = estimate_own_deformation(replace(observations, xy=xy), ground)
+    own = estimated(replace(observations, xy=xy), ground)
     assert not own.p_value < 0.01
 
 
@@ -195,7 +244,7 @@ def test_heights_have_sizes_of_their_own():
         control_covariance=covariance,
     )
     places = np.column_stack([ground, relief])
-    own = estimate_own_deformation(observations, places)
+    own = estimated(observations, places)
     assert own.p_value < 1e-6
     of_height = own.size_of(0, "quadratic", "height")
     assert of_height == pytest.approx(0.08, rel=0.35)

@@ -29,6 +29,7 @@ from einschalt.stages.simultaneous.observations import (
 from einschalt.stages.simultaneous.own_deformation import (
     estimate_for,
     is_detected,
+    sampled_part,
     with_errors_that_show,
 )
 from einschalt.stages.stage2_relative_orientation import relative_orientation
@@ -361,15 +362,19 @@ def own_deformation_of(block, settings, flights, approximations):
     try:
         tables = block_tables(block, flights, kinds)
         part, _ = determined_part(tables)
-        if tables.is_spatial:
-            part = with_errors_that_show(tables, part)
-    except (GeometryError, NoConvergenceError):  # control cannot hold all models
+    except GeometryError:  # control cannot hold all models
         return None
     names = tables.point_id[part.points]
     axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]
     known = approximations.set_index("point_id").reindex(columns=axes)
     places = known.reindex(names).to_numpy(dtype=float)
-    own = estimate_for(tables, part, places, _shared_terms(tables, part, kinds))
+    sample = sampled_part(part, places)
+    try:
+        if tables.is_spatial:
+            sample = with_errors_that_show(tables, sample)
+        own = estimate_for(tables, sample, _shared_terms(tables, sample, kinds))
+    except NoConvergenceError:
+        return None
     return own if is_detected(own) else None
 
 

@@ -33,16 +33,15 @@ from einschalt.theory.block_adjustment import determinacy
 from einschalt.theory.block_adjustment.block_solution import (
     BlockSolution,
     UndeterminedTermsError,
-    adjust,
 )
 from einschalt.theory.block_adjustment.common_parameters import CommonTerms
 from einschalt.theory.block_adjustment.errors_in_variables import displacement_by_design
 from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.model_deformation import examine_deformation
-from einschalt.theory.block_adjustment.spatial_observations import SpatialObservations
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
     SpatialSolution,
+    adjust_models,
     adjust_spatially,
 )
 
@@ -256,7 +255,7 @@ def _adjust_tables(tables, options):
     # its sizes stand beside those of the random errors, which must be known before
     own = find_own_deformation(tables, weighed, solution, options.deformation)
     if options.deformation == "modelled" and is_detected(own):
-        part = bent_part(tables, part, weighed, own)
+        part = bent_part(part, weighed, own)
         solution = solution.readjusted(part.observations)
         weighed, cleaned = clean_part(tables, part, solution, options)
     control = examine_control(cleaned.solution, options.significance)
@@ -268,9 +267,7 @@ def _adjust_tables(tables, options):
 
 def _adjusted(part, options):
     """Adjust what can be determined, without projection centres."""
-    if isinstance(part.observations, SpatialObservations):
-        return adjust_spatially(part.observations)
-    return adjust(part.observations, _terms(part, options))
+    return adjust_models(part.observations, _terms(part, options))
 
 
 def _examined(solution, options):

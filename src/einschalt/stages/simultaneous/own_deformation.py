@@ -6,21 +6,20 @@ import numpy as np
 
 from einschalt.stages.simultaneous.variance_components import weigh_groups
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
-from einschalt.theory.block_adjustment.block_solution import (
-    UndeterminedTermsError,
-    adjust,
-)
+from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
 from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
 from einschalt.theory.block_adjustment.observations import Part
 from einschalt.theory.block_adjustment.own_deformation import (
     HEIGHT,
     bent_columns,
+)
+from einschalt.theory.block_adjustment.own_deformation_size import (
     estimate_own_deformation,
     sample_of_models,
 )
 from einschalt.theory.block_adjustment.spatial_solution import (
     NoConvergenceError,
-    adjust_spatially,
+    adjust_models,
 )
 
 UNTESTED = {
@@ -40,21 +39,32 @@ def find_own_deformation(tables, weighed, solution, deformation):
     # photographs that models share bend them together, and projection centres hold them
     if deformation == "ignored" or tables.is_centre.any():
         return None
-    terms = getattr(solution, "terms", ())
-    return estimate_for(tables, weighed.part, solution.points, terms)
+    sample = sampled_part(weighed.part, solution.points)
+    return estimate_for(tables, sample, getattr(solution, "terms", ()))
 
 
-def estimate_for(tables, part, places, terms=()):
+def sampled_part(part, places):
+    """As :func:`sample_of_models`, of a part of a block."""
+    sample = sample_of_models(part.observations, places)
+    return Part(
+        sample.observations,
+        part.rows[sample.rows],
+        part.models[sample.models],
+        part.points[sample.points],
+    )
+
+
+def estimate_for(tables, sample, terms=()):
     """As :func:`estimate_own_deformation`; None where the models are too weak.
 
     What larger errors of a whole flight explain as well is no deformation.
     """
     try:
-        own = estimate_own_deformation(part.observations, places, terms)
+        plain = adjust_models(sample.observations, terms)
+        own = estimate_own_deformation(plain)
         if not is_detected(own):
             return own
-        enlarged = _sample_with_errors_that_show(tables, part, places, terms)
-        again = estimate_own_deformation(enlarged.observations, places, terms)
+        again = estimate_own_deformation(_as_residuals_show(tables, sample, plain))
     except (UndeterminedTermsError, NoConvergenceError):
         return None
     if is_detected(again):
@@ -62,44 +72,28 @@ def estimate_for(tables, part, places, terms=()):
     return replace(own, size=np.zeros(len(own.size)), p_value=again.p_value)
 
 
-def _sample_with_errors_that_show(tables, part, places, terms):
-    """Models that tell the sizes, every flight with errors as its residuals show."""
-    chosen = sample_of_models(part.observations, places)
-    chosen = Part(
-        chosen.observations,
-        part.rows[chosen.rows],
-        part.models[chosen.models],
-        part.points[chosen.points],
-    )
-    if tables.is_spatial:
-        solution = adjust_spatially(chosen.observations)
-    else:
-        solution = adjust(chosen.observations, terms)
-    whole = OutlierFreeBlock.whole(solution)
+def _as_residuals_show(tables, sample, plain):
+    """The sample, every flight with errors as large as its residuals show."""
+    whole = OutlierFreeBlock.whole(plain)
     free = {"all_of_them": True, "with_control": False}
-    return weigh_groups(tables, chosen, whole, **free).part
+    return weigh_groups(tables, sample, whole, **free).block.solution
 
 
-def _is_ground(tables, part):
-    """Rows that are points on the ground, and no projection centres."""
-    return ~tables.is_centre[part.points][part.observations.point]
-
-
-def bent_part(tables, part, weighed, own):
+def bent_part(part, weighed, own):
     """Part of a block whose models are bent, by sizes beside the errors of ``weighed``.
 
     The errors of the part are those that were given.
     """
     given, used = part.observations, weighed.part.observations
-    bent = bent_columns(given, own, _is_ground(tables, part))
+    bent = bent_columns(given, own)
     share = (given.standard_error / used.standard_error)[..., None]
     return replace(part, observations=replace(given, bent=bent * share))
 
 
-def with_errors_that_show(tables, part):
-    """Part of a spatial block: its heights have errors that nobody has given."""
-    block = OutlierFreeBlock.whole(adjust_spatially(part.observations))
-    return weigh_groups(tables, part, block, all_of_them=False).part
+def with_errors_that_show(tables, sample):
+    """Sample of a spatial block: its heights have errors that nobody has given."""
+    block = OutlierFreeBlock.whole(adjust_models(sample.observations))
+    return weigh_groups(tables, sample, block, all_of_them=False).part
 
 
 def is_detected(own):

@@ -63,6 +63,12 @@ class AdjustedBlock:
             return cofactors.points
         return cofactors.of_differences(self.solver.system.incidence.point)
 
+    def _projected(self, errors, control_errors):
+        """Residuals for right sides of the solver, (n_rows, d, n_right)."""
+        new = self.ordering.reordered
+        found = self.solver.project(errors[new.rows], control_errors[new.points])
+        return in_old_order(found.residuals, new.rows)
+
     @cached_property
     def leverage(self):
         """Share of each observation in its own adjusted value, (n_rows, d)."""

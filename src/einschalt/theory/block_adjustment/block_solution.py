@@ -78,9 +78,31 @@ class BlockSolution(AdjustedBlock):
         """Adjust the same models and points with other errors or given coordinates."""
         return adjust(observations, self.terms, self.ordering)
 
+    def adjusted_anew(self, observations):
+        """Adjust other observations with the same deformations."""
+        return adjust(observations, self.terms)
+
     def with_terms(self, terms):
         """Adjust the same observations with other deformations."""
         return adjust(self.observations, terms, self.ordering)
+
+    def residuals_of(self, errors, control_errors):
+        """Residuals that follow from errors of the observations.
+
+        ``errors`` (n_rows, 2, n_draws) are of the measured points on the ground,
+        ``control_errors`` (n_points, 2, n_draws) of the given coordinates, 0 where
+        there are none [m]; the residuals are (n_rows, 2, n_draws) [m].
+        """
+        channels = self.solver.channels
+        residuals = channels.join(
+            self._projected(channels.split(-errors), channels.split(control_errors))
+        )
+        linear = self.affinities[self.observations.model][:, :, 1:]
+        on_ground = linear @ self.deformation.columns
+        weighted = on_ground * self.observations.standard_error[:, None, None] ** -2.0
+        right = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
+        answer = in_old_order(self.bordered.residuals, self.ordering.reordered.rows)
+        return residuals - answer @ (self.bordered.cofactors @ right)
 
     def _cofactors(self, quantity):
         plane = self.solver.channels.plane(super()._cofactors(quantity))

@@ -40,6 +40,11 @@ class ObservedBlock:
         return len(self.control)
 
     @property
+    def is_in_space(self):
+        """Whether heights are observed too."""
+        return self.control.shape[1] > 2
+
+    @property
     def is_control(self):
         """Which points have given coordinates."""
         # all() and any() over axes of two elements take many times as long
@@ -98,6 +103,11 @@ class BlockObservations(ObservedBlock):
 
     _by_row = ("xy", "standard_error", "orientation", "bent")
     _by_model = ("is_affine", "flight")
+
+    @property
+    def xy_in_model(self):
+        """Model coordinates in plan, (n_rows, 2)."""
+        return self.xy
 
     @property
     def is_coupled(self):

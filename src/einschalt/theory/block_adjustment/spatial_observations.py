@@ -22,6 +22,16 @@ class SpatialObservations(ObservedBlock):
     _by_row = ("xyz", "standard_error", "bent")
     _by_model = ("flight",)
 
+    @property
+    def xy_in_model(self):
+        """Model coordinates in plan, (n_rows, 2)."""
+        return self.xyz[:, :2]
+
+    @property
+    def is_affine(self):
+        """No spatial model is: in plan it is similar to the ground, (n_models,)."""
+        return np.zeros(self.n_models, dtype=bool)
+
     def in_plan(self, *, is_affine):
         """Easting and northing alone, in affine models or helmert ones."""
         return BlockObservations(

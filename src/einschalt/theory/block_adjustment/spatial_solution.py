@@ -22,6 +22,7 @@ from einschalt.theory.block_adjustment.adjusted_block import (
     in_old_order,
     largest_error,
 )
+from einschalt.theory.block_adjustment.block_solution import adjust
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 from einschalt.theory.block_adjustment.solver import factor_block, order_block
 from einschalt.theory.block_adjustment.spatial_start import Placement, place_models
@@ -52,6 +53,14 @@ class SpatialSolution(AdjustedBlock):
     def readjusted(self, observations):
         """Adjust the same models and points with other errors or given coordinates."""
         return _Task(observations, self.ordering).solve(self.placement)
+
+    def adjusted_anew(self, observations):
+        """Adjust other observations of the same models."""
+        return adjust_spatially(observations, self.placement)
+
+    def residuals_of(self, errors, control_errors):
+        """Residuals that follow from small errors; as in plan, with heights."""
+        return self._projected(-errors, control_errors)
 
     @property
     def relative_errors(self):
@@ -108,6 +117,13 @@ def adjust_spatially(observations, start=None) -> SpatialSolution:
         start = place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
     return _Task(observations, order_block(incidence, chained)).solve(start)
+
+
+def adjust_models(observations, terms=()):
+    """Adjust in plan, with what models share, or in space, as they were observed."""
+    if observations.is_in_space:
+        return adjust_spatially(observations)
+    return adjust(observations, terms)
 
 
 class _Task(BlockInOrder):

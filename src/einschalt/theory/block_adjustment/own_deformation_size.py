@@ -1,0 +1,314 @@
+"""Sizes of the deformations that each model has for itself, and whether there are any.
+
+The coefficients are unknowns with a pseudo-observation 0 each; with ĉ and their
+cofactors q the sizes follow from
+
+    τ² ← τ² Σ ĉ² / Σ (1 − q)
+
+until nothing changes, which is the restricted maximum likelihood; 1 − q is the
+redundancy number of a pseudo-observation. Whether there are any is told by
+−2 log L = f log(Ω / f) + log |N|, with one factor for all errors: it falls by more than
+a mixture of χ² explains, as sizes cannot be negative.
+
+All this is only done where the residuals v of the block without deformations call for
+it: of Σ |Fᵀ P v|² over the models, F the terms of a size, over Ω, half is the
+derivative of log L where the size is 0. What chance makes of these sums is told by
+errors that are drawn.
+
+Source: Patterson & Thompson (1971); Harville (1977) for the iteration; Self & Liang
+(1987) for the mixture; Rao (1948) for the score. See docs/theory/own_deformation.md.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+from scipy.special import chdtrc, comb
+
+from einschalt.theory.block_adjustment.common_parameters import (
+    AFFINITY,
+    CUBIC,
+    QUADRATIC,
+)
+from einschalt.theory.block_adjustment.own_deformation import (
+    HEIGHT,
+    PLAN,
+    TERMS,
+    OwnDeformation,
+    bent_columns,
+    columns_of_sizes,
+)
+
+# models of which sizes are estimated: more tell them no better than to 5 per cent
+MOST_MODELS = 120
+MOST_PASSES = 12
+SETTLED = 0.03
+# a step goes on as the steps before it did, at most so many times as far
+MOST_AHEAD = 8.0
+MOST_STEP = 3.0
+LEAST_STEP = 1e-12
+# points that hold the sampled models are known to so many errors of measurement
+LOOSE = 1e3
+# directions in which they lie outermost
+OUTWARD = np.array([[1, 1, 0, -1, -1, -1, 0, 1], [0, 1, 1, 1, 0, -1, -1, -1]])
+# residuals beyond so many times their median size are gross errors, and no deformation
+GROSS = 6.0
+# deformations that are less likely to be there need no second look
+LEAST_CHANCE = 0.05
+# and residuals that are as likely as this without any are not looked at further
+WORTH_A_LOOK = 0.1
+N_DRAWS = 79
+# numbers that are drawn at a time
+MOST_DRAWN = 2_000_000
+
+
+def estimate_own_deformation(plain) -> OwnDeformation:
+    """Estimate how much the models of each flight are bent, each in its own way.
+
+    Parameters
+    ----------
+    plain : BlockSolution or SpatialSolution
+        Without own deformations; its terms are what models of a flight share.
+
+    Returns
+    -------
+    OwnDeformation
+        For any significance; a size is 0 where it is too small to matter, and all of
+        them where the residuals show nothing that is worth an estimate.
+    """
+    guess = _first_guess(plain.observations)
+    if plain.redundancy <= len(guess.size) or not plain.sum_of_squares > 0.0:
+        return _nothing(guess)
+    p_value = chance_of_residuals(plain, guess)
+    if not p_value < WORTH_A_LOOK:
+        return _nothing(guess, p_value)
+    own = _estimated(plain, guess, plain)
+    if not (own.kinds and own.p_value < LEAST_CHANCE):
+        return own
+    # residuals that the deformations explain are no gross errors
+    return _estimated(plain, own, _bent(plain, own))
+
+
+def chance_of_residuals(plain, own):
+    """Probability of residuals that ask for deformations as much as these do.
+
+    ``own`` says which deformations; what their sizes are does not matter.
+    """
+    observations = plain.observations
+    shape = (*observations.control.shape[1:], 1)
+    residuals = plain.residuals.reshape(-1, *shape)
+    seen = _scores(observations, own, residuals)
+    at_once = int(np.clip(MOST_DRAWN // residuals.size, 1, N_DRAWS))
+    rng = np.random.default_rng(1971)
+    drawn = [
+        _scores(observations, own, _drawn_residuals(plain, rng, n))
+        for n in np.diff([*range(0, N_DRAWS, at_once), N_DRAWS])
+    ]
+    every = np.concatenate([seen, *drawn], axis=1)
+    spread = every.std(axis=1, keepdims=True)
+    away = np.divide(
+        every - every.mean(axis=1, keepdims=True),
+        spread,
+        out=np.zeros_like(every),
+        where=spread > 0.0,
+    )
+    # only sizes above 0 are possible
+    asked = (np.maximum(away, 0.0) ** 2).sum(axis=0)
+    return float(np.mean(asked >= asked[0]))
+
+
+def _drawn_residuals(plain, rng, n_draws):
+    """Residuals of errors as they were given, (n_rows, d, n_draws)."""
+    observations = plain.observations
+    n_axes = observations.control.shape[1]
+    error = observations.standard_error.reshape(len(observations.model), -1, 1)
+    shape = (len(error), n_axes, n_draws)
+    held = np.where(observations.is_control[:, None, None], 1.0, 0.0)
+    covariance = held * np.nan_to_num(observations.control_covariance)
+    root = np.zeros(covariance.shape)
+    is_observed = observations.is_control & ~observations.is_fixed
+    root[is_observed] = np.linalg.cholesky(covariance[is_observed])
+    control = root @ rng.standard_normal((len(root), n_axes, n_draws))
+    return plain.residuals_of(error * rng.standard_normal(shape), control)
+
+
+def _scores(observations, own, residuals):
+    """Σ |Fᵀ P v|² / Ω of each size and draw, (n_sizes, n_draws)."""
+    columns = bent_columns(observations, own)
+    n_columns, n_draws = columns.shape[-1], residuals.shape[2]
+    error = observations.standard_error.reshape(len(residuals), -1, 1)
+    weighted = residuals * error**-2.0
+    omega = (weighted * residuals).sum(axis=(0, 1))
+    if not observations.is_in_space:
+        weighted = weighted[:, 0] + 1j * weighted[:, 1]
+    n_rows = columns.size // n_columns
+    model = np.repeat(observations.model, n_rows // len(residuals))
+    row = np.repeat(np.arange(n_rows), n_columns)
+    column = (model[:, None] * n_columns + np.arange(n_columns)).ravel()
+    shape = (n_rows, observations.n_models * n_columns)
+    terms = sparse.csc_array((columns.ravel(), (row, column)), shape)
+    projected = terms.conj().T @ weighted.reshape(n_rows, n_draws)
+    squares = (np.abs(projected) ** 2).reshape(-1, n_columns, n_draws)
+    parts = columns_of_sizes(own, observations)
+    return np.array([squares[part].sum(axis=(0, 1)) / omega for part in parts.values()])
+
+
+def _bent(plain, own):
+    """The same block with own deformations."""
+    observations = plain.observations
+    bent = bent_columns(observations, own)
+    return plain.readjusted(replace(observations, bent=bent))
+
+
+def _nothing(own, p_value=np.nan):
+    nil = np.zeros(len(own.size))
+    return replace(own, size=nil, relative_error=nil * np.nan, p_value=p_value)
+
+
+def _estimated(plain, own, judged):
+    """Sizes without the gross errors of a solution, beginning with those of ``own``."""
+    plain = _without_gross(plain, judged)
+    nothing = _nothing(own)
+    if plain.redundancy <= len(own.size) or not plain.sum_of_squares > 0.0:
+        return nothing
+    errors = _measuring_errors(plain.observations, own)
+    before = np.zeros(len(own.size))
+    for _ in range(MOST_PASSES):
+        step, redundancy = _step(_bent(plain, own), own)
+        if np.abs(np.expm1(step)).max() < SETTLED:
+            break
+        # steps that shrink slowly are those of a geometric series
+        share = np.divide(step, before, out=np.zeros(len(step)), where=before != 0.0)
+        ahead = np.minimum(1.0 / (1.0 - np.clip(share, 0.0, 0.99)), MOST_AHEAD)
+        before = step
+        size = own.size * np.exp(np.clip(ahead * step, -MOST_STEP, MOST_STEP))
+        found = replace(own, size=size, relative_error=1.0 / np.sqrt(2.0 * redundancy))
+        own = found.without_small(errors)
+        if not own.kinds:
+            return nothing
+    bent = _bent(plain, own)
+    own = replace(own, p_value=_chance(_deviance(plain) - _deviance(bent), own))
+    # sizes stand beside the errors of measuring; where these are smaller than given,
+    # so are they
+    smaller = min(bent.s_0, 1.0)
+    own = replace(own, size=smaller * own.size).without_small(errors)
+    return own if own.kinds else nothing
+
+
+def _without_gross(plain, judged):
+    """Block without the rows whose residuals in ``judged`` are gross errors."""
+    error = judged.observations.standard_error
+    size = judged.residuals / error.reshape(len(error), -1)
+    size = np.sqrt((size**2).sum(axis=1))
+    is_tested = size > 0.0
+    if not is_tested.any():
+        return plain
+    rows = np.flatnonzero(size <= GROSS * np.median(size[is_tested]))
+    if len(rows) == len(size):
+        return plain
+    sample = plain.observations
+    sample = sample.of_rows(rows, np.arange(sample.n_models)).observations
+    return plain.adjusted_anew(sample)
+
+
+def _first_guess(observations):
+    kinds = [(family, PLAN) for family in TERMS]
+    if observations.is_in_space:
+        kinds += [(QUADRATIC, HEIGHT), (CUBIC, HEIGHT)]
+    flights = np.unique(observations.flight)
+    # an affine transformation takes up the affinity
+    of_flight = {k: observations.flight == k for k in flights}
+    is_affine = {k: observations.is_affine[of_flight[k]].all() for k in flights}
+    sizes = [
+        (flight, family, axis)
+        for flight in flights
+        for family, axis in kinds
+        if not (family == AFFINITY and is_affine[flight])
+    ]
+    flight, family, axis = zip(*sizes, strict=True)
+    unknown = np.full(len(sizes), np.nan)
+    own = OwnDeformation(np.array(flight), family, axis, unknown, unknown, np.nan)
+    return replace(own, size=_measuring_errors(observations, own))
+
+
+def _measuring_errors(observations, own):
+    """Median standard error of a measured coordinate on the ground, (n,) [m]."""
+    flight = observations.flight[observations.model]
+    error = observations.standard_error.reshape(len(flight), -1)
+    medians = {
+        (k, axis): np.median(error[flight == k, 0 if axis == PLAN else -1])
+        for k in np.unique(flight)
+        for axis in (PLAN, HEIGHT)
+    }
+    pairs = zip(own.flight, own.axis, strict=True)
+    return np.array([medians.get(pair, np.inf) for pair in pairs])
+
+
+def _step(bent, own):
+    """Change of the logarithm of each size, and its redundancy."""
+    free, squares = _pseudo_observations(bent)
+    step, redundancy = np.zeros(len(own.size)), np.full(len(own.size), np.nan)
+    unit = bent.sum_of_squares / bent.redundancy
+    for k, part in columns_of_sizes(own, bent.observations).items():
+        redundancy[k] = max(free[part].sum(), np.finfo(float).tiny)
+        share = squares[part].sum() / unit / redundancy[k]
+        step[k] = 0.5 * np.log(max(share, LEAST_STEP))
+    return step, redundancy
+
+
+def _pseudo_observations(bent):
+    """Redundancy numbers and squares of the coefficients, (n_models, n_columns)."""
+    coefficients = bent.bent.reshape(len(bent.bent), bent.bent.shape[1], -1)
+    n_further = coefficients[0].size
+    diagonal = np.diagonal(bent.unknown_cofactors, axis1=1, axis2=2)
+    free = 1.0 - diagonal[:, -n_further:].reshape(coefficients.shape)
+    return free.sum(axis=2), (coefficients**2).sum(axis=2)
+
+
+def _deviance(solution):
+    """−2 log of the restricted likelihood, but for a constant."""
+    f = solution.redundancy
+    omega = max(solution.sum_of_squares, np.finfo(float).tiny)
+    return f * np.log(omega / f) + solution.log_determinant
+
+
+def _chance(fall, own):
+    """Probability of such a fall where all sizes are 0."""
+    if not fall > 0.0:
+        return 1.0
+    n = len(own.size)
+    k = np.arange(1, n + 1)
+    return float(comb(n, k) / 2.0**n @ chdtrc(k, fall))
+
+
+def sample_of_models(observations, places):
+    """Part with some models that lie together, or with all of a smaller block."""
+    if observations.n_models <= MOST_MODELS:
+        return observations.of_models(np.ones(observations.n_models, dtype=bool))
+    part = observations.of_models(_are_together(observations, places))
+    chosen, place = part.observations, places[part.points]
+    # some points at its rim hold the sample, so loosely that they tell nothing
+    known = np.flatnonzero(np.isfinite(place).all(axis=1))
+    rim = known[np.unique((place[known, :2] @ OUTWARD).argmax(axis=0))]
+    rim = rim[~chosen.is_control[rim]]
+    control, covariance = chosen.control.copy(), chosen.control_covariance.copy()
+    control[rim] = place[rim]
+    error = LOOSE * np.median(chosen.standard_error)
+    covariance[rim] = error**2 * np.eye(place.shape[1])
+    held = replace(chosen, control=control, control_covariance=covariance)
+    return replace(part, observations=held)
+
+
+def _are_together(observations, places):
+    """Whether each model is one of those nearest to the middle of the block."""
+    point, model = observations.point, observations.model
+    is_known = np.isfinite(places[point]).all(axis=1)
+    point, model = point[is_known], model[is_known]
+    sums = [np.bincount(model, c, observations.n_models) for c in places[point, :2].T]
+    n = np.bincount(model, minlength=observations.n_models)
+    with np.errstate(invalid="ignore"):
+        middle = np.stack(sums, axis=1) / n[:, None]
+    away = ((middle - np.nanmedian(middle, axis=0)) ** 2).sum(axis=1)
+    is_in = np.zeros(observations.n_models, dtype=bool)
+    is_in[np.argsort(away, kind="stable")[:MOST_MODELS]] = True
+    return is_in & np.isfinite(away)
