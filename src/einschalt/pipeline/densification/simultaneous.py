@@ -12,6 +12,7 @@ from einschalt.foundations.arguments import (
 )
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.pipeline.block.block import Block
+from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
 from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous.adjustment import (
@@ -20,6 +21,7 @@ from einschalt.stages.simultaneous.adjustment import (
     determined_part,
     simultaneous_adjustment,
 )
+from einschalt.stages.simultaneous.image_errors import MeasuredImages, centres_behind
 from einschalt.stages.simultaneous.observations import (
     CENTRE,
     SPATIAL,
@@ -276,9 +278,11 @@ def unknown_error(block, errors):
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
     flights = block.flights
-    is_oriented = [n for n, flight in flights.items() if flight.is_oriented_numerically]
-    if any(flights[name].has_images for name in is_oriented):
-        return "models from images share errors of their photographs"
+    is_oriented = [
+        name
+        for name, flight in flights.items()
+        if flight.is_oriented_numerically and not flight.has_images
+    ]
     if any(flights[name].transformation == SPATIAL for name in is_oriented):
         return "the effect of the errors of orientations on heights is unknown"
     if not all(isinstance(errors[name], OrientationErrors) for name in is_oriented):
@@ -323,8 +327,24 @@ def block_tables(block, flights, kinds):
             rows, error = _in_space(name, rows, flight.centres, error)
         elif isinstance(flight.errors, OrientationErrors):
             shared = flight.errors.factors[:, : len(MODEL_PLANE)]
-        measured.append(MeasuredFlight(name, rows, error, kinds[name], shared))
+        images = _images_behind(block.flights[name], flight, kinds[name])
+        measured.append(MeasuredFlight(name, rows, error, kinds[name], shared, images))
     return code_block(measured, block.control_points)
+
+
+def _images_behind(flight, oriented, kind):
+    """Image points behind the model points of a flight, if it has any."""
+    if not isinstance(oriented.errors, ImageErrors):
+        return None
+    centres = None
+    if kind == SPATIAL and not oriented.centres.empty:
+        centres = centres_behind(oriented.errors, oriented.centres)
+    return MeasuredImages(
+        oriented.errors,
+        flight.ground_error_of(flight.image_points),
+        flight.scale_number,
+        centres,
+    )
 
 
 def _in_space(name, points, centres, error):

@@ -58,7 +58,9 @@ def measurement_errors(block, points, fits, oriented, bent=None) -> MeasurementE
         chains[name][ORIENTATION] = chain
     for name, errors in images.items():
         scale_number = block.flights[name].scale_number
-        chains[name] = {name: image_chain(errors, fits[name], scale_number)}
+        fit = fits[name]
+        linear = fit.fit.linear[fit.observed.models.codes]
+        chains[name] = {name: image_chain(errors, linear, scale_number)}
     bending = bending_chains(bent, points, fits, axes)
     for name, chain in bending.items():
         chains[name][OWN_DEFORMATION] = chain
@@ -74,36 +76,45 @@ def measurement_errors(block, points, fits, oriented, bent=None) -> MeasurementE
     return MeasurementErrors(chains, axes, n_unit, is_complete)
 
 
-def image_chain(errors, fit, scale_number) -> PointOperator:
+def image_chain(errors, linear, scale_number, centres=None) -> PointOperator:
     """Operators from the errors of image points to those of model points.
 
     To measuring errors on the ground [m], in two steps: from image points to these and
     the changes of base and turn of each orientation, and from both to the model points.
     With three axes the third of each source, an image point, moves nothing. Errors of
-    the sources are those on the ground at ``scale_number``.
+    the sources are those on the ground at ``scale_number``. ``linear`` (n_points, d, d)
+    leads from each model point to the ground; so it does for the ``centres`` that
+    follow: pair and side (0 left, 1 right) of each, (n_centres, 2).
     """
     influence = errors.influence
-    linear = fit.fit.linear[fit.observed.models.codes]
-    n_points, n_coordinates = linear.shape[:2]
+    n_points, n_coordinates = len(influence.model), linear.shape[1]
+    gain, model = influence.gain, influence.model
+    if centres is not None:
+        pair, side = np.asarray(centres).T
+        gain = np.concatenate([gain, influence.centres[pair, side]])
+        model = np.append(model, pair)
     axes = Axes(n_coordinates)
-    n_rows, n_columns = axes.size(n_points), axes.size(errors.n_sources)
+    n_rows, n_columns = axes.size(len(model)), axes.size(errors.n_sources)
     image_mm = 1.0 / (METRES_PER_MM * scale_number)
     # columns of x', y', x", y" of each point, and of the changes of its orientation
     of_image = axes.rows(errors.sources)[:, :, :2].reshape(n_points, 4)
-    of_changes = N_CHANGES * influence.model[:, None] + np.arange(N_CHANGES)
-    of_point = axes.rows(np.arange(n_points))
+    of_changes = N_CHANGES * model[:, None] + np.arange(N_CHANGES)
+    of_point = axes.rows(np.arange(len(model)))
     n_changes = N_CHANGES * errors.n_models
-    by_image = linear @ influence.by_image[:, :n_coordinates] * image_mm
-    by_changes = linear @ influence.gain[:, :n_coordinates]
+    by_image = linear[:n_points] @ influence.by_image[:, :n_coordinates] * image_mm
+    by_changes = linear @ gain[:, :n_coordinates]
     points = sparse.hstack(
         [
-            scattered(by_image, of_point, of_image, (n_rows, n_columns)),
+            scattered(by_image, of_point[:n_points], of_image, (n_rows, n_columns)),
             scattered(by_changes, of_point, of_changes, (n_rows, n_changes)),
         ],
         format="csr",
     )
     changes = scattered(
-        influence.by_point * image_mm, of_changes, of_image, (n_changes, n_columns)
+        influence.by_point * image_mm,
+        of_changes[:n_points],
+        of_image,
+        (n_changes, n_columns),
     )
     each = sparse.eye_array(n_columns, format="csr")
     spread = sparse.vstack([each, changes], format="csr")

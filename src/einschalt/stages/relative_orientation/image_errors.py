@@ -10,6 +10,7 @@ See docs/theory/propagation.md.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.names import encode, encode_pairs, pair_up
 from einschalt.stages.relative_orientation.image_orientation import ImageInfluence
@@ -25,7 +26,12 @@ class ImageErrors:
     # (n_points, 2): rows of the left and the right one in the table of image points
     sources: np.ndarray
     n_sources: int  # rows of that table
-    n_models: int  # pairs, oriented or not
+    pairs: pd.DataFrame  # coverage, model_id, right_image, oriented or not
+
+    @property
+    def n_models(self):
+        """Number of pairs."""
+        return len(self.pairs)
 
 
 def image_errors(oriented, flight, enlargement) -> ImageErrors:
@@ -50,9 +56,15 @@ def image_errors(oriented, flight, enlargement) -> ImageErrors:
         wanted = pair_up(image, point)
         sources.append(row_of[known.locate(wanted)[wanted.codes]])
     found, stretch = oriented.image_influence, enlargement[:, None, None]
+    of_pair = np.ones(len(oriented.models))
+    of_pair[found.model] = enlargement
     influence = ImageInfluence(
-        found.model, found.by_image * stretch, found.gain * stretch, found.by_point
+        found.model,
+        found.by_image * stretch,
+        found.gain * stretch,
+        found.by_point,
+        found.centres * of_pair[:, None, None, None],
     )
-    return ImageErrors(
-        influence, np.column_stack(sources), len(table), len(oriented.models)
-    )
+    names = ["coverage", "model_id"]
+    pairs = oriented.models[names].merge(models[[*names, "right_image"]], on=names)
+    return ImageErrors(influence, np.column_stack(sources), len(table), pairs)

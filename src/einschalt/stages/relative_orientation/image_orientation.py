@@ -81,6 +81,8 @@ class ImageInfluence:
     gain: np.ndarray  # (n_points, 3, 6): by base direction and turn of the right camera
     # (n_points, 6, 4): of base direction and turn by the image coordinates [1/mm]
     by_point: np.ndarray
+    # (n_pairs, 2, 3, 6): of left and right projection centre by base direction and turn
+    centres: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -304,6 +306,7 @@ class ImageOrientation(OrientationResult):
             self._precision.by_image,
             self._precision.gain,
             orientation_influence(orientation, adjusted, self.factors[rows]),
+            np.moveaxis(self.pairs.camera_changes()[0], 1, -1),
         )
 
     @cached_property

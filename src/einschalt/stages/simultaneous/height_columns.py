@@ -16,9 +16,8 @@ CENTRE_COLUMNS = [
 ]
 
 
-def with_heights_of_points(points, solution) -> pd.DataFrame:
+def with_heights_of_points(points, solution, covariance) -> pd.DataFrame:
     """Points with heights, their standard errors and covariances."""
-    covariance = solution.point_cofactors
     points = points.assign(
         standard_error_height=np.sqrt(covariance[:, 2, 2]),
         covariance_eh=covariance[:, 0, 2],

@@ -10,6 +10,7 @@ from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import check_table
+from einschalt.stages.simultaneous.image_errors import MeasuredImages
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.block_adjustment.observations import BlockObservations
@@ -40,6 +41,8 @@ class MeasuredFlight:
     # (n_rows, 2, n_elements): measured coordinates by independent errors of variance 1
     # that all points of a model share, in their unit; of plane models
     orientation: np.ndarray | None = None
+    # image points behind the model points, where these come from images
+    images: MeasuredImages | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,9 @@ class BlockTables:
     coverage: np.ndarray  # (n_models,): number of the coverage, flights apart
     # (n_points,): row of the given coordinates, −1 where there are none
     control_row: np.ndarray
+    row: np.ndarray  # (n_rows,): row of each observation in the tables of all flights
+    n_rows: tuple[int, ...]  # of the table of each flight
+    images: tuple[MeasuredImages | None, ...]  # of each flight
 
     @property
     def is_spatial(self):
@@ -83,13 +89,7 @@ def code_block(flights, control_points) -> BlockTables:
     is_spatial = any(flight.kind == SPATIAL for flight in flights)
     flight = np.repeat(np.arange(len(flights)), np.diff(first))
     kind = np.array([f.kind for f in flights], dtype=object)[flight]
-    models = pd.DataFrame(
-        {
-            "flight": np.array([f.name for f in flights], dtype=object)[flight],
-            "coverage": np.concatenate([number.first for number in numbers]),
-            "model_id": np.concatenate([number.second for number in numbers]),
-        }
-    )
+    models = _model_names(flights, flight, numbers)
     control, control_row = _given_control(control_points, points, is_spatial=is_spatial)
     order = segments(model, int(first[-1])).order
     xyz = _coordinates(parts, is_spatial=is_spatial)
@@ -111,6 +111,20 @@ def code_block(flights, control_points) -> BlockTables:
         is_centre,
         encode_pairs(models["flight"], models["coverage"]).codes,
         control_row,
+        order,
+        tuple(len(part) for part in parts),
+        tuple(flight.images for flight in flights),
+    )
+
+
+def _model_names(flights, flight, numbers):
+    """Names of all models: flight, coverage, model_id."""
+    return pd.DataFrame(
+        {
+            "flight": np.array([f.name for f in flights], dtype=object)[flight],
+            "coverage": np.concatenate([number.first for number in numbers]),
+            "model_id": np.concatenate([number.second for number in numbers]),
+        }
     )
 
 

@@ -9,6 +9,7 @@ from einschalt.stages.simultaneous.height_columns import (
     with_heights_of_points,
     with_heights_of_residuals,
 )
+from einschalt.stages.simultaneous.image_errors import point_covariances
 from einschalt.stages.simultaneous.own_deformation import own_columns
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
@@ -34,7 +35,7 @@ AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 def point_table(tables, part, solution) -> pd.DataFrame:
     """Coordinates of all adjusted points with their covariances."""
-    covariance = solution.point_cofactors
+    covariance = point_covariances(tables, part, solution)
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     observations = solution.observations
     is_control = observations.is_control
@@ -57,7 +58,9 @@ def point_table(tables, part, solution) -> pd.DataFrame:
             "difference_northing": difference[:, 1],
         }
     )
-    return with_heights_of_points(points, solution) if tables.is_spatial else points
+    if not tables.is_spatial:
+        return points
+    return with_heights_of_points(points, solution, covariance)
 
 
 def _n_coverages(tables, part, solution):

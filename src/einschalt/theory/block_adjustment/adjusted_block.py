@@ -64,10 +64,11 @@ class AdjustedBlock:
         return cofactors.of_differences(self.solver.system.incidence.point)
 
     def _projected(self, errors, control_errors):
-        """Residuals for right sides of the solver, (n_rows, d, n_right)."""
+        """Points and residuals for right sides of the solver."""
         new = self.ordering.reordered
         found = self.solver.project(errors[new.rows], control_errors[new.points])
-        return in_old_order(found.residuals, new.rows)
+        residuals = in_old_order(found.residuals, new.rows)
+        return in_old_order(found.points, new.points), residuals
 
     @cached_property
     def leverage(self):

@@ -78,6 +78,11 @@ class BlockSolution(AdjustedBlock):
         """Adjust the same models and points with other errors or given coordinates."""
         return adjust(observations, self.terms, self.ordering)
 
+    @property
+    def linear(self):
+        """Linear part of each model, from model to ground, (n_models, 2, 2)."""
+        return self.affinities[:, :, 1:]
+
     def adjusted_anew(self, observations):
         """Adjust other observations with the same deformations."""
         return adjust(observations, self.terms)
@@ -86,23 +91,24 @@ class BlockSolution(AdjustedBlock):
         """Adjust the same observations with other deformations."""
         return adjust(self.observations, terms, self.ordering)
 
-    def residuals_of(self, errors, control_errors):
-        """Residuals that follow from errors of the observations.
+    def answer_to(self, errors, control_errors):
+        """Errors of the points, and residuals, that follow from given errors.
 
         ``errors`` (n_rows, 2, n_draws) are of the measured points on the ground,
         ``control_errors`` (n_points, 2, n_draws) of the given coordinates, 0 where
-        there are none [m]; the residuals are (n_rows, 2, n_draws) [m].
+        there are none [m]. Points (n_points, 2, n_draws), residuals as the errors [m].
         """
         channels = self.solver.channels
-        residuals = channels.join(
-            self._projected(channels.split(-errors), channels.split(control_errors))
-        )
-        linear = self.affinities[self.observations.model][:, :, 1:]
-        on_ground = linear @ self.deformation.columns
+        right = channels.split(-errors), channels.split(control_errors)
+        points, residuals = map(channels.join, self._projected(*right))
+        on_ground = self.linear[self.observations.model] @ self.deformation.columns
         weighted = on_ground * self.observations.standard_error[:, None, None] ** -2.0
         right = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
-        answer = in_old_order(self.bordered.residuals, self.ordering.reordered.rows)
-        return residuals - answer @ (self.bordered.cofactors @ right)
+        shift = self.bordered.cofactors @ right
+        new = self.ordering.reordered
+        points -= in_old_order(self.bordered.points, new.points) @ shift
+        residuals -= in_old_order(self.bordered.residuals, new.rows) @ shift
+        return points, residuals
 
     def _cofactors(self, quantity):
         plane = self.solver.channels.plane(super()._cofactors(quantity))

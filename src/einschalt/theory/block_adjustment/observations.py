@@ -64,6 +64,16 @@ class ObservedBlock:
         weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
         return weight
 
+    def drawn_control(self, rng, n_draws):
+        """Draw errors of the given coordinates, 0 where there are none.
+
+        (n_points, d, n_draws) [m].
+        """
+        root = np.zeros(self.control_covariance.shape)
+        is_observed = self.is_control & ~self.is_fixed
+        root[is_observed] = np.linalg.cholesky(self.control_covariance[is_observed])
+        return root @ rng.standard_normal((*self.control.shape, n_draws))
+
     def of_models(self, is_kept):
         """Leave models out, and the points that only these hold."""
         rows = np.flatnonzero(is_kept[self.model])

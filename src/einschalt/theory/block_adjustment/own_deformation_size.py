@@ -120,16 +120,10 @@ def chance_of_residuals(plain, own):
 def _drawn_residuals(plain, rng, n_draws):
     """Residuals of errors as they were given, (n_rows, d, n_draws)."""
     observations = plain.observations
-    n_axes = observations.control.shape[1]
     error = observations.standard_error.reshape(len(observations.model), -1, 1)
-    shape = (len(error), n_axes, n_draws)
-    held = np.where(observations.is_control[:, None, None], 1.0, 0.0)
-    covariance = held * np.nan_to_num(observations.control_covariance)
-    root = np.zeros(covariance.shape)
-    is_observed = observations.is_control & ~observations.is_fixed
-    root[is_observed] = np.linalg.cholesky(covariance[is_observed])
-    control = root @ rng.standard_normal((len(root), n_axes, n_draws))
-    return plain.residuals_of(error * rng.standard_normal(shape), control)
+    shape = (len(error), observations.control.shape[1], n_draws)
+    control = observations.drawn_control(rng, n_draws)
+    return plain.answer_to(error * rng.standard_normal(shape), control)[1]
 
 
 def _scores(observations, own, residuals):

@@ -54,12 +54,17 @@ class SpatialSolution(AdjustedBlock):
         """Adjust the same models and points with other errors or given coordinates."""
         return _Task(observations, self.ordering).solve(self.placement)
 
+    @property
+    def linear(self):
+        """Linear part of each model, from model to ground, (n_models, 3, 3)."""
+        return self.placement.matrix
+
     def adjusted_anew(self, observations):
         """Adjust other observations of the same models."""
         return adjust_spatially(observations, self.placement)
 
-    def residuals_of(self, errors, control_errors):
-        """Residuals that follow from small errors; as in plan, with heights."""
+    def answer_to(self, errors, control_errors):
+        """Errors of points, and residuals; as in plan, of small errors."""
         return self._projected(-errors, control_errors)
 
     @property

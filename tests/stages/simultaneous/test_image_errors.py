@@ -1,0 +1,73 @@
+"""Models from images in the simultaneous adjustment: errors of the image points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import einschalt as es
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
+from einschalt.stages.simultaneous.image_errors import image_chains
+from einschalt.theory.block_adjustment.observations import Part
+
+AXES = ["easting", "northing", "height"]
+GEOMETRY = BlockGeometry(
+    width=2_200.0,
+    height=2_200.0,
+    point_spacing=275.0,
+    measurement="images",
+    transformation="helmert_3d",
+    control_per_model=9,
+)
+
+
+@pytest.fixture(scope="module")
+def block():
+    return simulate_block("demo", seed=1, geometry=GEOMETRY)
+
+
+def test_points_and_centres_move_as_when_the_images_are_measured_otherwise(block):
+    """Projection centres too: they move with the orientations alone."""
+    rng = np.random.default_rng(5)
+    images = block.low_flight.image_points
+    moves = 1e-5 * rng.standard_normal((len(images), 2))
+    moved = images.assign(x=images["x"] + moves[:, 0], y=images["y"] + moves[:, 1])
+    other = replace(block, low_flight=replace(block.low_flight, image_points=moved))
+    asked = {"kind": "helmert_3d", "flights": "low"}
+    before, after = (es.adjust_block(b, **asked) for b in (block, other))
+    solution, tables = before.solution, before.tables
+    n_rows, n_points = len(tables.row), solution.observations.n_points
+    everything = np.arange(n_rows), before.kept, np.arange(n_points)
+    part = Part(solution.observations, *everything)
+    ((start, measured, chain),) = image_chains(tables, part, solution)
+    assert start == 0
+    on_ground = moves * METRES_PER_MM * measured.scale_number
+    sources = np.column_stack([on_ground, np.zeros(len(moves))])
+    errors = chain.of_vectors(sources)[tables.row][:, :, None]
+    points, _ = solution.answer_to(errors, np.zeros((n_points, 3, 1)))
+    # with the weights of before: heights have errors that their residuals show
+    xyz = after.tables.observations.xyz
+    same_weights = replace(solution.observations, xyz=xyz)
+    expected = solution.readjusted(same_weights).points - solution.points
+    assert tables.is_centre.any()
+    largest = np.abs(expected).max()
+    assert largest > 1e-4
+    np.testing.assert_allclose(points[:, :, 0], expected, rtol=0, atol=2e-3 * largest)
+
+
+def test_claimed_and_true_errors(block):
+    """Of eight blocks; points of a block share errors."""
+    figures = []
+    for seed in range(8):
+        own = simulate_block("demo", seed=seed, geometry=GEOMETRY)
+        points = es.densify(own, es.Settings(method="simultaneous")).points
+        new = points[points["role"] == "new"]
+        true = own.truth.set_index("point_id").loc[new["point_id"], AXES]
+        error = new[AXES].to_numpy() - true.to_numpy()
+        claimed = new[[f"standard_error_{axis}" for axis in AXES]].to_numpy()
+        figures.append(((error / claimed) ** 2).mean(axis=0))
+    square = np.array(figures)
+    scatter = square.std(axis=0, ddof=1) / np.sqrt(len(square))
+    assert (np.abs(square.mean(axis=0) - 1.0) < 3.0 * scatter).all()
+    assert (scatter < 0.2).all()
