@@ -48,7 +48,7 @@ def test_the_docstring_lists_the_words(name):
         ("outliers", adjustment.OUTLIERS),
         ("screening", coverage_screening.SCREENINGS),
         ("coverage_mean", stage5_double_coverage.COVERAGE_MEANS),
-        ("weighting", stage5_double_coverage.WEIGHTINGS),
+        ("weighting", ("auto", *stage5_double_coverage.WEIGHTINGS)),
         ("variance_components", adjustment.COMPONENTS),
         ("model_deformation", adjustment.DEFORMATIONS),
         ("residual_distribution", ("none", *distribution_weights.DISTRIBUTIONS)),

@@ -47,10 +47,11 @@ class Settings(BaseModel):
         Which models give a point's coordinates: every model that holds it, or, as in
         1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
         the position in the model's extent.
-    weighting : {"plain", "weighted", "rigorous"}
+    weighting : {"auto", "plain", "weighted", "rigorous"}
         Arithmetic mean; weights 1 / M² with the M of the error budget; or, where the
         size of every error is known, the mean of least variance by the propagated
         covariances of a point's values, which a badly determined model does not spoil.
+        "auto" is "rigorous" where it can be and all models count, otherwise "plain".
     outliers : {"keep", "snoop", "huber", "tukey"}
         What happens to gross errors: they are only named; the worst of each low-flight
         model is taken out until none is left; or a robust norm gives them less weight.
@@ -120,10 +121,11 @@ class Settings(BaseModel):
         description="Values that make a point's mean: of every model, or per coverage "
         "of the most central one (1971).",
     )
-    weighting: Literal["plain", "weighted", "rigorous"] = Field(
-        "plain",
+    weighting: Literal["auto", "plain", "weighted", "rigorous"] = Field(
+        "auto",
         description="Mean of a point's values: arithmetic, with weights 1 / M², or of "
-        "least variance by their propagated covariances.",
+        "least variance by their propagated covariances; auto is the last where these "
+        "are known and coverage_mean is all, otherwise the first.",
     )
     outliers: Literal["keep", "snoop", "huber", "tukey"] = Field(
         "keep",
@@ -234,10 +236,12 @@ class Settings(BaseModel):
             raise PydanticCustomError("less_than_equal", "too large")
         return float(metres)
 
-    @property
-    def averaging(self):
-        """How the values of a point are averaged, as arguments."""
-        return {"coverage_mean": self.coverage_mean, "weighting": self.weighting}
+    def weighting_with(self, covariances_are_known):
+        """Weights of the values of a point, where covariances are known or not."""
+        if self.weighting != "auto":
+            return self.weighting
+        is_best = covariances_are_known and self.coverage_mean == "all"
+        return "rigorous" if is_best else "plain"
 
     def updated(self, given):
         """Give the settings with some fields replaced, checked as on construction."""
@@ -250,7 +254,7 @@ def words_of(name):
     Examples
     --------
     >>> words_of("weighting"), words_of("confidence")
-    (('plain', 'weighted', 'rigorous'), ())
+    (('auto', 'plain', 'weighted', 'rigorous'), ())
     """
     annotation = Settings.model_fields[name].annotation
     return tuple(word for word in get_args(annotation) if isinstance(word, str))

@@ -79,6 +79,11 @@ class CoverageMean(Result):
     coverage_weights: np.ndarray
     internal_single: float
 
+    @property
+    def is_rigorous(self):
+        """Whether the means are those of least variance."""
+        return self.weights.ndim > 1
+
     def summary(self):
         """Say how many points were averaged, and how far the coverages differ."""
         twice = int((self.points["n_coverages"] > 1).sum())

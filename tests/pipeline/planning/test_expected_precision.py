@@ -21,7 +21,7 @@ def expected():
 
 def test_figures_are_those_of_the_block_itself(expected):
     block = es.simulate_block(seed=0, geometry=DESIGN.geometry(), noise=DESIGN.noise())
-    result = es.densify(block)
+    result = es.densify(block, es.Settings(weighting="plain"))
     assert expected.figures.mean == pytest.approx(result.figures.mean_total, rel=1e-12)
     paper = result.figures.mean_paper
     assert expected.figures.paper_mean == pytest.approx(paper, rel=1e-12)

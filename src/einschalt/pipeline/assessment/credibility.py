@@ -137,15 +137,20 @@ def claimed_column(figures) -> str:
 def has_credible_propagation(examined) -> bool:
     """Whether two steps have a propagated figure that no measurement contradicts."""
     total = examined.figures.mean_within
-    is_explained = largest_measured(examined.figures) <= MIN_REPORTED_RATIO * total
+    is_explained = largest_measured(examined) <= MIN_REPORTED_RATIO * total
     misfit = high_flight_misfit(examined)
     has_fit = misfit is None or not misfit.is_large
     return bool(is_explained and has_fit and examined.claim.is_supported)
 
 
-def largest_measured(figures) -> float:
-    """The larger figure of the two that see the measurements, TOTAL [m]; 0 without."""
-    return float(np.nanmax([figures.mean_paper, figures.mean_internal, 0.0]))
+def largest_measured(examined) -> float:
+    """The larger figure of the two that see the measurements, TOTAL [m]; 0 without.
+
+    The paper's is one of plain means: those of least variance may well be better.
+    """
+    figures = examined.figures
+    paper = np.nan if examined.means.is_rigorous else figures.mean_paper
+    return float(np.nanmax([paper, figures.mean_internal, 0.0]))
 
 
 @dataclass(frozen=True)

@@ -50,19 +50,18 @@ def transform_low_flight(block, model_points, ground, precision, settings, *, is
 
 
 def average_low_flight(
-    block, model_points, low, settings, *, is_gross, covariances=None
+    block, model_points, low, settings, *, is_gross, averaging
 ) -> LowFlightFit:
     """Budget and means of the values that the models of the low flight give.
 
-    Rows that ``is_gross`` marks take no part; ``covariances`` of pairs of model points
-    are for rigorous weights, see
+    Rows that ``is_gross`` marks take no part; ``averaging`` are arguments of
     :func:`~einschalt.stages.stage5_double_coverage.average_coverages`.
     """
     values = _single_values(block.low_flight, low, model_points)
     usable = values
     if settings.outliers != "keep":
         usable = without_gross_errors(values, is_gross | suspect_rows(values, low))
-    means = average_coverages(usable, covariances=covariances, **settings.averaging)
+    means = average_coverages(usable, **averaging)
     return LowFlightFit(low, values, _internally_checked(means, low))
 
 

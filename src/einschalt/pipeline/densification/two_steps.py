@@ -275,15 +275,9 @@ class _LowFlight:
         )
 
     def _averaged(self, low, model):
-        covariances = covariances_for(self.settings.weighting, model)
-        return average_low_flight(
-            self.block,
-            self.points,
-            low,
-            self.settings,
-            is_gross=self.is_gross,
-            covariances=covariances,
-        )
+        averaging = averaging_with(self.settings, model)
+        what = self.block, self.points, low, self.settings
+        return average_low_flight(*what, is_gross=self.is_gross, averaging=averaging)
 
 
 def _high_flight(block, flights, settings, gross):
@@ -295,12 +289,20 @@ def _high_flight(block, flights, settings, gross):
     # five control points cannot spare one: suspects of a model alone are only named
     named = screen_models(fitted, "keep", settings.significance, is_gross=is_out)
     model = None
-    if settings.weighting == RIGOROUS:
+    if settings.weighting_with(covariances_are_known=True) == RIGOROUS:
         model = model_of_known_high_errors(block, flights[HIGH], named)
-    covariances = covariances_for(settings.weighting, model)
-    return average_high_flight(
-        named, points, is_gross=is_out, covariances=covariances, **settings.averaging
-    )
+    averaging = averaging_with(settings, model)
+    return average_high_flight(named, points, is_gross=is_out, **averaging)
+
+
+def averaging_with(settings, model):
+    """How the values of a point are averaged by a model of their errors, arguments."""
+    weighting = settings.weighting_with(covariances_are_known=model is not None)
+    return {
+        "coverage_mean": settings.coverage_mean,
+        "weighting": weighting,
+        "covariances": covariances_for(weighting, model),
+    }
 
 
 def _final_points(block, settings, means, screening, errors):

@@ -109,7 +109,7 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
         )
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
     # a layout has neither gross errors nor deformed models to look for
-    asked = {"screening": "off", "model_deformation": "ignored"}
+    asked = {"screening": "off", "model_deformation": "ignored", "weighting": "plain"}
     settings = Settings(coverage_mean=coverage_mean, **asked)
     result = densify(block, settings)
     solution = result.solution

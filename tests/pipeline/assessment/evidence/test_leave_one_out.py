@@ -51,7 +51,7 @@ def assert_same(result, predict, tolerance):
 )
 def test_differences_are_those_of_densifying_again(demo_block, high, low, mean):
     block = of_kinds(demo_block, high, low)
-    settings = Settings(coverage_mean=mean)
+    settings = Settings(coverage_mean=mean, weighting="plain")
 
     def predict(name):
         points = densify(as_check_point(block, name), settings).points
@@ -100,13 +100,14 @@ def test_weights_stay_those_of_the_whole_block(demo_block, kind, mean):
 def test_rigid_models_to_first_order():
     geometry = replace(PRESETS["demo"].geometry, transformation="rigid")
     block = simulate_block("demo", seed=3, geometry=geometry)
+    settings = Settings(weighting="plain")
 
     def predict(name):
-        points = densify(as_check_point(block, name)).points
+        points = densify(as_check_point(block, name), settings).points
         return points.set_index("point_id").loc[name, PLAN].to_numpy(dtype=float)
 
     # residuals of 10 cm turn a model of 2 km by 5e-5
-    assert_same(densify(block), predict, 1e-5)
+    assert_same(densify(block, settings), predict, 1e-5)
 
 
 def test_points_that_a_model_needs_are_not_left_out(demo_block):

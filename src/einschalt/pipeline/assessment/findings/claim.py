@@ -60,12 +60,12 @@ def high_flight_that_misfits(examined):
 def contradicted_propagation(two_step):
     """Measured figures that are larger than the propagated one."""
     figures = two_step.figures
-    if not _exceeds_propagation(figures):
+    if not _exceeds_propagation(two_step):
         return None
     return finding(
         "contradicted_propagation",
         statistic="larger one of the paper's and the internal figure",
-        observed=largest_measured(figures),
+        observed=largest_measured(two_step),
         expected=figures.mean_within,
         remedy="raise_m_g",
         facts={
@@ -79,7 +79,7 @@ def contradicted_propagation(two_step):
 def contradicted_budget(two_step):
     """Coverages that differ more than the budget explains."""
     figures = two_step.figures
-    if _exceeds_propagation(figures):
+    if _exceeds_propagation(two_step):
         return None  # which says more
     # of orientations the budget knows nothing
     is_known = two_step.errors is not None and any(
@@ -98,8 +98,9 @@ def contradicted_budget(two_step):
     )
 
 
-def _exceeds_propagation(figures):
-    return largest_measured(figures) > MIN_REPORTED_RATIO * figures.mean_within
+def _exceeds_propagation(two_step):
+    largest = largest_measured(two_step)
+    return largest > MIN_REPORTED_RATIO * two_step.figures.mean_within
 
 
 def no_check_points(examined):
