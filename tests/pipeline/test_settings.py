@@ -91,7 +91,7 @@ def test_present_words_raise_no_warning():
 
 @pytest.mark.parametrize("value", [3, None, ["pipeline"], {"pipeline": 1}])
 def test_what_is_no_word_is_refused_as_before(value):
-    with pytest.raises(SettingsError, match=r"method = .* 'two_step' or 'simul"):
+    with pytest.raises(SettingsError, match=r"method = .* 'two_step', 'simul"):
         Settings(method=value)
     assert with_present_words({"method": value}) == {"method": value}
 

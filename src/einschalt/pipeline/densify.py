@@ -1,5 +1,11 @@
 """From a block to densified coordinates: a list of calls."""
 
+from einschalt.pipeline.assessment.choice import (
+    AUTO,
+    SIMULTANEOUS,
+    TWO_STEP,
+    solve_the_better_way,
+)
 from einschalt.pipeline.densification.iteration import require_iterable
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.residual_distribution import require_control
@@ -10,7 +16,7 @@ from einschalt.pipeline.result import DensificationResult, Stopwatch
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage4_error_propagation import require_rigorous
 
-SOLVERS = {"two_step": solve_in_two_steps, "simultaneous": solve_in_one_adjustment}
+SOLVERS = {TWO_STEP: solve_in_two_steps, SIMULTANEOUS: solve_in_one_adjustment}
 
 
 def densify(block, settings=None, *, progress=None, kind=DensificationResult):
@@ -19,7 +25,8 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     In the two-step way of 1971: approximate coordinates from the high flight (or given
     ones), relative orientation where it is to be computed, every low-flight model onto
     all its points, error budget, mean of the coverages. Or all models of all flights
-    in one adjustment. Check points enter neither.
+    in one adjustment. Or both, of which the better one is kept. Check points enter
+    neither.
 
     Parameters
     ----------
@@ -50,10 +57,15 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
         _require_possible(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
         flights = _orient(block, settings)
-        solve = SOLVERS[settings.method]
-        solution = solve(block, settings, flights, report_progress)
+        asked = block, settings, flights, report_progress
+        if settings.method == AUTO:
+            examined, choice = solve_the_better_way(*asked)
+            found = {"examined": examined, "choice": choice}
+            solution = examined.solution
+        else:
+            solution, found = SOLVERS[settings.method](*asked), {}
         report_progress(Stage.DONE)
-    return kind(solution, stopwatch)
+    return kind(solution, stopwatch, **found)
 
 
 def _require_possible(block, settings):
@@ -61,7 +73,7 @@ def _require_possible(block, settings):
     require_control(block, settings)
     require_iterable(block, settings)
     require_rigorous(block, settings.weighting)
-    if settings.method == "simultaneous":
+    if settings.method == SIMULTANEOUS:
         require_adjustable(block)
 
 

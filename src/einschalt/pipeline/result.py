@@ -8,7 +8,8 @@ from operator import attrgetter
 from time import perf_counter
 
 from einschalt.pipeline.assessment.assess import assess
-from einschalt.pipeline.assessment.examination import examine
+from einschalt.pipeline.assessment.choice import MethodChoice
+from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.assessment.tolerance import with_tolerance
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution
@@ -62,10 +63,16 @@ class DensificationResult(Result):
         What was computed.
     stopwatch : Stopwatch
         How long it took; runs again while it is judged.
+    examined : Examination, optional
+        Of the solution, where there is one already.
+    choice : MethodChoice, optional
+        With ``method = "auto"``: which way was taken, and why.
     """
 
     solution: TwoStepSolution | SimultaneousSolution
     stopwatch: Stopwatch = field(default_factory=Stopwatch)
+    examined: Examination | None = None
+    choice: MethodChoice | None = None
 
     block = property(attrgetter("solution.block"))
     settings = property(attrgetter("solution.settings"))
@@ -109,6 +116,8 @@ class DensificationResult(Result):
     @cached_property
     def examination(self):
         """What the measurements say of the solution, each part computed when asked."""
+        if self.examined is not None and self.examined.solution is self.solution:
+            return self.examined
         return examine(self.solution)
 
     @cached_property

@@ -39,7 +39,7 @@ class Settings(BaseModel):
 
     Attributes
     ----------
-    method : {"two_step", "simultaneous"}
+    method : {"two_step", "simultaneous", "auto"}
         The two-step way of Kovarik 1971, or all models of all flights and the control
         in one adjustment. Earlier versions called the former "pipeline"; that word is
         still understood, with a DeprecationWarning.
@@ -106,15 +106,16 @@ class Settings(BaseModel):
     Examples
     --------
     >>> Settings(coverage_mean="most_central").weighting
-    'plain'
+    'auto'
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    method: Literal["two_step", "simultaneous"] = Field(
+    method: Literal["two_step", "simultaneous", "auto"] = Field(
         "two_step",
         description="The two-step way of 1971, or all models of all flights in one "
-        "adjustment.",
+        "adjustment; auto computes both, and takes the one that the measurements "
+        "support best.",
     )
     coverage_mean: Literal["all", "most_central"] = Field(
         "all",

@@ -43,7 +43,7 @@ def test_the_propagated_figure_is_believed_where_nothing_contradicts_it(good_res
 def test_measurements_that_contradict_it_leave_a_lower_bound(faulty_result):
     """Propagation knows no measurement: a blunder of 200 m does not enlarge it."""
     assert not has_credible_propagation(faulty_result.examination)
-    assert claimed_column(faulty_result.figures) == PAPER
+    assert claimed_column(faulty_result.examination) == PAPER
     figure, figures = faulty_result.examination.credible, faulty_result.figures
     assert figure.reason is Reason.CONTRADICTED
     assert figure.is_lower_bound
@@ -53,7 +53,7 @@ def test_measurements_that_contradict_it_leave_a_lower_bound(faulty_result):
 
 def test_a_high_flight_that_does_not_fit_takes_the_belief_away(good_result):
     assert has_credible_propagation(good_result.examination)
-    assert claimed_column(good_result.figures) == TOTAL
+    assert claimed_column(good_result.examination) == TOTAL
     doubted = with_figures(good_result, m_0_high=0.5)
     assert not has_credible_propagation(doubted.examination)
     assert high_flight_misfit(doubted.examination).is_large

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 
 from einschalt.pipeline.assessment.causes import with_causes
+from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.assessment.examination import (
@@ -70,6 +71,8 @@ class Assessment:
     """Everything that is to be known of a result besides its tables."""
 
     block: BlockFacts
+    # with method = "auto": which way was taken, and why
+    choice: MethodChoice | None
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
@@ -98,6 +101,7 @@ def assess(result) -> Assessment:
     examined = result.examination
     return Assessment(
         block=block_facts(examined),
+        choice=result.choice,
         credible=examined.credible,
         claim=examined.claim,
         known_points=known_point_facts(examined),

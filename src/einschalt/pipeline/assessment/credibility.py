@@ -77,7 +77,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
         is_lower_bound=reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED),
-        column=claimed_column(figures),
+        column=examined.claimed_column,
         factor=claim.enlargement,
         reason=reason,
     )
@@ -129,9 +129,16 @@ def is_large_s_0(adjustment) -> bool:
     return bool(adjustment.s_0 > limits[1])
 
 
-def claimed_column(figures) -> str:
-    """Column that two steps claim: the propagated one, unless the budget is larger."""
-    return TOTAL if figures.mean_total >= figures.mean_paper else PAPER
+def claimed_column(examined) -> str:
+    """Column that two steps claim: the propagated one, unless the budget is larger.
+
+    The budget is one of plain means: those of least variance may well be better, where
+    nothing contradicts them.
+    """
+    figures = examined.figures
+    is_larger = figures.mean_total >= figures.mean_paper
+    is_better = examined.means.is_rigorous and has_credible_propagation(examined)
+    return TOTAL if is_larger or is_better else PAPER
 
 
 def has_credible_propagation(examined) -> bool:

@@ -146,7 +146,7 @@ class TwoStepExamination(Examination):
     @property
     def claimed_column(self):
         """Standard error that is claimed for single points, a column of ``points``."""
-        return claimed_column(self.figures)
+        return claimed_column(self)
 
     @cached_property
     def claim(self):

@@ -27,6 +27,7 @@ def sections(assessment) -> dict[str, Section]:
     told = assessment
     return {
         "precision": precision.section(told.precision, told.credible),
+        "ways": precision.ways(told.choice),
         "claim": claim.section(told.claim),
         "error_sources": error_sources.section(told.error_sources),
         "iterations": moves.iterations(told.iterations),

@@ -11,6 +11,7 @@ from einschalt.foundations.typesetting import (
     number,
     number_word,
 )
+from einschalt.pipeline.assessment.choice import ChoiceReason
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.assessment.facts.precision import (
     Carried,
@@ -18,7 +19,7 @@ from einschalt.pipeline.assessment.facts.precision import (
     SimultaneousPrecision,
     TwoStepPrecision,
 )
-from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import mean_of
 
 TITLE = "Precision of the new points (total, RMS)"
@@ -88,6 +89,15 @@ TWO_STEPS = (
 IMPOSSIBLE = "The two-step way is not possible in this block: {}"
 UNSTATED = "No standard errors are given: {}."
 SHOWN = "(standard errors that the residuals show)"
+WAYS = 'Which way (method = "auto"; total, RMS)'
+TAKEN = {"two_step": "two steps", "simultaneous": "simultaneous adjustment"}
+WHY = {
+    ChoiceReason.SUPPORTED: "the measurements contradict the figure of the other one",
+    ChoiceReason.SMALLER: "its figure is the smaller one",
+    ChoiceReason.MORE_MODELS: "the figures are alike, and it determines more models",
+    ChoiceReason.ONLY_FIGURE: "the size of an error of the other one is not known",
+    ChoiceReason.NO_FIGURE: "sizes of errors are not known in either way",
+}
 BLIND = "It does not see errors that all models share: look at the model deformation"
 
 
@@ -241,3 +251,30 @@ def _two_ways(facts):
         f"most at {names([apart.worst])}: {length(apart.largest)}."
     )
     return TWO_STEPS, differ
+
+
+def ways(choice) -> Section:
+    """Set the figures to believe of both ways, and say which was taken."""
+    if choice is None:
+        return NO_SECTION
+    figures = (("two_step", choice.two_step), ("simultaneous", choice.simultaneous))
+    rows = tuple(
+        (TAKEN[method], _believed(figure), "taken" if method == choice.method else "")
+        for method, figure in figures
+    )
+    return Section(WAYS, ("", "figure to believe", ""), rows, (_why(choice),))
+
+
+def _believed(figure):
+    if figure is None:
+        return "not possible"
+    if math.isnan(figure.value):
+        return "not known"
+    return f"{length(figure.value)}{' or worse' if figure.is_lower_bound else ''}"
+
+
+def _why(choice):
+    way = TAKEN[choice.method]
+    if choice.reason is ChoiceReason.ONLY_WAY:
+        return f"Only one way is possible, the {way}: {choice.obstacle}."
+    return f"Taken: the {way}; {WHY[choice.reason]}."

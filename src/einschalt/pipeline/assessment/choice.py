@@ -1,0 +1,114 @@
+"""Both ways of densification, and the one that the measurements support best."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.pipeline.assessment.credibility import CredibleFigure
+from einschalt.pipeline.assessment.examination import Examination, examine
+from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
+from einschalt.pipeline.densification.simultaneous import require_adjustable
+from einschalt.pipeline.densification.two_steps import solve_in_two_steps
+
+AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
+# figures of precision are no better known than that
+ALIKE = 1.03
+
+
+class ChoiceReason(StrEnum):
+    """Why a way was taken."""
+
+    ONLY_WAY = "only_way"  # the other one is not possible
+    SUPPORTED = "supported"  # measurements contradict the other one's figure
+    SMALLER = "smaller"  # its figure is the smaller one
+    MORE_MODELS = "more_models"  # figures are alike, and it determines more models
+    ONLY_FIGURE = "only_figure"  # the other one has no figure at all
+    NO_FIGURE = "no_figure"  # neither has
+
+
+@dataclass(frozen=True)
+class MethodChoice:
+    """Which way was taken, and why."""
+
+    method: str  # "two_step" or "simultaneous"
+    reason: ChoiceReason
+    two_step: CredibleFigure | None  # None where it is not possible
+    simultaneous: CredibleFigure | None
+    obstacle: str  # what makes the other way impossible, or empty
+
+
+def solve_the_better_way(
+    block, settings, flights, report_progress
+) -> tuple[Examination, MethodChoice]:
+    """Densify a block in both ways, and keep the one that is better supported.
+
+    By the figure to believe of each, which the tests of each enlarge; a figure that is
+    a lower bound only gives way to one that is not.
+    """
+    arguments = block, settings, flights, report_progress
+    obstacle = _obstacle(block, settings)
+    if not obstacle:
+        try:
+            examined = examine(solve_in_one_adjustment(*arguments))
+        except GeometryError as error:
+            obstacle = str(error)
+    if obstacle:
+        examined = examine(solve_in_two_steps(*arguments))
+        reason = ChoiceReason.ONLY_WAY
+        return examined, MethodChoice(
+            TWO_STEP, reason, examined.credible, None, obstacle
+        )
+    beside = examined.solution.two_step
+    if not beside.is_possible:
+        choice = MethodChoice(
+            SIMULTANEOUS,
+            ChoiceReason.ONLY_WAY,
+            None,
+            examined.credible,
+            beside.reason,
+        )
+        return examined, choice
+    method, reason = better_of(examined.two_step, examined)
+    figures = examined.two_step.credible, examined.credible
+    choice = MethodChoice(method, reason, *figures, "")
+    if method == SIMULTANEOUS:
+        return examined, choice
+    if settings.residual_distribution != "none":  # what stands beside is without it
+        return examine(solve_in_two_steps(*arguments)), choice
+    return examined.two_step, choice
+
+
+def _obstacle(block, settings):
+    """What forbids one adjustment of all models, or empty."""
+    if settings.iterations > 1:
+        return "iterations are those of two steps"
+    try:
+        require_adjustable(block)
+    except SettingsError as error:
+        return error.found
+    return ""
+
+
+def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
+    """Method whose figure to believe is the better one, and the reason.
+
+    Of two examinations, or what has their ``credible`` and ``models``.
+    """
+    both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
+    value = {name: found.credible.value for name, found in both.items()}
+    known = [name for name in both if np.isfinite(value[name])]
+    if len(known) < len(both):
+        reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
+        return (known or [TWO_STEP])[0], reason
+    sound = [name for name in both if not both[name].credible.is_lower_bound]
+    if len(sound) == 1:
+        return sound[0], ChoiceReason.SUPPORTED
+    n_models = {
+        name: int(found.models["is_usable"].sum()) for name, found in both.items()
+    }
+    are_alike = max(value.values()) <= ALIKE * min(value.values())
+    if are_alike and len(set(n_models.values())) > 1:
+        return max(both, key=n_models.get), ChoiceReason.MORE_MODELS
+    return min(both, key=value.get), ChoiceReason.SMALLER

@@ -1,0 +1,61 @@
+"""method = "auto": both ways are computed, the one that is better supported is kept."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.pipeline.assessment.choice import ChoiceReason, better_of
+from einschalt.pipeline.assessment.credibility import CredibleFigure, Reason
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
+
+AUTO = Settings(method="auto")
+PLANE = ["easting", "northing"]
+
+
+def way(value, n_models=10, *, is_lower_bound=False):
+    figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
+    models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
+    return SimpleNamespace(credible=figure, models=models)
+
+
+@pytest.mark.parametrize(
+    ("two_step", "simultaneous", "method", "reason"),
+    [
+        (way(0.05), way(0.03), "simultaneous", ChoiceReason.SMALLER),
+        (way(0.03), way(0.05), "two_step", ChoiceReason.SMALLER),
+        (way(0.05), way(0.03, is_lower_bound=True), "two_step", "supported"),
+        (way(0.05, is_lower_bound=True), way(0.3), "simultaneous", "supported"),
+        (way(0.050), way(0.051), "two_step", ChoiceReason.SMALLER),
+        (way(0.050, 8), way(0.051), "simultaneous", ChoiceReason.MORE_MODELS),
+        (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
+        (way(np.nan), way(np.nan), "two_step", ChoiceReason.NO_FIGURE),
+    ],
+)
+def test_the_better_supported_way_is_taken(two_step, simultaneous, method, reason):
+    assert better_of(two_step, simultaneous) == (method, reason)
+
+
+def test_a_sound_block_is_adjusted_at_once(demo_block):
+    result = densify(demo_block, AUTO)
+    expected = densify(demo_block, Settings(method="simultaneous"))
+    assert result.choice.method == "simultaneous"
+    assert result.choice.two_step.value > result.choice.simultaneous.value
+    np.testing.assert_array_equal(result.points[PLANE], expected.points[PLANE])
+    assert result.assessment.to_dict()["choice"]["reason"] == "smaller"
+    assert "Taken: the simultaneous adjustment" in result.summary()
+    assert "method = auto" in result.summary()
+
+
+def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_block):
+    iterated = densify(demo_block, AUTO.updated({"iterations": 2}))
+    assert iterated.choice.reason is ChoiceReason.ONLY_WAY
+    assert "Only one way is possible" in iterated.summary()
+    geometry = replace(PRESETS["demo"].geometry, transformation="rigid")
+    rigid = densify(simulate_block("demo", seed=3, geometry=geometry), AUTO)
+    assert rigid.choice.method == "two_step"
+    assert "rigid" in rigid.choice.obstacle
