@@ -11,6 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
+from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.significance import (
     CLAIM_SIGNIFICANCE,
@@ -32,6 +33,8 @@ class Reason(StrEnum):
     CONTRADICTED = "contradicted"  # measurements contradict the propagated figure
     BUDGET = "budget"  # nothing else is known, and nothing contradicts it
     BUDGET_CONTRADICTED = "budget_contradicted"
+    # models have taken up what residuals do not show of the errors that were stated
+    STATED = "stated"
     ADJUSTED = "adjusted"  # that of the simultaneous adjustment
     ADJUSTED_UNKNOWN = "adjusted_unknown"
     ADJUSTED_ENLARGED = "adjusted_enlarged"  # its residuals show larger errors
@@ -74,13 +77,34 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         enlarged = (paper if is_budget else total) * claim.enlargement
         value = np.nanmax([enlarged, paper, figures.mean_internal])
         reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
+        stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
+        if stated > value:
+            value, reason = stated, Reason.STATED
+    factor, column = claim.enlargement, examined.claimed_column
+    if reason is Reason.STATED:
+        factor = float(value / (total if column == TOTAL else paper))
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
         is_lower_bound=reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED),
-        column=examined.claimed_column,
-        factor=claim.enlargement,
+        column=column,
+        factor=factor,
         reason=reason,
     )
+
+
+def taken_up_by_models(examined) -> float:
+    """Part of the stated error of approximate points that models follow, TOTAL [m].
+
+    Where residuals are smaller than independent errors of that size would make them,
+    neighbouring points share the rest, and each model lies as they do. 0 where the
+    residuals show everything, or nothing was stated.
+    """
+    stated = examined.block.approximate_m_0_m
+    residuals = examined.claim.of(RESIDUALS)
+    if not stated or residuals not in examined.claim.rejected:
+        return 0.0
+    seen = min(residuals.observed / residuals.predicted, 1.0)
+    return float(stated * np.sqrt(1.0 - seen**2))
 
 
 def figure_of_adjustment(examined) -> CredibleFigure:

@@ -37,6 +37,8 @@ def _how_good(facts: TwoStepPrecision, credible):
     mean, value = mean_of(facts.n_coverages), length(credible.value)
     if credible.is_lower_bound:
         return f", {value} or worse (total, {mean})"
+    if credible.reason is Reason.STATED:
+        return f", {value} (total, {mean}; with the stated errors that models took up)"
     paper = f"{length(facts.mean.paper)} after Kovarik's budget"
     if credible.reason is Reason.PROPAGATED:
         return f", {value} (total, {mean}; {paper})"

@@ -7,6 +7,7 @@ import pytest
 from tests.given_approximations import onto_given_approximations
 
 from einschalt.interfaces.reports.correlogram_figure import correlogram_figure
+from einschalt.pipeline.assessment.credibility import Reason, taken_up_by_models
 from einschalt.pipeline.assessment.findings.claim import claim_that_does_not_stand
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -17,6 +18,7 @@ COVERAGES = "coverage differences"
 HIGH = "coverage differences, high flight"
 RESIDUALS = "residuals of the low flight"
 NEIGHBOURS = "correlation of neighbouring residuals"
+PLANE = ["easting", "northing"]
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +82,38 @@ def test_errors_that_photographs_share_are_called_out(shared):
     parts = {part["kind"]: part for part in found.facts["rejected"]}
     assert -0.1 < parts["correlation"]["observed"] < -0.0
     assert parts["residuals"]["observed"] < parts["residuals"]["predicted"]
-    assert found.remedy == "doubt_independence"
+    assert found.remedy == "shared_errors_as_stated"
     first = summarize(shared).splitlines()[0]
+    assert first.endswith("with the stated errors that models took up)")
+
+
+@pytest.mark.parametrize("photograph_error", [0.1, 0.2, 0.5])
+def test_the_stated_error_is_the_figure_where_models_took_it_up(photograph_error):
+    """Residuals show a little of it; before, the claim was a tenth of the truth."""
+    claimed, true = [], []
+    for seed in range(3):
+        block = simulate_block("demo", seed=seed)
+        error = {"photograph_error": photograph_error, "seed": seed}
+        result = densify(onto_given_approximations(block, **error))
+        figure = result.examination.credible
+        assert figure.reason is Reason.STATED
+        assert not figure.is_lower_bound
+        new = result.points[result.points["role"] == "new"]
+        truth = block.truth.set_index("point_id").loc[new["point_id"], PLANE]
+        away = new[PLANE].to_numpy() - truth.to_numpy()
+        claimed.append(figure.value**2)
+        true.append(np.mean(np.sum(away**2, axis=1)))
+    assert np.sqrt(np.mean(claimed) / np.mean(true)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_nothing_was_taken_up_where_nothing_was_stated(block):
+    given = onto_given_approximations(
+        block, photograph_error=0.1, seed=1, is_stated=False
+    )
+    result = densify(given)
+    assert taken_up_by_models(result.examination) == 0.0
+    assert result.examination.credible.is_lower_bound
+    first = summarize(result).splitlines()[0]
     assert first.endswith("cm or worse (total, mean of two coverages)")
 
 

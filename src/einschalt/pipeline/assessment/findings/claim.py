@@ -2,12 +2,14 @@
 
 from einschalt.pipeline.assessment.credibility import (
     MIN_REPORTED_RATIO,
+    Reason,
     high_flight_misfit,
     largest_measured,
 )
 from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.findings.kinds import finding
 
+DOUBT = "doubt_independence"
 KIND_OF_TEST = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
 
 
@@ -17,14 +19,16 @@ def claim_that_does_not_stand(two_step):
     if not rejected:
         return None
     worst = min(rejected, key=lambda test: test.p_value)
-    is_from_high_flight = two_step.high is not None
+    remedy = "doubt_sizes_of_errors" if two_step.high is not None else DOUBT
+    if two_step.credible.reason is Reason.STATED:
+        remedy = "shared_errors_as_stated"
     return finding(
         "claim_that_does_not_stand",
         statistic=worst.name,
         observed=worst.observed,
         expected=worst.predicted,
         probability=worst.p_value,
-        remedy="doubt_sizes_of_errors" if is_from_high_flight else "doubt_independence",
+        remedy=remedy,
         facts={"rejected": tuple(map(_rejected, rejected))},
     )
 

@@ -76,7 +76,15 @@ BELIEVE_NEITHER = (
     "Believe the larger figure as a lower bound: neither of them counts the errors "
     "that points and coverages share."
 )
-BELIEVE = {Reason.PROPAGATED: BELIEVE_PROPAGATED, Reason.CONTRADICTED: BELIEVE_NONE}
+BELIEVE_STATED = (
+    "Believe the figure of the first line: to these it adds the stated errors of the "
+    "approximate points that the residuals do not show, since models took them up."
+)
+BELIEVE = {
+    Reason.PROPAGATED: BELIEVE_PROPAGATED,
+    Reason.CONTRADICTED: BELIEVE_NONE,
+    Reason.STATED: BELIEVE_STATED,
+}
 SIMULTANEOUS = (
     "simultaneous: all models of all flights and the control in one adjustment; errors "
     "of the sizes given, with their correlations{}."

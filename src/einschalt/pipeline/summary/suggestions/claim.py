@@ -8,6 +8,12 @@ REMEDIES = {
         "they share errors, as those of one orientation do, which no figure here "
         "holds. Trust check points, or densify from a high flight over control"
     ),
+    "shared_errors_as_stated": (
+        "Approximate coordinates whose errors are independent would not show this: "
+        "they share errors, and models have taken up what the residuals do not show. "
+        "The figure above holds it, as large as m_0_m of [approximate_points] says; "
+        "check points, or a high flight over control, would tell more"
+    ),
     "doubt_sizes_of_errors": (
         "Look for deformed models, gross errors and wrong sizes of errors; trust check "
         "points more than the figures"
