@@ -135,12 +135,29 @@ def test_the_page_says_how_to_use_it_and_how_good_it_is(published):
     assert "KKJ / Finland Uniform Coordinate System (EPSG:2393)" in page
 
 
-@pytest.mark.skipif(shutil.which("cs2cs") is None, reason="cs2cs is not installed")
-def test_cs2cs_finds_it(published):
+SYSTEM_DATABASE = Path("/usr/share/proj/proj.db")
+PAIR = {"crs": "EPSG:3067", "source_crs": "EPSG:2393"}
+
+
+def needs(program):
+    is_there = shutil.which(program) and SYSTEM_DATABASE.exists()
+    return pytest.mark.skipif(not is_there, reason=f"{program} is not installed")
+
+
+@pytest.fixture(scope="module")
+def for_the_system(finland, tmp_path_factory):
+    """A database for the PROJ of the system's own programs, and what names it."""
+    folder = tmp_path_factory.mktemp("system")
+    done = es.publish(finland[-1], "YKJ", folder, **PAIR, proj_db=SYSTEM_DATABASE)
+    return done, {**os.environ, "PROJ_AUX_DB": str(done.database)}
+
+
+@needs("cs2cs")
+def test_cs2cs_finds_it(for_the_system):
     shown = subprocess.run(
         ["cs2cs", "-f", "%.4f", "EINSCHALT:YKJ", "EPSG:3067"],
         input="3210000 6700000\n",
-        env={**os.environ, "PROJ_AUX_DB": str(published.database)},
+        env=for_the_system[1],
         capture_output=True,
         text=True,
         check=True,
@@ -149,8 +166,8 @@ def test_cs2cs_finds_it(published):
     np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
 
 
-@pytest.mark.skipif(shutil.which("ogr2ogr") is None, reason="ogr2ogr is not installed")
-def test_ogr2ogr_finds_it(published, tmp_path):
+@needs("ogr2ogr")
+def test_ogr2ogr_finds_it(for_the_system, tmp_path):
     (tmp_path / "old.csv").write_text("x,y\n3210000,6700000\n")
     columns = ["-oo", "X_POSSIBLE_NAMES=x", "-oo", "Y_POSSIBLE_NAMES=y"]
     systems = ["-s_srs", "EINSCHALT:YKJ", "-t_srs", "EPSG:3067"]
@@ -158,11 +175,17 @@ def test_ogr2ogr_finds_it(published, tmp_path):
     subprocess.run(
         ["ogr2ogr", *columns, *systems, *written],
         cwd=tmp_path,
-        env={**os.environ, "PROJ_AUX_DB": str(published.database)},
+        env=for_the_system[1],
         check=True,
     )
     found = pd.read_csv(tmp_path / "new.csv")[["X", "Y"]].iloc[0]
     np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+
+
+def test_what_is_no_database_of_proj_is_refused(finland, tmp_path):
+    (tmp_path / "proj.db").write_text("no database")
+    with pytest.raises(es.EinschaltError, match="is no database of PROJ"):
+        es.publish(finland[-1], "YKJ", tmp_path / "o", proj_db=tmp_path / "proj.db")
 
 
 def test_a_target_that_lists_the_northing_first_gets_it_first(tmp_path):

@@ -53,6 +53,15 @@ def publish(
             "PROJ searches for them.",
         ),
     ] = None,
+    proj_db: Annotated[
+        Path | None,
+        typer.Option(
+            parser=given_path,
+            metavar="<path>",
+            show_default="that of this PROJ",
+            help="The file proj.db of the PROJ that is to use the database.",
+        ),
+    ] = None,
     overwrite: Overwrite = False,
 ):
     """Publish a result for PROJ, GDAL and QGIS.

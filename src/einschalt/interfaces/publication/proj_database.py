@@ -12,20 +12,23 @@ from pathlib import Path
 
 import pyproj
 
+from einschalt.foundations.errors import FileError
+
 AUTHORITY = "EINSCHALT"
 KINDS = ("table", "view")
 LIMITS = ("extent", "scope")
 SWAPPED = "+step +proj=axisswap +order=2,1"
 
 
-def write_database(path, operations, target, *, description):
+def write_database(path, operations, target, *, description, like=None):
     """Write frames and operations, all into one ``target`` (a pyproj.CRS).
 
     ``operations`` have code, title, frame (a pyproj.CRS), steps (of a PROJ pipeline, in
-    easting and northing), accuracy_m, area.
+    easting and northing), accuracy_m, area. ``like``: the proj.db of the PROJ that is
+    to read it, whose layout it gets; that of this one where left out.
     """
     with _written(path) as database:
-        _copy_layout(database)
+        _copy_layout(database, like or own_database())
         code = _code_of_target(database, target, operations)
         # an authority that lists the northing first is given it first
         is_swapped = target.axis_info[0].direction == "north"
@@ -41,10 +44,31 @@ def _written(path):
         database.execute("commit")
 
 
-def _copy_layout(database):
-    """Make the tables and views of this PROJ's own database, without their rows."""
-    own = Path(pyproj.datadir.get_data_dir()) / "proj.db"
-    with closing(sqlite3.connect(f"file:{own}?mode=ro", uri=True)) as known:
+def own_database():
+    """Path of the database of the PROJ that runs here."""
+    return Path(pyproj.datadir.get_data_dir()) / "proj.db"
+
+
+def require_database(path):
+    """Refuse what is no database of PROJ."""
+    try:
+        with closing(_opened(path)) as known:
+            known.execute("select key from metadata").fetchall()
+    except sqlite3.Error as error:
+        raise FileError(
+            f"is no database of PROJ: {error}",
+            expected="the file proj.db of the PROJ that is to use the publication",
+            file=path,
+        ) from error
+
+
+def _opened(path):
+    return sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
+
+
+def _copy_layout(database, path):
+    """Make the tables and views of a PROJ's own database, without their rows."""
+    with closing(_opened(path)) as known:
         for kind in KINDS:
             made = known.execute(
                 "select sql from sqlite_master where type = ? and sql is not null "

@@ -127,14 +127,14 @@ In a shell, with points as lines of easting and northing, or with a file of feat
 
 ```
 export PROJ_AUX_DB='{database}'
-cs2cs --only-best --no-ballpark -f %.4f {code} {end} < points.txt
+cs2cs --no-ballpark -f %.4f {code} {end} < points.txt
 ogr2ogr -s_srs {code} -t_srs {end} new.gpkg old.gpkg
 ```
 
 QGIS finds the frame and the operation under the same name when the variable is set
-under Settings, Options, System, Environment. The database is written for the layout of
-this PROJ; for one of another layout publish again with it. Where an authority lists the
-northing first, `cs2cs` prints it first."""
+under Settings, Options, System, Environment. PROJ takes a database of its own layout
+only; for one that refuses it publish again with `--proj-db` and the path of its
+`proj.db`. Where an authority lists the northing first, `cs2cs` prints it first."""
 
 
 def _no_database():
@@ -159,7 +159,7 @@ echo x y z | cct +proj=pipeline +step {first.affine_step}
 `{first.code}.json` is a file of PROJ's `tinshift` (7.2 and later), both ways:
 
 ```
-echo easting northing | cct -d 4 +proj=tinshift '+file={triangles}'
+echo easting northing | cct -z 0 -t 0 -d 4 +proj=tinshift '+file={triangles}'
 ```"""
 
 

@@ -25,6 +25,7 @@ from einschalt.interfaces.publication.operations_of_results import (
 )
 from einschalt.interfaces.publication.proj_database import (
     AUTHORITY,
+    require_database,
     write_database,
 )
 from einschalt.interfaces.publication.publication_page import page
@@ -98,16 +99,27 @@ def require_name(name):
 
 
 def publish_operations(
-    operations, frames, folder, *, files=(), title, installed_at=None, overwrite=False
+    operations,
+    frames,
+    folder,
+    *,
+    files=(),
+    title,
+    installed_at=None,
+    proj_db=None,
+    overwrite=False,
 ) -> Publication:
     """Write operations in every form, after PROJ has run each of them both ways.
 
     ``files``: what the result was read from; ``title``: of the result, for people;
     ``installed_at``: the folder in which the files will stand when they are used, where
     that is another one; empty where PROJ shall search for them in its own folders.
+    ``proj_db``: database of the PROJ that is to use them, where that is another one.
     """
     folder = Path(folder)
     name = frames.name
+    if proj_db is not None:
+        require_database(Path(proj_db))
     home = folder.absolute() if installed_at is None else Path(installed_at)
     names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
     source = Source("publish", name)
@@ -125,7 +137,7 @@ def publish_operations(
             write_csv(left_out, staging / LEFT_OUT, decimals={"deviation": 4})
         database = staging / f"{name}.db" if has_database else None
         if has_database:
-            _write_checked_database(operations, frames, database, home)
+            _write_checked_database(operations, frames, database, home, proj_db)
         done.append((table, left_out))
         text = page(operations, frames, title, home, left_out, has_database)
         write_text(staging / PAGE, text)
@@ -213,13 +225,13 @@ class _Entry:
     area: tuple
 
 
-def _write_checked_database(operations, frames, path, home):
+def _write_checked_database(operations, frames, path, home, proj_db):
     """Write the database; before, one whose files lie where they are now is checked."""
     target = frames.target
     code = target.to_authority(min_confidence=100)
     code = ":".join(code) if code else f"{AUTHORITY}:{operations[0].code}_TARGET"
     description = f"from {frames.source_label} to {system_label(target)}"
-    for place in (path.parent, home):
+    for place, like in ((path.parent, None), (home, proj_db)):
         path.unlink(missing_ok=True)
         entries = [
             _Entry(
@@ -232,7 +244,7 @@ def _write_checked_database(operations, frames, path, home):
             )
             for one in operations
         ]
-        write_database(path, entries, target, description=description)
+        write_database(path, entries, target, description=description, like=like)
         if place == path.parent:
             require_database_returns(operations, code, path)
 

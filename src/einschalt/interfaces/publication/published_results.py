@@ -190,6 +190,7 @@ def publish(
     crs=None,
     source_crs=None,
     installed_at=None,
+    proj_db=None,
     overwrite=False,
 ):
     """Publish a result, so that PROJ, GDAL and QGIS find its transformations by name.
@@ -213,6 +214,9 @@ def publish(
     installed_at : str, optional
         Folder in which the files will stand when they are used, where that is another
         one; empty where PROJ searches for them in its own folders.
+    proj_db : str or Path, optional
+        The file proj.db of the PROJ that is to use the database, where that is another
+        version than the one of pyproj.
     overwrite : bool, optional
         Replace what einschalt did not write; never what the result was read from.
 
@@ -227,6 +231,8 @@ def publish(
         A form does not return, or something would be lost in the folder.
     """
     options = {"installed_at": installed_at, "overwrite": overwrite}
+    if proj_db is not None:
+        options["proj_db"] = as_path("proj_db", proj_db)
     folder = as_path("folder", folder)
     systems = {"crs": crs, "source_crs": source_crs}
     if hasattr(result, "publish"):

@@ -5,7 +5,7 @@ from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import publish as publish_result
 
 
-def publish(result, name, output, crs, source_crs, installed_at, *, overwrite):
+def publish(result, name, output, crs, source_crs, installed_at, proj_db, *, overwrite):
     """Publish the result in a folder, and say how it is found."""
     require_name(name)
     published = publish_result(
@@ -15,6 +15,7 @@ def publish(result, name, output, crs, source_crs, installed_at, *, overwrite):
         crs=crs,
         source_crs=source_crs,
         installed_at=installed_at,
+        proj_db=proj_db,
         overwrite=overwrite,
     )
     print_out(published)
