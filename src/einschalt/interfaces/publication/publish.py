@@ -279,7 +279,8 @@ def publish_densification(
         )
     deformation = result.assessment.deformation
     flights = () if deformation is None else deformation.flights
-    tables = {name: getattr(result, name) for name in BLOCK_TABLES}
+    # models lead to the system of the block, whatever that of the results
+    tables = {name: getattr(result.examination, name) for name in BLOCK_TABLES}
     return publish_block(
         tables,
         name,

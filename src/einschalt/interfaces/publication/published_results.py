@@ -123,6 +123,14 @@ def publish_folder(folder, name, output, *, crs=None, source_crs=None, **options
         options |= {"crs": crs, "source_crs": source_crs}
         return publish_fit(fit, name, output, **options)
     block = facts.get("block") or {}
+    if "output" in facts:
+        raise FileError(
+            f"its points are in {facts['output'].get('crs')}, and its models lead to "
+            f"{block.get('crs')}",
+            expected="results in the system of the block",
+            remedy="Compute them again without output_crs",
+            file=folder,
+        )
     return publish_block(
         {table: _table(folder, table) for table in BLOCK_TABLES},
         name,
