@@ -67,6 +67,33 @@ def test_points_left_out_are_named_with_what_they_deviate_by():
     assert "1 point left out" in net.summary()
 
 
+def test_gross_errors_set_aside_leave_a_figure_that_holds():
+    """One point in twenty is wrong by metres; 1000 new points tell how good it is."""
+    rng = np.random.default_rng(7)
+    n_known, n_new = 2_000, 1_000
+    xy = rng.uniform(0.0, 5_000.0, (n_known + n_new, 2))
+    strain = 0.3 * np.sin(xy / 700.0)
+    en = xy + np.array([5e5, 6e6]) + strain + rng.normal(0.0, 0.03, xy.shape)
+    wrong = rng.choice(n_known, n_known // 20, replace=False)
+    en[wrong] += rng.choice([-1.0, 1.0], (len(wrong), 2)) * rng.uniform(1.0, 5.0)
+    names = [f"P{k}" for k in range(len(xy))]
+    model = pd.DataFrame({"model_id": "1", "point_id": names})
+    ground = pd.DataFrame({"point_id": names})
+    model[["x", "y"]], ground[["easting", "northing"]] = xy, en
+    fit = es.transform_models(model[:n_known], ground[:n_known], "helmert")
+    net = fit.distributed(outliers="set_aside")
+    left_out = net.left_out.set_index("point_id")["reason"]
+    assert {f"P{k}" for k in wrong} <= set(left_out.index)
+    assert len(left_out) < 1.05 * len(wrong)
+    assert left_out.eq("contradicts its neighbours").all()
+    moved = net.transform(model[n_known:])
+    inside = moved["m_t"].notna()
+    misses = moved[["easting", "northing"]].to_numpy() - en[n_known:]
+    radius = moved["m_t"] * np.sqrt(-np.log(0.05))
+    share = (np.hypot(*misses.T) < radius)[inside].mean()
+    assert 0.93 < share < 0.97
+
+
 def test_triangles_can_be_given_and_must_be_of_identical_points():
     model, ground = tables(4)
     corners = pd.DataFrame({"a": ["P0"], "b": ["P1"], "c": ["P2"]})

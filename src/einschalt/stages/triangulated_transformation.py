@@ -12,12 +12,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import (
     GeometryError,
     SettingsError,
     TableError,
     name_some,
 )
+from einschalt.foundations.tables import with_coverage
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
     held_out_error,
@@ -25,6 +27,7 @@ from einschalt.stages.held_out_points import (
 )
 from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.transformation_kinds import PLANE, TRANSFORMATION_KINDS
+from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.triangulation.held_out_points import held_out_differences
 from einschalt.theory.triangulation.reversible_net import (
     ReversibleNet,
@@ -36,6 +39,8 @@ from einschalt.theory.triangulation.triangle_net import TriangleNet
 
 CORNERS = ["corner_1", "corner_2", "corner_3"]
 MODEL = ["coverage", "model_id"]
+OUTLIERS = {"keep": None, "set_aside": GROSS_ERROR_SIGNIFICANCE}
+CONTRADICTS = "contradicts its neighbours"
 SAME_PLACE = "lies where another point lies"
 TURNED = "its triangles would be turned over"
 NO_TRIANGLE = "is a corner of no triangle"
@@ -136,11 +141,11 @@ class TriangulatedTransformation(ModelTransformation):
         if len(self.left_out):
             named = name_some(self.left_out["point_id"])
             counted = typesetting.count(len(self.left_out), "point")
-            lines.append(f"{counted} left out, since the way back needs it: {named}")
+            lines.append(f"{counted} left out: {named}")
         return "\n".join([super().summary(), *lines])
 
 
-def distribute_in_triangles(fit, triangles=None):
+def distribute_in_triangles(fit, triangles=None, *, outliers="keep"):
     """Distribute the residuals of a transformation in triangles of identical points.
 
     Parameters
@@ -151,6 +156,9 @@ def distribute_in_triangles(fit, triangles=None):
         The triangles to be used, of one model: the names of their corners in three
         columns; or model_id and point_id, in which three rows have the name of each
         triangle. Delaunay triangles where left out.
+    outliers : {"keep", "set_aside"}
+        Whether identical points whose shift contradicts those of their neighbours are
+        corners as well. They are tested before anything is fitted to them.
 
     Returns
     -------
@@ -170,9 +178,14 @@ def distribute_in_triangles(fit, triangles=None):
             f"residuals of {fit.kind} are to be distributed in triangles",
             expected="a transformation in plan: affine, helmert or rigid",
         )
+    require_choice("outliers", outliers, OUTLIERS)
     is_usable = fit.models["is_usable"].to_numpy()
+    significance = OUTLIERS[outliers]
     if triangles is None:
-        made = [_made(fit, k) if is_usable[k] else None for k in range(len(is_usable))]
+        made = [
+            _made(fit, k, significance) if is_usable[k] else None
+            for k in range(len(is_usable))
+        ]
     else:
         made = _given(fit, triangles)
     found = [reversible for reversible in made if reversible is not None]
@@ -189,8 +202,8 @@ def _of_model(fit, k):
     return fit.observed.source[rows], fit.observed.target[rows]
 
 
-def _made(fit, k):
-    reversible = make_reversible_net(*_of_model(fit, k))
+def _made(fit, k, significance):
+    reversible = make_reversible_net(*_of_model(fit, k), significance=significance)
     if len(reversible.net.corners):
         return reversible
     raise GeometryError(
@@ -210,6 +223,8 @@ def _left_out(fit, made):
         deviation = one.deviations[one.left_out]
         is_same = np.isinf(deviation)
         reason = np.where(is_same, SAME_PLACE, TURNED if one.n_turned else NO_TRIANGLE)
+        is_gross = np.isin(one.left_out, one.contradicting)
+        reason = np.where(is_gross, CONTRADICTS, reason)
         known = np.where(is_same, np.nan, deviation)
         parts.append(rows.assign(deviation=known, reason=reason))
     return pd.concat(parts, ignore_index=True)
@@ -246,7 +261,31 @@ def _given(fit, triangles):
     unused = np.setdiff1d(np.arange(len(source)), net.used)
     deviations = shift_deviations(source, target, corners)
     deviations[unused] = 0.0
-    return [ReversibleNet(net, 0, unused, deviations, 0)]
+    none = np.empty(0, dtype=np.intp)
+    return [ReversibleNet(net, 0, unused, deviations, 0, none)]
+
+
+def with_triangles(fit, triangles, left_out):
+    """A TriangulatedTransformation from its own tables, as they were.
+
+    ``fit``: the ModelTransformation, of the same identical points.
+    """
+    triangles, left_out = (with_coverage(table) for table in (triangles, left_out))
+    groups = triangles.groupby(MODEL, sort=False).indices
+    nets = []
+    for k, key in enumerate(fit.models[MODEL].itertuples(index=False, name=None)):
+        rows = slice(fit.observed.start[k], fit.observed.start[k + 1])
+        names = pd.Index(fit.observed.rows["point_id"].iloc[rows])
+        asked = triangles.iloc[groups.get(key, [])][CORNERS].to_numpy()
+        corners = names.get_indexer(asked.ravel()).reshape(-1, 3)
+        is_whole = len(corners) and (corners >= 0).all()
+        nets.append(TriangleNet(*_of_model(fit, k), corners) if is_whole else None)
+    return TriangulatedTransformation(
+        **{each.name: getattr(fit, each.name) for each in fields(ModelTransformation)},
+        nets=tuple(nets),
+        left_out=left_out,
+        n_turned=0,
+    )
 
 
 def _corner_names(triangles):

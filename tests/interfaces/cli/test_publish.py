@@ -29,6 +29,24 @@ def test_results_are_published_at_once_or_later_and_are_the_same(invoke, tmp_pat
     assert len(pd.read_csv(out / "triangles.csv")) == 1501
 
 
+def test_points_left_out_are_left_out_again_when_it_is_published_later(
+    invoke, tmp_path
+):
+    out, new = tmp_path / "out", tmp_path / "new.csv"
+    ground = pd.read_csv(TABLES[1])
+    ground.loc[300, "easting"] += 50.0
+    ground.to_csv(new, index=False)
+    options = "--distribute", "triangles", "--outliers", "set_aside", "--output", out
+    assert invoke("transform", TABLES[0], new, *options).exit_code == 0
+    left_out = pd.read_csv(out / "left_out.csv")["point_id"]
+    assert ground.loc[300, "point_id"] in set(left_out)
+    shown = invoke("publish", out, "--as", "LATER")
+    assert shown.exit_code == 0, shown.output
+    published = pd.read_csv(out / "LATER" / "left_out.csv")
+    assert list(published["point_id"]) == list(left_out)
+    assert len(vertices(out / "LATER" / "LATER.json")[0]) == 767 - len(left_out)
+
+
 def test_a_folder_without_results_is_refused(invoke, tmp_path):
     shown = invoke("publish", tmp_path, "--as", "XY")
     assert shown.exit_code == 2

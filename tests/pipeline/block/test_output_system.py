@@ -78,6 +78,8 @@ def test_the_accuracy_of_the_operation_is_in_every_standard_error(good_result, i
     before, after = good_result.points, in_utm.points
     expected = np.hypot(before["standard_error_total"], 1.5)
     np.testing.assert_allclose(after["standard_error_total"], expected, rtol=2e-3)
+    again = es.densify(in_utm.block, in_utm.settings).points
+    pd.testing.assert_frame_equal(again, after)
     sources = in_utm.block_error_sources.set_index("source")["standard_error_total"]
     assert sources["reference_system"] == pytest.approx(1.5)
 

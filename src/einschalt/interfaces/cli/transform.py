@@ -64,6 +64,13 @@ def transform(
             help="Table of the triangles: three columns with the names of the corners.",
         ),
     ] = None,
+    outliers: Annotated[
+        Literal["keep", "set_aside"],
+        typer.Option(
+            help="Identical points that contradict their neighbours: corners of "
+            "triangles, or left out.",
+        ),
+    ] = "keep",
     publish: Annotated[
         str | None,
         typer.Option(

@@ -60,8 +60,9 @@ such as an error of the new frame, no held-out point can show."""
 LEFT_OUT = """\
 ## Points left out
 
-{counted} took no part, since the transformation could not be undone with them; all
-stand in `left_out.csv`, the ten that deviate most from their neighbours here.
+{counted} took no part, since they contradict their neighbours, or the transformation
+could not be undone with them; all stand in `left_out.csv`, the ten that deviate most
+from their neighbours here.
 
 | name | point | deviation [m] | reason |
 |---|---|---|---|"""

@@ -17,7 +17,10 @@ from einschalt.interfaces.publication.publish import (
 from einschalt.stages import stage3_model_transformation as stage3
 from einschalt.stages import triangulated_transformation as triangulated
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
-from einschalt.stages.triangulated_transformation import distribute_in_triangles
+from einschalt.stages.triangulated_transformation import (
+    distribute_in_triangles,
+    with_triangles,
+)
 
 IDENTICAL, TRIANGLES, ASSESSMENT = "identical_points", "triangles", "assessment.json"
 
@@ -60,13 +63,15 @@ class _Published:
 class ModelTransformation(_Published, stage3.ModelTransformation):
     """Transformations of all models of a flight, which can be published."""
 
-    def distributed(self, triangles=None):
+    def distributed(self, triangles=None, *, outliers="keep"):
         """Distribute the residuals in triangles of identical points.
 
         Parameters
         ----------
         triangles : DataFrame, optional
             Names of their corners, in three columns; Delaunay triangles where left out.
+        outliers : {"keep", "set_aside"}
+            Whether identical points that contradict their neighbours are corners.
 
         Returns
         -------
@@ -79,7 +84,7 @@ class ModelTransformation(_Published, stage3.ModelTransformation):
         EinschaltError
             The transformation is spatial, or the triangles cannot be undone.
         """
-        found = distribute_in_triangles(self, triangles)
+        found = distribute_in_triangles(self, triangles, outliers=outliers)
         return with_publication(found, TriangulatedTransformation)
 
 
@@ -151,8 +156,7 @@ def _fit_in(folder):
     fit = stage3.transform_models(points.drop(columns=target), ground, kind=kind)
     if not (folder / f"{TRIANGLES}.parquet").exists():
         return fit
-    triangles = _table(folder, TRIANGLES) if len(models) == 1 else None
-    return distribute_in_triangles(fit, triangles)
+    return with_triangles(fit, _table(folder, TRIANGLES), _table(folder, "left_out"))
 
 
 def _provenance(folder):

@@ -235,7 +235,7 @@ def with_output_system(block, settings):
     note of what is done.
     """
     output = output_system_of(block, settings)
-    if output is None:
+    if output is None or output.note in block.notes:  # a block of a result has it
         return block
     accuracy = output.operation.accuracy_m
     shared = {

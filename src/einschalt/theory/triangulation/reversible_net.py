@@ -21,6 +21,8 @@ from einschalt.theory.triangulation.triangle_net import (
 SMALLEST = 1e-3
 # height over longest side of a triangle at the edge that may be left out for itself
 SLENDER = 0.05
+RAYLEIGH_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the length of a vector, over σ
+LEAST_POINTS = 20  # fewer do not tell how large deviations usually are
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +35,8 @@ class ReversibleNet:
     left_out: np.ndarray
     deviations: np.ndarray  # (n_points,) of their shifts from those of neighbours [m]
     n_slivers: int  # triangles along the edge that were left out
+    # contradicting: of int, places of those that were taken for gross errors
+    contradicting: np.ndarray
 
 
 def is_turned_over(source, target, corners):
@@ -46,19 +50,31 @@ def is_turned_over(source, target, corners):
     return ~(change / usual > SMALLEST)
 
 
-def make_reversible_net(source, target):
+def make_reversible_net(source, target, *, significance=None):
     """Triangulate identical points so that the way back leads back.
 
     Where a triangle is turned over, the one of its corners goes whose shift differs
     most from those of its neighbours, and the rest is triangulated again; slender
     triangles along the edge go for themselves. ``source``, ``target``: (n_points, 2)
-    [m].
+    [m]. ``significance``: probability with which a set without gross errors loses a
+    point that contradicts its neighbours; where left out, none goes for that.
     """
     whole = corners = delaunay_corners(source)
     deviations = shift_deviations(source, target, whole)
     rank = np.argsort(np.argsort(deviations, kind="stable"))  # no two are equal
     is_turned = is_turned_over(source, target, whole)
-    kept = np.arange(len(source))
+    contradicting = contradicting_points(deviations, significance)
+    if len(contradicting):  # some have only wrong neighbours: the others decide
+        trusted = np.ones(len(source), dtype=bool)
+        trusted[contradicting] = False
+        again = shift_deviations(source, target, whole, trusted)
+        deviations = np.where(np.isfinite(again), again, deviations)
+        contradicting = contradicting_points(deviations, significance)
+        rank = np.argsort(np.argsort(deviations, kind="stable"))
+    kept = np.setdiff1d(np.arange(len(source)), contradicting)
+    if len(contradicting):
+        corners = kept[delaunay_corners(source[kept])]
+        is_turned = is_turned_over(source, target, corners)
     good = _without_slivers(source, corners, is_turned)
     bad = corners[good & is_turned]
     while len(bad):
@@ -74,7 +90,23 @@ def make_reversible_net(source, target):
         np.setdiff1d(np.arange(len(source)), net.used),
         deviations,
         int(len(corners) - good.sum()),
+        contradicting,
     )
+
+
+def contradicting_points(deviations, significance):
+    """Places of the points whose shift contradicts those of their neighbours.
+
+    ``deviations`` as :func:`shift_deviations` gives them. Their size comes from the
+    median, which gross errors hardly change; without these the largest of n exceeds
+    σ √(2 ln(n / significance)) with the ``significance`` (Rayleigh, Bonferroni).
+    """
+    known = deviations[np.isfinite(deviations)]
+    if significance is None or len(known) < LEAST_POINTS:
+        return np.empty(0, dtype=np.intp)
+    sigma = np.median(known) / RAYLEIGH_MEDIAN
+    limit = sigma * np.sqrt(2.0 * np.log(len(known) / significance))
+    return np.flatnonzero(np.isfinite(deviations) & (deviations > limit))
 
 
 def _without_slivers(xy, corners, bad):
@@ -108,17 +140,20 @@ def _worst_corners(bad, rank):
     return np.setdiff1d(bad[of_worst], bad[~of_worst])
 
 
-def shift_deviations(source, target, corners):
+def shift_deviations(source, target, corners, trusted=None):
     """How far each shift is from the median one of the neighbours [m], (n_points,).
 
     Shifts are those that an affine transformation of all points leaves. Infinite for a
-    point that is a corner of no triangle: it lies where another one is.
+    point that is a corner of no triangle: it lies where another one is. ``trusted``: of
+    bool, (n_points,), neighbours that count; infinite where a point has none.
     """
     shifts = target - _affine_of_all(source, target)
     beside = np.stack([corners, np.roll(corners, 1, axis=1)], axis=2).reshape(-1, 2)
     n_points = len(source)
     sides = np.concatenate([beside, beside[:, ::-1]]) @ np.array([n_points, 1])
     both = np.column_stack(np.divmod(np.unique(sides), max(n_points, 1)))
+    if trusted is not None:
+        both = both[trusted[both[:, 1]]]
     first = np.searchsorted(both[:, 0], np.arange(n_points))
     count = np.bincount(both[:, 0], minlength=n_points)
     known = np.flatnonzero(count)

@@ -60,6 +60,7 @@ def transform(
     kind,
     distribute,
     triangles,
+    outliers,
     publish,
     crs,
     source_crs,
@@ -77,7 +78,7 @@ def transform(
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
     if fit.is_usable and distribute == "triangles":
-        fit = fit.distributed(_triangles(triangles))
+        fit = fit.distributed(_triangles(triangles), outliers=outliers)
     tables = _tables(fit, source, applied)
     write_tables_of(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
