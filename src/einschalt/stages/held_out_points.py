@@ -10,8 +10,8 @@ def held_out_points(fit):
 
     coverage, model_id, point_id, difference_easting, difference_northing (predicted
     less given) [m] of a ModelTransformation. A residual v of leverage h becomes
-    v / (1 − h), without a new fit; NaN where the model is not determined without the
-    point.
+    v / (1 − h), without a new fit: exactly for affine and helmert, to first order for
+    the others. NaN where the model is not determined without the point.
     """
     redundancy = 1.0 - fit.fit.leverage[:, :2]
     is_held = redundancy > np.sqrt(np.finfo(float).eps)

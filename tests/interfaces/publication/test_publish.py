@@ -259,3 +259,18 @@ def test_what_does_not_return_is_not_published(finland, tmp_path, monkeypatch):
 def test_names_that_proj_would_not_take_are_refused(name, finland, tmp_path):
     with pytest.raises(es.EinschaltError, match="name of a publication"):
         finland[-1].publish(name, tmp_path)
+
+
+def test_spatial_transformations_are_published_as_strings(tmp_path):
+    rng = np.random.default_rng(1)
+    names = [f"P{k}" for k in range(6)]
+    xyz = rng.uniform(0.0, 100.0, (6, 3))
+    model = pd.DataFrame(xyz, columns=list("xyz")).assign(model_id="1", point_id=names)
+    enh = 8.0 * xyz + np.array([1e4, 3.25e5, 400.0])
+    ground = pd.DataFrame(enh, columns=["easting", "northing", "height"])
+    fit = es.transform_models(model, ground.assign(point_id=names), "helmert_3d")
+    done = fit.publish("SPACE", tmp_path / "out", crs="EPSG:31255")
+    assert done.database is None
+    for text in done.operations[["proj", "wkt"]].iloc[0]:
+        moved = pyproj.Transformer.from_pipeline(text).transform(*xyz.T)
+        np.testing.assert_allclose(np.column_stack(moved), enh, **CLOSE)

@@ -19,7 +19,7 @@ def page(operations, frames, title, home, left_out, has_database):
         _head(operations, frames, title),
         _how_good(operations),
         _left_out(left_out),
-        _with_database(operations, frames, home) if has_database else _no_database(),
+        _with_database(operations, frames, home) if has_database else NO_DATABASE,
         _with_strings(operations[0], home),
         _limits(operations, has_database),
     ]
@@ -66,6 +66,9 @@ from their neighbours here.
 
 | name | point | deviation [m] | reason |
 |---|---|---|---|"""
+NO_DATABASE = """\
+There is no PROJ database: it would need a plane system of the ground that is tied to
+the Earth, and transformations in plan."""
 OUTSIDE_TRIANGLES = """\
 Outside of the triangles nothing is known: PROJ gives an error or infinite coordinates.\
 """
@@ -105,8 +108,9 @@ def _left_out(left_out):
 
 
 def _with_database(operations, frames, home):
+    first = next(one for one in operations if one.is_plane)
     target = frames.target.to_authority(min_confidence=100)
-    code = f"{AUTHORITY}:{operations[0].code}"
+    code = f"{AUTHORITY}:{first.code}"
     end = ":".join(target) if target else f"{code}_TARGET"
     database = home / f"{frames.name}.db"
     return f"""\
@@ -136,13 +140,6 @@ QGIS finds the frame and the operation under the same name when the variable is 
 under Settings, Options, System, Environment. PROJ takes a database of its own layout
 only; for one that refuses it publish again with `--proj-db` and the path of its
 `proj.db`. Where an authority lists the northing first, `cs2cs` prints it first."""
-
-
-def _no_database():
-    return (
-        "There is no PROJ database: it would need a plane system of the ground that is "
-        "tied to the Earth, and transformations in plan."
-    )
 
 
 def _with_strings(first, home):

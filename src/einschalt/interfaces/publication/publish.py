@@ -81,8 +81,9 @@ class Publication(Result):
             counted = typesetting.count(len(self.left_out), "identical point")
             lines.append(f"{counted} left out, see {LEFT_OUT}")
         if self.database is not None:
+            in_plan = self.operations[self.operations["triangles"] != ""]
             lines.append(
-                f"PROJ finds {AUTHORITY}:{self.operations['code'].iloc[0]} with "
+                f"PROJ finds {AUTHORITY}:{in_plan['code'].iloc[0]} with "
                 f"PROJ_AUX_DB={self.database}"
             )
         return "\n".join([*lines, f"How to use it: {self.folder / PAGE}"])
@@ -124,7 +125,8 @@ def publish_operations(
     names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
     source = Source("publish", name)
     output = Output(source, names, InputFiles(files), overwrite)
-    has_database = frames.target is not None and operations[0].is_plane
+    plane = [one for one in operations if one.is_plane]
+    has_database = frames.target is not None and bool(plane)
     done = []
 
     def write(staging):
@@ -137,7 +139,7 @@ def publish_operations(
             write_csv(left_out, staging / LEFT_OUT, decimals={"deviation": 4})
         database = staging / f"{name}.db" if has_database else None
         if has_database:
-            _write_checked_database(operations, frames, database, home, proj_db)
+            _write_checked_database(plane, frames, database, home, proj_db)
         done.append((table, left_out))
         text = page(operations, frames, title, home, left_out, has_database)
         write_text(staging / PAGE, text)
@@ -253,7 +255,7 @@ def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     """Publish a ModelTransformation; see :func:`einschalt.publish`."""
     require_name(name)
     frames = Frames(name, crs, source_crs)
-    title = f"a {fit.kind} transformation onto identical points"
+    title = f"identical points ({fit.kind})"
     return publish_operations(
         operations_of_fit(fit, frames), frames, folder, title=title, **options
     )
