@@ -18,6 +18,7 @@ provide_cache()  # before anything is compiled
 
 __version__ = "0.1.0"
 
+_PUBLICATION = "einschalt.interfaces.publication"
 _ORIENTATION = "einschalt.stages.relative_orientation"
 # name -> module; imported on first use, so that planning and help start quickly
 _HOME = {
@@ -31,7 +32,7 @@ _HOME = {
     "densify_many": "einschalt.interfaces.python_api",
     "approximate_coordinates": "einschalt.stages.stage1_approximate_coordinates",
     "relative_orientation": "einschalt.stages.stage2_relative_orientation",
-    "transform_models": "einschalt.stages.stage3_model_transformation",
+    "transform_models": f"{_PUBLICATION}.published_results",
     "error_budget": "einschalt.stages.stage4_error_budget",
     "average_coverages": "einschalt.stages.stage5_double_coverage",
     "adjust_block": "einschalt.pipeline.densification.simultaneous",
@@ -39,6 +40,7 @@ _HOME = {
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
     "plan_precision": "einschalt.pipeline.planning.precision_table",
     "optimal_scale": "einschalt.pipeline.planning.precision_table",
+    "publish": f"{_PUBLICATION}.published_results",
     "simulate_block": "einschalt.interfaces.python_api",
     "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
     "BlockNoise": "einschalt.pipeline.simulation.simulate_block",

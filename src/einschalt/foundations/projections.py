@@ -179,6 +179,23 @@ def turn(points, source_crs, operation):
     return np.arctan2(north, east)
 
 
+def plane_jacobian(points, operation):
+    """What a step of a metre in a plane system is in the one it is brought to.
+
+    ``points``, shape (n_points, 2) or (n_points, 3); heights do not change. The
+    derivatives of easting and northing (rows) by easting and northing (columns), shape
+    (n_points, 2, 2).
+    """
+    jacobian = np.empty((len(points), 2, 2))
+    for axis in range(2):
+        step = np.zeros(points.shape[1])
+        step[axis] = STEP
+        ahead = np.column_stack(operation.transformer.transform(*(points + step).T))
+        behind = np.column_stack(operation.transformer.transform(*(points - step).T))
+        jacobian[:, :, axis] = (ahead - behind)[:, :2] / (2.0 * STEP)
+    return jacobian
+
+
 def scale_range(easting, northing, crs):
     """Smallest and largest scale of a plane system in the middle of some points.
 

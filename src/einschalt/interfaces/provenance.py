@@ -34,6 +34,7 @@ def provenance(result) -> dict:
     return {
         **_head(),
         "block": _block_facts(block),
+        **_output_facts(result.output_system),
         "flights": {name: _flight_facts(f) for name, f in block.flights.items()},
         "settings": result.settings.model_dump(mode="json"),
         "inputs": _inputs(block),
@@ -99,6 +100,21 @@ def _block_facts(block):
         "may_be_unmeasured": block.may_be_unmeasured,
         "notes": [_without_paths(note, block) for note in block.notes],
     }
+
+
+def _output_facts(output):
+    """System of the results and the way into it, where it is not that of the block."""
+    if output is None:
+        return {}
+    operation = output.operation
+    facts = {
+        "crs": output.crs,
+        "operation": operation.name,
+        "codes": list(operation.codes),
+        "accuracy_m": operation.accuracy_m,
+        "grids": [name for name, _ in operation.grids],
+    }
+    return {"output": facts}
 
 
 def _flight_facts(flight):

@@ -15,6 +15,7 @@ from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.result_folder import write_result
+from einschalt.interfaces.publication.publish import publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
 from einschalt.pipeline.batch.dask_engine import DaskEngine
@@ -92,6 +93,30 @@ class DensificationResult(results.DensificationResult):
         """
         path = as_path("folder", folder)
         write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
+
+    def publish(self, name, folder, **options):
+        """Write the transformation of every model for PROJ, GDAL and QGIS.
+
+        Parameters
+        ----------
+        name : str
+            The models are found as ``EINSCHALT:NAME_flight_coverage_model``.
+        folder : str or Path
+            Made where it does not exist.
+        **options
+            As of :func:`einschalt.publish`.
+
+        Returns
+        -------
+        Publication
+
+        Raises
+        ------
+        EinschaltError
+            No model can be published, or something would be lost in the folder.
+        """
+        folder = as_path("folder", folder)
+        return publish_densification(self, name, folder, **options)
 
 
 def read_block(path, settings=None):

@@ -6,6 +6,7 @@ from einschalt.pipeline.assessment.choice import (
     TWO_STEP,
     solve_the_better_way,
 )
+from einschalt.pipeline.block.output_system import with_output_system
 from einschalt.pipeline.densification.iteration import require_iterable
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
 from einschalt.pipeline.densification.residual_distribution import require_control
@@ -55,6 +56,7 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     stopwatch = Stopwatch()
     with stopwatch.running():
         _require_possible(block, settings)
+        block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
         flights = _orient(block, settings)
         asked = block, settings, flights, report_progress

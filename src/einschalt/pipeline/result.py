@@ -3,14 +3,17 @@
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, wraps
 from operator import attrgetter
 from time import perf_counter
+
+import pandas as pd
 
 from einschalt.pipeline.assessment.assess import assess
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.assessment.tolerance import with_tolerance
+from einschalt.pipeline.block.output_system import output_system_of
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution
 from einschalt.pipeline.summary.summary import summarize
@@ -29,6 +32,36 @@ def _part_of_two_steps(name):
 
     part.__doc__ = f"Deprecated: ``{name}`` of the solution in two steps."
     return property(part)
+
+
+def _told(part):
+    """A table with coordinates, vectors or covariances, in the system of the results.
+
+    ``part``: where it stands in the system of the block.
+    """
+    name = part.rpartition(".")[2]
+
+    def table(self):
+        found = attrgetter(part)(self)
+        return found if self.output_system is None else self._in_output_system(found)
+
+    known = cached_property(table)
+    known.__doc__ = f"Table ``{name}``, in the system of the results."
+    return known
+
+
+def _method_told(part):
+    """A method that gives such a table."""
+
+    def method(self):
+        ask = attrgetter(part)(self)
+        if self.output_system is None:
+            return ask
+        return wraps(ask)(
+            lambda *args, **more: self._in_output_system(ask(*args, **more))
+        )
+
+    return property(method)
 
 
 @dataclass
@@ -77,17 +110,17 @@ class DensificationResult(Result):
     block = property(attrgetter("solution.block"))
     settings = property(attrgetter("solution.settings"))
     models = property(attrgetter("solution.models"))
-    residuals = property(attrgetter("solution.residuals"))
+    residuals = _told("solution.residuals")
     orientations = property(attrgetter("solution.orientations"))
     orientation_residuals = property(attrgetter("solution.orientation_residuals"))
     orientation_errors = property(attrgetter("solution.orientation_errors"))
     failures = property(attrgetter("solution.failures"))
-    gross_measurements = property(attrgetter("solution.gross_measurements"))
+    gross_measurements = _told("solution.gross_measurements")
     figures = property(attrgetter("solution.figures"))
-    single_values = property(attrgetter("solution.single_values"))
-    approximations = property(attrgetter("solution.approximations"))
-    coverages = property(attrgetter("solution.coverages"))
-    iterations = property(attrgetter("solution.iterations"))
+    single_values = _told("solution.single_values")
+    approximations = _told("solution.approximations")
+    coverages = _told("solution.coverages")
+    iterations = _told("solution.iterations")
 
     errors = property(attrgetter("examination.errors"))
     claim = property(attrgetter("examination.claim"))
@@ -95,15 +128,15 @@ class DensificationResult(Result):
     patterns = property(attrgetter("examination.patterns"))
     repeated_settings = property(attrgetter("examination.repeated_settings"))
     reliability = property(attrgetter("examination.reliability"))
-    error_sources = property(attrgetter("examination.error_sources"))
+    error_sources = _told("examination.error_sources")
     block_error_sources = property(attrgetter("examination.block_error_sources"))
-    neighbours = property(attrgetter("examination.neighbours"))
-    neighbour_precision = property(attrgetter("examination.neighbour_precision"))
+    neighbours = _told("examination.neighbours")
+    neighbour_precision = _method_told("examination.neighbour_precision")
     covariance_between = property(attrgetter("examination.covariance_between"))
     left_out_control = property(attrgetter("examination.left_out_control"))
-    control_left_out = property(attrgetter("examination.control_left_out"))
-    ellipses = property(attrgetter("examination.ellipses"))
-    confidence_ellipses = property(attrgetter("examination.confidence_ellipses"))
+    control_left_out = _told("examination.control_left_out")
+    ellipses = _told("examination.ellipses")
+    confidence_ellipses = _method_told("examination.confidence_ellipses")
 
     high = _part_of_two_steps("high")
     low = _part_of_two_steps("low")
@@ -126,9 +159,38 @@ class DensificationResult(Result):
 
         See :class:`einschalt.pipeline.densification.solution.Solution`; with
         ``standard_error_checked`` [m] and ``is_within_tolerance`` where a tolerance is
-        set.
+        set. In the system of the results (``output_crs``).
         """
-        return with_tolerance(self.examination)
+        found = with_tolerance(self.examination)
+        return found if self.output_system is None else self._in_output_system(found)
+
+    @cached_property
+    def output_system(self):
+        """The way into the system of the results; None where it is the block's."""
+        return output_system_of(self.block, self.settings)
+
+    @property
+    def crs(self):
+        """Name of the system of the results; None where the block has none."""
+        return self.block.crs if self.output_system is None else self.output_system.crs
+
+    def _in_output_system(self, table):
+        """A table of the results, or None, in the system of the results."""
+        return self.output_system.told(table, self._positions)
+
+    @cached_property
+    def _positions(self):
+        """Best known coordinates of all points by name, in the system of the block."""
+        known = self.solution.points, self.solution.approximations
+        tables = [*known, self.block.control_points]
+        table = pd.concat([one for one in tables if one is not None])
+        return table.drop_duplicates("point_id").set_index("point_id")
+
+    @property
+    def control_points(self):
+        """Control points of the block, in the system of the results, or None."""
+        found = self.block.control_points
+        return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property
     def assessment(self):

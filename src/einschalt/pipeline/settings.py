@@ -95,6 +95,8 @@ class Settings(BaseModel):
     crs_operation : str
         The operation to be used whatever its accuracy: its name in PROJ, a part of it,
         or its EPSG code.
+    output_crs : str
+        System in which results are told, where it is not that of the block.
     grids : str
         Folder with grids for PROJ, beside its own; from the folder of the block.
 
@@ -203,6 +205,11 @@ class Settings(BaseModel):
         "",
         description="Operation between reference systems, whatever its accuracy: its "
         "name in PROJ, a part of it, or its EPSG code.",
+    )
+    output_crs: Annotated[str, Expected("a text, such as EPSG:25833")] = Field(
+        "",
+        description="Reference system of the results, where it is not that of the "
+        "block.",
     )
     grids: Annotated[str, Expected("a text: the path of a folder")] = Field(
         "",

@@ -174,14 +174,22 @@ class ModelTransformation(ModelResult):
         place = self._places(table)
         checked = table.frame
         xyz = checked[list(kind.source)].to_numpy()
-        cofactors = self.fit.point_cofactors(place, xyz)
         table = checked[["coverage", "model_id", "point_id"]].copy()
         is_usable = self.models["is_usable"].to_numpy()[place]
-        ground = self.fit.apply(place, xyz)
+        ground, m_t = self._forward(place, xyz, s_0)
         table[list(kind.target)] = np.where(is_usable[:, None], ground, np.nan)
-        plan = cofactors[:, 0, 0] + cofactors[:, 1, 1]
-        table["m_t"] = np.where(is_usable, s_0[place] * np.sqrt(plan), np.nan)
+        table["m_t"] = np.where(is_usable, m_t, np.nan)
         return table
+
+    def _forward(self, place, xyz, s_0):
+        """Ground coordinates of points and their m_t [m], each by its model."""
+        cofactors = self.fit.point_cofactors(place, xyz)
+        plan = cofactors[:, 0, 0] + cofactors[:, 1, 1]
+        return self.fit.apply(place, xyz), s_0[place] * np.sqrt(plan)
+
+    def _backward(self, place, ground):
+        """Model coordinates of points on the ground, each by its model."""
+        return self.fit.invert(place, ground)
 
     def inverse(self, ground_points):
         """Model coordinates of ground points.
@@ -208,7 +216,7 @@ class ModelTransformation(ModelResult):
         checked = given.frame
         table = checked[["coverage", "model_id", "point_id"]].copy()
         is_usable = self.models["is_usable"].to_numpy()[place]
-        xyz = self.fit.invert(place, checked[list(kind.target)].to_numpy())
+        xyz = self._backward(place, checked[list(kind.target)].to_numpy())
         table[list(kind.source)] = np.where(is_usable[:, None], xyz, np.nan)
         return table if self.has_coverages else table.drop(columns="coverage")
 

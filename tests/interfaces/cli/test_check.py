@@ -98,3 +98,14 @@ def test_control_of_another_datum_needs_its_grid_or_a_word(
     (tmp_path / "mine").mkdir()
     monkeypatch.chdir(tmp_path)
     assert "is missing" in invoke("check", folder, "--grids", "mine").stdout
+
+
+def test_a_system_for_the_results_that_cannot_be_reached_is_a_problem(
+    invoke, block_folder
+):
+    shown = invoke("check", block_folder, "--output-crs", "EPSG:25833")
+    assert shown.exit_code == 2
+    assert "no operation is good enough" in shown.output
+    shown = invoke("check", block_folder, "--output-crs", "EPSG:31287")
+    assert shown.exit_code == 0
+    assert "MGI / Austria Lambert (EPSG:31287)" in shown.output

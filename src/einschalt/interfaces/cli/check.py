@@ -12,7 +12,7 @@ EXAMPLES = (
 
 @with_exit_status
 @with_settings_options(
-    "that of block.toml", ("crs_accuracy_m", "crs_operation", "grids")
+    "that of block.toml", ("crs_accuracy_m", "crs_operation", "output_crs", "grids")
 )
 @done_in_work
 def check(block: Block, *, given: dict):

@@ -21,6 +21,7 @@ COMMANDS = {
     "plan": "Say what precision a flight will give, before it is flown.",
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
+    "publish": "Publish a result for PROJ, GDAL and QGIS.",
     "orient": "Orient image pairs, and say which are near a dangerous surface.",
 }
 HOW = {

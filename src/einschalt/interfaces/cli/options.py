@@ -43,3 +43,17 @@ Block = Annotated[
 Results = Annotated[Path, output_option("Folder for the results.")]
 Overwrite = Annotated[bool, overwrite_option()]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+CRS = Annotated[
+    str | None,
+    typer.Option(
+        show_default="that of the block",
+        help="System of the ground coordinates, such as EPSG:3067.",
+    ),
+]
+SourceCRS = Annotated[
+    str | None,
+    typer.Option(
+        show_default=False,
+        help="System of the model coordinates, where they are those of an old frame.",
+    ),
+]

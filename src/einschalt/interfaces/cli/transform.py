@@ -6,12 +6,16 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
-from einschalt.interfaces.cli.options import Overwrite, Results
+from einschalt.interfaces.cli.options import CRS, Overwrite, Results, SourceCRS
 
 EXAMPLES = (
     "einschalt transform model_points.csv ground_points.csv --output out",
     "einschalt transform old.csv new.csv --kind helmert --output out",
     "einschalt transform old.csv new.csv --output out --apply more_points.csv",
+    (
+        "einschalt transform old.csv new.csv --kind helmert --distribute triangles "
+        "--output out --publish OLD --crs EPSG:3067"
+    ),
 )
 
 
@@ -46,12 +50,45 @@ def transform(
             show_default="the points of MODEL_POINTS",
         ),
     ] = None,
+    distribute: Annotated[
+        Literal["none", "triangles"],
+        typer.Option(
+            help="Distribution of the residuals: none, or linear in triangles of "
+            "identical points, which then go where they were measured.",
+        ),
+    ] = "none",
+    triangles: Annotated[
+        Path | None,
+        typer.Option(
+            show_default="Delaunay triangles",
+            help="Table of the triangles: three columns with the names of the corners.",
+        ),
+    ] = None,
+    outliers: Annotated[
+        Literal["keep", "set_aside"],
+        typer.Option(
+            help="Identical points that contradict their neighbours: corners of "
+            "triangles, or left out.",
+        ),
+    ] = "keep",
+    publish: Annotated[
+        str | None,
+        typer.Option(
+            metavar="<name>",
+            show_default=False,
+            help="Publish it for PROJ under this name, in a folder of this name in "
+            "that of the results (see einschalt publish).",
+        ),
+    ] = None,
+    crs: CRS = None,
+    source_crs: SourceCRS = None,
     overwrite: Overwrite = False,
 ):
     """Fit one transformation per model, and transform points.
 
-    Writes parameters, models, residuals, failures and points, each .csv and .parquet,
-    and provenance.json. Results of the same tables are replaced; a folder with anything
+    Writes parameters, models, residuals, failures, points and identical_points, each
+    .csv and .parquet, with --distribute also triangles and left_out, and
+    provenance.json. Results of the same tables are replaced; a folder with anything
     else is refused.
     Residuals are transformed less given. Models that fail do not stop the others.
     """

@@ -36,7 +36,6 @@ from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import is_there, read_once, require_file
 from einschalt.interfaces.files.points_of_systems import (
     bring,
-    demand_of,
     require_columns,
     schema_in,
     standard_errors_of,
@@ -46,6 +45,7 @@ from einschalt.interfaces.files.tables_by_suffix import read_table
 from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
+from einschalt.pipeline.block.output_system import demand_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 Layers: ``points``, with all that is known of them; ``residual_vectors``, from the given
 to the transformed coordinates, exaggerated as their description says; ``ellipses``,
 confidence ellipses of the points, exaggerated as well; ``models``, the outline of the
-points of each model. Coordinates are in the system of the block, or in
+points of each model. Coordinates are in the system of the results, or in
 an engineering system where it has none. Equal results give equal files: the dates in
 the file are fixed, the real one stands in provenance.json.
 """
@@ -56,7 +56,7 @@ def write_geopackage(result, path, *, ellipse_scale=None):
         ellipse_layer(result, ellipse_scale),
         _points_layer(result),
     ]
-    name = result.block.crs
+    name = result.crs
     crs = LOCAL_SYSTEM if name is None else read_crs(name).to_wkt()
     with (
         replacing(path) as hidden,
@@ -146,7 +146,7 @@ def distinct_names(names):
 
 def _positions(result):
     """Easting and northing of every point that has any, the best first."""
-    known = [result.approximations, result.block.control_points, result.points]
+    known = [result.approximations, result.control_points, result.points]
     plane = ["point_id", "easting", "northing"]
     table = pd.concat([frame[plane] for frame in known if frame is not None])
     return table.drop_duplicates("point_id").set_index("point_id")

@@ -36,8 +36,8 @@ def grids_of_block(sections, settings, folder) -> dict:
     """Path of each grid that reading a block may use, by table (``grids.NAME``)."""
     block = sections.get("block")
     found = {}
-    for name in POINT_TABLES:
-        crs = getattr(sections.get(name), "crs", None)
+    of_tables = [getattr(sections.get(name), "crs", None) for name in POINT_TABLES]
+    for crs in (*of_tables, settings.output_crs or None):
         if block is None or block.crs is None or crs is None:
             continue
         try:

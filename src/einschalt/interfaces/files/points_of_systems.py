@@ -11,7 +11,6 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.coordinate_operations import (
-    Demand,
     Operation,
     offline,
     system_label,
@@ -22,8 +21,6 @@ from einschalt.pipeline.block.places import target_problems
 
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
 PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
-SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
-UNKNOWN_ERROR = 0.01  # metres, where points have no standard error
 UNITS = {"degree": "degrees", "metre": "metres", "grad": "grads"}
 
 
@@ -72,20 +69,6 @@ def standard_errors_of(checked, default):
     if set(BY_AXIS) <= set(checked):
         return np.hypot(*(checked[name] for name in BY_AXIS))
     return default
-
-
-def demand_of(settings, standard_errors):
-    """How accurate the operation must be, for points of a TOTAL standard error [m]."""
-    named = settings.crs_operation
-    if settings.crs_accuracy_m is not None:
-        said = settings.crs_accuracy_m, "as crs_accuracy_m says"
-        return Demand(*said, named, is_stated=True)
-    if standard_errors is None:
-        reason = "since the points have no standard error (crs_accuracy_m allows more)"
-        return Demand(UNKNOWN_ERROR, reason, named)
-    size = float(np.median(np.asarray(standard_errors, dtype=float)))
-    reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
-    return Demand(SHARE_OF_ERROR * size, reason, named)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ complete.
 import json
 
 from einschalt.foundations.display_names import as_unicode
+from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
@@ -41,13 +42,14 @@ IF_ANY = (
     "iterations",
     "repeated_settings",
 )
+SYSTEM = "points.prj"  # GDAL reads it beside points.csv
 ASSESSMENT = "assessment.json"
 CHANGES = "changes.csv"
 RESULT_NAMES = frozenset(
     (
         *(f"{n}{s}" for n in (*TABLES, *IF_ANY) for s in (".csv", ".parquet")),
         *("failures.csv", GEOPACKAGE, "report.html", "summary.txt"),
-        *(ASSESSMENT, PROVENANCE),
+        *(ASSESSMENT, SYSTEM, PROVENANCE),
         *(PREVIOUS, CHANGES, FAILURE),  # of a batch
     )
 )
@@ -172,6 +174,8 @@ def write_result(
         if write_more is not None:
             write_more(staging)
         _write_tables(result, staging)
+        if result.output_system is not None:
+            write_text(staging / SYSTEM, f"{read_crs(result.crs).to_wkt()}\n")
         write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
         write_text(staging / "report.html", render(result))
         write_text(staging / "summary.txt", lasting_summary(assessment))

@@ -55,6 +55,7 @@ def render(result) -> str:
     set_sections = sections(told)
     return TEMPLATES.get_template("report.html.j2").render(
         block=result.block,
+        crs=result.crs,
         sources={
             table: within_block(source)
             for table, source in result.block.sources.items()

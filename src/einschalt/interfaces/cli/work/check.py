@@ -1,13 +1,16 @@
 """What ``einschalt check`` does."""
 
 import sys
+from dataclasses import replace
 
 import typer
 from rich.console import Console
 
+from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.reports import problem_list
+from einschalt.pipeline.block.output_system import with_output_system
 
 
 def check(block, given=None):
@@ -15,7 +18,7 @@ def check(block, given=None):
 
     ``given``: settings that go before those of block.toml.
     """
-    found = find_problems(block, given)
+    found = _with_output(find_problems(block, given))
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))
     else:
@@ -24,6 +27,17 @@ def check(block, given=None):
     print_out(f"{block}: {problem_list.conclusion(found)}")
     if found.problems or found.model_problems:
         raise typer.Exit(WRONG)
+
+
+def _with_output(found):
+    """Findings with what is wrong with the system in which results are to be told."""
+    if found.block is None:
+        return found
+    try:
+        with_output = with_output_system(found.block, found.block.settings)
+    except EinschaltError as error:
+        return replace(found, problems=(*found.problems, error))
+    return replace(found, notes=with_output.notes)
 
 
 def _is_terminal():

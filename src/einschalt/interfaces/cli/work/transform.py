@@ -5,7 +5,7 @@ from dataclasses import replace
 import typer
 
 from einschalt.foundations.errors import TableError, raise_problems
-from einschalt.foundations.tables import check_table
+from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import (
@@ -13,18 +13,35 @@ from einschalt.interfaces.files.tables_by_suffix import (
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.stages.stage3_model_transformation import transform_models
+from einschalt.interfaces.publication.publish import require_name
+from einschalt.interfaces.publication.published_results import (
+    IDENTICAL,
+    TRIANGLES,
+    identical_points,
+    transform_models,
+)
+from einschalt.interfaces.publication.published_results import publish as publish_result
 from einschalt.stages.transformation_kinds import (
     TRANSFORMATION_KINDS,
     ground_schema,
     model_schema,
 )
+from einschalt.stages.triangulated_transformation import CORNERS
 
 ONE_MODEL = "1"
-TABLES = ("parameters", "models", "residuals", "failures", "points")
+TABLES = ("parameters", "models", "residuals", "failures", "points", IDENTICAL)
+OF_TRIANGLES = (TRIANGLES, "left_out")
 NAMES = (
-    *(f"{name}{suffix}" for name in TABLES for suffix in (".csv", ".parquet")),
+    *(
+        f"{name}{suffix}"
+        for name in (*TABLES, *OF_TRIANGLES)
+        for suffix in (".csv", ".parquet")
+    ),
     PROVENANCE,
+)
+NAMES_OF_CORNERS = ("model_id", "point_id", *CORNERS)
+CORNERS_GIVEN = Schema(
+    "triangles", tuple(Column(name, "id") for name in NAMES_OF_CORNERS), ()
 )
 # a tenth of a millimetre, and a hundredth of it for what is small
 DECIMALS = {
@@ -35,33 +52,76 @@ DECIMALS = {
 }
 
 
-def transform(model_points, ground_points, apply, output, kind, *, overwrite):
+def transform(
+    model_points,
+    ground_points,
+    apply,
+    output,
+    kind,
+    distribute,
+    triangles,
+    outliers,
+    publish,
+    crs,
+    source_crs,
+    *,
+    overwrite,
+):
     """Fit one transformation per model, and write and print what it gives.
 
     Without ``apply`` the points of the models are transformed.
     """
-    files = (model_points, ground_points, apply)
+    if publish is not None:
+        require_name(publish)
+    files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
-    tables = {
-        "parameters": _with_given_keys(_parameters(fit), source),
-        "models": _with_given_keys(fit.models, source),
-        "residuals": _with_given_keys(fit.residuals, source),
-        "failures": _with_given_keys(fit.failures, source),
-        "points": fit.transform(applied),
-    }
+    if fit.is_usable and distribute == "triangles":
+        fit = fit.distributed(_triangles(triangles), outliers=outliers)
+    tables = _tables(fit, source, applied)
     write_tables_of(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
     )
     print_out(fit.summary())
-    if len(fit.models) == 1 and fit.is_usable:
+    if len(fit.models) == 1 and fit.is_usable and distribute == "none":
         pipeline = fit.proj_pipeline(fit.models["model_id"][0])
         print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
     print_out(f"\nResults in {output}")
     if not fit.is_usable:
         print_error("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(WRONG)
+    if publish is not None:
+        published = publish_result(
+            output,
+            publish,
+            output / publish,
+            crs=crs,
+            source_crs=source_crs,
+            overwrite=overwrite,
+        )
+        print_out(f"\n{published}")
+
+
+def _tables(fit, source, applied):
+    """Everything that is written, by name."""
+    tables = {
+        "parameters": _parameters(fit),
+        "models": fit.models,
+        "residuals": fit.residuals,
+        "failures": fit.failures,
+    }
+    if hasattr(fit, "nets"):
+        tables |= {TRIANGLES: fit.triangles, "left_out": fit.left_out}
+    keyed = {name: _with_given_keys(table, source) for name, table in tables.items()}
+    return keyed | {"points": fit.transform(applied), IDENTICAL: identical_points(fit)}
+
+
+def _triangles(file):
+    """Read the triangles that the user gives, as text."""
+    if file is None:
+        return None
+    return read_table(file, CORNERS_GIVEN)
 
 
 def _read(model_file, ground_file, apply_file, kind):

@@ -1,0 +1,73 @@
+"""``einschalt publish``: a result as a transformation that PROJ finds by name."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+from einschalt.interfaces.cli.options import (
+    CRS,
+    Overwrite,
+    SourceCRS,
+    given_path,
+    output_option,
+)
+
+EXAMPLES = (
+    "einschalt publish out/neukirchen --as NEUKIRCHEN",
+    "einschalt publish out/old_to_new --as OLD --crs EPSG:3067 --source-crs EPSG:2393",
+)
+
+
+@with_exit_status
+@done_in_work
+def publish(
+    result: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RESULT",
+            parser=given_path,
+            help="Folder that einschalt densify or transform has written.",
+        ),
+    ],
+    name: Annotated[
+        str,
+        typer.Option(
+            "--as",
+            metavar="<name>",
+            help="Name by which PROJ finds it, as EINSCHALT:NAME.",
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        output_option("Folder for the publication; RESULT/NAME where left out."),
+    ] = None,
+    crs: CRS = None,
+    source_crs: SourceCRS = None,
+    installed_at: Annotated[
+        str | None,
+        typer.Option(
+            show_default="where they are written",
+            help="Folder in which the files will stand when they are used; empty where "
+            "PROJ searches for them.",
+        ),
+    ] = None,
+    proj_db: Annotated[
+        Path | None,
+        typer.Option(
+            parser=given_path,
+            metavar="<path>",
+            show_default="that of this PROJ",
+            help="The file proj.db of the PROJ that is to use the database.",
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+):
+    """Publish a result for PROJ, GDAL and QGIS.
+
+    Writes operations.csv (each transformation as PROJ string and WKT, with accuracy and
+    area), NAME.json (triangles, PROJ's tinshift), NAME.db (auxiliary PROJ database),
+    left_out.csv, README.md (how to use it, and how good it is) and provenance.json.
+    PROJ runs every form there and back before it is published.
+    """

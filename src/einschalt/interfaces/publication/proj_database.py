@@ -1,0 +1,151 @@
+"""An auxiliary PROJ database: frames and operations of our own, found by name.
+
+Where the environment variable PROJ_AUX_DB names it, PROJ (8.1 and later) reads it
+beside its own: ``Transformer.from_crs("EINSCHALT:NAME", "EPSG:…")`` finds the
+operation, and so does what is built on PROJ. It has the layout of the PROJ by which it
+is written.
+"""
+
+import sqlite3
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pyproj
+
+from einschalt.foundations.errors import FileError
+
+AUTHORITY = "EINSCHALT"
+KINDS = ("table", "view")
+LIMITS = ("extent", "scope")
+SWAPPED = "+step +proj=axisswap +order=2,1"
+
+
+def write_database(path, operations, target, *, description, like=None):
+    """Write frames and operations, all into one ``target`` (a pyproj.CRS).
+
+    ``operations`` have code, title, frame (a pyproj.CRS), steps (of a PROJ pipeline, in
+    easting and northing), accuracy_m, area. ``like``: the proj.db of the PROJ that is
+    to read it, whose layout it gets; that of this one where left out.
+    """
+    with _written(path) as database:
+        _copy_layout(database, like or own_database())
+        code = _code_of_target(database, target, operations)
+        # an authority that lists the northing first is given it first
+        is_swapped = target.axis_info[0].direction == "north"
+        for one in operations:
+            _add_operation(database, one, code, description, is_swapped=is_swapped)
+
+
+@contextmanager
+def _written(path):
+    with closing(sqlite3.connect(path, isolation_level=None)) as database:
+        database.execute("begin")  # the disk is waited for once, not for each table
+        yield database
+        database.execute("commit")
+
+
+def own_database():
+    """Path of the database of the PROJ that runs here."""
+    return Path(pyproj.datadir.get_data_dir()) / "proj.db"
+
+
+def require_database(path):
+    """Refuse what is no database of PROJ."""
+    try:
+        with closing(_opened(path)) as known:
+            known.execute("select key from metadata").fetchall()
+    except sqlite3.Error as error:
+        raise FileError(
+            f"is no database of PROJ: {error}",
+            expected="the file proj.db of the PROJ that is to use the publication",
+            file=path,
+        ) from error
+
+
+def _opened(path):
+    return sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
+
+
+def _copy_layout(database, path):
+    """Make the tables and views of a PROJ's own database, without their rows."""
+    with closing(_opened(path)) as known:
+        for kind in KINDS:
+            made = known.execute(
+                "select sql from sqlite_master where type = ? and sql is not null "
+                "and name not like 'sqlite%'",
+                (kind,),
+            )
+            for (statement,) in made:
+                database.execute(statement)
+        layout = known.execute(
+            "select key, value from metadata where key like 'DATABASE.LAYOUT%'"
+        )
+        database.executemany("insert into metadata values (?, ?)", layout)
+
+
+def _code_of_target(database, target, operations):
+    known = target.to_authority(min_confidence=100)
+    if known is not None:
+        return known
+    code = f"{operations[0].code}_TARGET"
+    _insert(
+        database,
+        "projected_crs",
+        **_own(code, target.name),
+        text_definition=target.to_wkt(),
+    )
+    return AUTHORITY, code
+
+
+def _add_operation(database, one, target, description, *, is_swapped):
+    frame = _own(one.code, one.frame.name) | {"description": description}
+    definition = one.frame.to_wkt()
+    _insert(database, "projected_crs", **frame, text_definition=definition)
+    steps = f"+proj=pipeline +step {one.steps}"
+    _insert(
+        database,
+        "other_transformation",
+        **_own(one.code, one.title),
+        description=description,
+        method_auth_name="PROJ",
+        method_code="PROJString",
+        method_name=f"{steps} {SWAPPED}" if is_swapped else steps,
+        source_crs_auth_name=AUTHORITY,
+        source_crs_code=one.code,
+        target_crs_auth_name=target[0],
+        target_crs_code=target[1],
+        accuracy=one.accuracy_m,
+    )
+    _add_area(database, one)
+
+
+def _add_area(database, one):
+    """Say where the frame and the operation are to be used."""
+    west, south, east, north = one.area
+    _insert(
+        database,
+        "extent",
+        **_own(one.code, one.title),
+        description=f"Identical points of {one.title}",
+        south_lat=south,
+        north_lat=north,
+        west_lon=west,
+        east_lon=east,
+    )
+    scope = {"auth_name": AUTHORITY, "code": one.code, "deprecated": 0}
+    _insert(database, "scope", **scope, scope="As its publication says")
+    for table in ("projected_crs", "other_transformation"):
+        named = {"object_table_name": table, "code": f"{one.code}_{table}"}
+        parts = {f"{part}_auth_name": AUTHORITY for part in ("object", *LIMITS)}
+        parts |= {f"{part}_code": one.code for part in ("object", *LIMITS)}
+        _insert(database, "usage", auth_name=AUTHORITY, **named, **parts)
+
+
+def _own(code, name):
+    return {"auth_name": AUTHORITY, "code": code, "name": name, "deprecated": 0}
+
+
+def _insert(database, table, **values):
+    marks = ", ".join("?" * len(values))
+    statement = f"insert into {table} ({', '.join(values)}) values ({marks})"
+    database.execute(statement, tuple(values.values()))

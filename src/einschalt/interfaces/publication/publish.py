@@ -1,0 +1,295 @@
+"""Publication: a folder with everything by which others use a transformation."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations import typesetting
+from einschalt.foundations.arguments import described
+from einschalt.foundations.coordinate_operations import system_label
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.published_systems import operation_wkt
+from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
+from einschalt.interfaces.files.written_files import PROVENANCE, Source
+from einschalt.interfaces.provenance import provenance_of_tables
+from einschalt.interfaces.publication.operations_of_results import (
+    Frames,
+    left_out_of,
+    operations_of_block,
+    operations_of_fit,
+)
+from einschalt.interfaces.publication.proj_database import (
+    AUTHORITY,
+    require_database,
+    write_database,
+)
+from einschalt.interfaces.publication.publication_page import page
+from einschalt.interfaces.publication.return_check import (
+    require_database_returns,
+    require_text_returns,
+)
+from einschalt.interfaces.publication.tinshift_file import (
+    tinshift_step,
+    write_tinshift,
+)
+from einschalt.stages.results import Result
+
+PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
+BLOCK_TABLES = ("models", "residuals", "points")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Publication(Result):
+    """What was published.
+
+    Attributes
+    ----------
+    name : str
+    folder : Path
+    operations : DataFrame
+        code, model, accuracy (of held-out points, TOTAL) [m], n_points, n_held_out,
+        west, south, east, north [degrees], triangles (file, empty in space), proj
+        (PROJ string), wkt (CoordinateOperation).
+    left_out : DataFrame
+        operation, point_id, deviation [m], reason.
+    database : Path or None
+        The auxiliary PROJ database; None where the ground has no system, or the
+        transformation is spatial.
+    """
+
+    name: str
+    folder: Path
+    operations: pd.DataFrame
+    left_out: pd.DataFrame
+    database: Path | None
+
+    def summary(self):
+        """Say what was published, how good it is, and where to read on."""
+        counted = typesetting.count(len(self.operations), "transformation")
+        low, high = self.operations["accuracy"].min(), self.operations["accuracy"].max()
+        span = f"{low:.4f}" if low == high else f"{low:.4f} to {high:.4f}"
+        lines = [f"{self.name}: {counted} published, and checked there and back"]
+        if np.isfinite(low):
+            lines.append(f"held-out points (total)  {span} m")
+        if len(self.left_out):
+            counted = typesetting.count(len(self.left_out), "identical point")
+            lines.append(f"{counted} left out, see {LEFT_OUT}")
+        if self.database is not None:
+            in_plan = self.operations[self.operations["triangles"] != ""]
+            lines.append(
+                f"PROJ finds {AUTHORITY}:{in_plan['code'].iloc[0]} with "
+                f"PROJ_AUX_DB={self.database}"
+            )
+        return "\n".join([*lines, f"How to use it: {self.folder / PAGE}"])
+
+
+def require_name(name):
+    """Refuse a name that PROJ and file systems would not take as it is."""
+    if isinstance(name, str) and NAME.fullmatch(name):
+        return
+    raise SettingsError(
+        f"the name of a publication is {described(name)}",
+        expected="a letter, then letters, digits, - or _, 2 to 40 in all",
+    )
+
+
+def publish_operations(
+    operations,
+    frames,
+    folder,
+    *,
+    files=(),
+    title,
+    installed_at=None,
+    proj_db=None,
+    overwrite=False,
+) -> Publication:
+    """Write operations in every form, after PROJ has run each of them both ways.
+
+    ``files``: what the result was read from; ``title``: of the result, for people;
+    ``installed_at``: the folder in which the files will stand when they are used, where
+    that is another one; empty where PROJ shall search for them in its own folders.
+    ``proj_db``: database of the PROJ that is to use them, where that is another one.
+    """
+    folder = Path(folder)
+    name = frames.name
+    if proj_db is not None:
+        require_database(Path(proj_db))
+    home = folder.absolute() if installed_at is None else Path(installed_at)
+    names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
+    source = Source("publish", name)
+    output = Output(source, names, InputFiles(files), overwrite)
+    plane = [one for one in operations if one.is_plane]
+    has_database = frames.target is not None and bool(plane)
+    done = []
+
+    def write(staging):
+        staging = staging.absolute()  # PROJ would search for another one
+        _write_triangles(operations, frames, staging)
+        table = _checked_table(operations, staging, home)
+        left_out = left_out_of(operations)
+        write_csv(table, staging / OPERATIONS)
+        if len(left_out):
+            write_csv(left_out, staging / LEFT_OUT, decimals={"deviation": 4})
+        database = staging / f"{name}.db" if has_database else None
+        if has_database:
+            _write_checked_database(plane, frames, database, home, proj_db)
+        done.append((table, left_out))
+        text = page(operations, frames, title, home, left_out, has_database)
+        write_text(staging / PAGE, text)
+
+    facts = provenance_of_tables("publish", output.inputs.signed())
+    write_folder(folder, output, facts, write)
+    database = home / f"{name}.db" if has_database else None
+    return Publication(name, folder, *done[0], database)
+
+
+def _write_triangles(operations, frames, folder):
+    target = frames.target
+    ends = frames.target_label
+    if target is not None and target.to_authority(min_confidence=100):
+        ends = ":".join(target.to_authority(min_confidence=100))
+    for one in operations:
+        if one.net is not None:
+            write_tinshift(
+                folder / f"{one.code}.json",
+                one.net,
+                name=one.title,
+                description=f"{one.title}, from {frames.source_label} to "
+                f"{frames.target_label}; held-out points: {_said(one.accuracy_m)}",
+                systems=(f"{AUTHORITY}:{one.code}", ends),
+            )
+
+
+def _said(accuracy):
+    return f"{accuracy:.4f} m" if np.isfinite(accuracy) else "none"
+
+
+def _checked_table(operations, staging, home):
+    """Each operation as text, after PROJ has run it; the files are in ``staging``."""
+    rows = []
+    for one in operations:
+        texts = {}
+        for place, is_kept in ((staging, False), (home, True)):
+            step = _step(one, place)
+            pipeline = f"+proj=pipeline +step {step}"
+            wkt = operation_wkt(
+                one.title,
+                (one.frame, one.system),
+                one.method(pipeline),
+                one.accuracy_m,
+                one.area,
+            )
+            texts = {"proj": pipeline, "wkt": wkt}
+            if not is_kept:
+                require_text_returns(one, "PROJ string", pipeline)
+                require_text_returns(one, "WKT", wkt)
+                if one.net is not None and not one.is_distributed:
+                    triangles = tinshift_step(staging / f"{one.code}.json")
+                    require_text_returns(one, "triangles", triangles)
+        area = one.area or (np.nan,) * 4
+        rows.append(
+            {
+                "code": one.code,
+                "model": one.model,
+                "accuracy": one.accuracy_m,
+                "n_points": len(one.source),
+                "n_held_out": one.n_held_out,
+                **dict(zip(("west", "south", "east", "north"), area, strict=True)),
+                "triangles": "" if one.net is None else f"{one.code}.json",
+                **texts,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _step(one, place):
+    if one.is_distributed:
+        return tinshift_step(place / f"{one.code}.json")
+    return one.affine_step
+
+
+@dataclass(frozen=True, eq=False)
+class _Entry:
+    """An operation as the database takes it."""
+
+    code: str
+    title: str
+    frame: object
+    steps: str
+    accuracy_m: float | None
+    area: tuple
+
+
+def _write_checked_database(operations, frames, path, home, proj_db):
+    """Write the database; before, one whose files lie where they are now is checked."""
+    target = frames.target
+    code = target.to_authority(min_confidence=100)
+    code = ":".join(code) if code else f"{AUTHORITY}:{operations[0].code}_TARGET"
+    description = f"from {frames.source_label} to {system_label(target)}"
+    for place, like in ((path.parent, None), (home, proj_db)):
+        path.unlink(missing_ok=True)
+        entries = [
+            _Entry(
+                one.code,
+                one.title,
+                one.frame,
+                _step(one, place),
+                one.accuracy_m if np.isfinite(one.accuracy_m) else None,
+                one.area,
+            )
+            for one in operations
+        ]
+        write_database(path, entries, target, description=description, like=like)
+        if place == path.parent:
+            require_database_returns(operations, code, path)
+
+
+def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
+    """Publish a ModelTransformation; see :func:`einschalt.publish`."""
+    require_name(name)
+    frames = Frames(name, crs, source_crs)
+    title = f"identical points ({fit.kind})"
+    return publish_operations(
+        operations_of_fit(fit, frames), frames, folder, title=title, **options
+    )
+
+
+def publish_block(tables, name, folder, *, crs, title, bent=(), **options):
+    """Publish the models of a block; ``tables`` as :func:`operations_of_block`."""
+    require_name(name)
+    frames = Frames(name, crs)
+    operations = operations_of_block(tables, frames, bent)
+    title = f"the models of the block {title}"
+    return publish_operations(operations, frames, folder, title=title, **options)
+
+
+def publish_densification(
+    result, name, folder, *, crs=None, source_crs=None, **options
+):
+    """Publish the models of a DensificationResult; see :func:`einschalt.publish`."""
+    if source_crs is not None:
+        raise SettingsError(
+            f"source_crs = {described(source_crs)} for the models of a block",
+            expected="none: they have machine coordinates",
+        )
+    deformation = result.assessment.deformation
+    flights = () if deformation is None else deformation.flights
+    # models lead to the system of the block, whatever that of the results
+    tables = {name: getattr(result.examination, name) for name in BLOCK_TABLES}
+    return publish_block(
+        tables,
+        name,
+        folder,
+        crs=crs or result.block.crs,
+        title=result.block.name,
+        bent=[flight.flight for flight in flights if flight.is_modelled],
+        files=result.block.files,
+        **options,
+    )

@@ -1,0 +1,90 @@
+"""One transformation that is published, whatever result it comes from."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+import pyproj
+from scipy.spatial import ConvexHull
+
+from einschalt.foundations.published_systems import (
+    affine_method,
+    affine_step,
+    pipeline_method,
+)
+from einschalt.theory.triangulation.triangle_net import TriangleNet
+
+
+@dataclass(frozen=True, eq=False)
+class PublishedOperation:
+    """A transformation from a plane frame of its own into a plane system.
+
+    In plan it is affine, or linear in triangles where ``is_distributed``; in space it
+    is affine, and has no triangles.
+    """
+
+    code: str  # by which files and databases name it
+    title: str  # what people read
+    model: str  # the model that it transforms, empty where there is only one
+    matrix: np.ndarray  # both of the affine part: ground = matrix · xyz + shift
+    shift: np.ndarray
+    # source, target: (n, 2) or (n, 3), identical points
+    source: np.ndarray
+    target: np.ndarray
+    accuracy_m: float  # TOTAL, of held-out points
+    n_held_out: int
+    frame: pyproj.CRS  # from which it leads
+    system: pyproj.CRS  # into which, easting before northing
+    area: tuple | None  # west, south, east, north [degrees]
+    given_net: TriangleNet | None = None
+    left_out: pd.DataFrame | None = None
+
+    @property
+    def is_distributed(self):
+        """Whether residuals are distributed in triangles."""
+        return self.given_net is not None
+
+    @property
+    def is_plane(self):
+        """Whether it is a transformation in plan."""
+        return self.matrix.shape == (2, 2)
+
+    @cached_property
+    def net(self):
+        """Triangles that hold its domain: TriangleNet, None in space.
+
+        Of an affine transformation those of the hull of its points, all alike.
+        """
+        if self.given_net is not None or not self.is_plane:
+            return self.given_net
+        hull = self.source[ConvexHull(self.source - self.source.mean(axis=0)).vertices]
+        after = np.arange(1, len(hull) - 1)
+        fan = np.column_stack([np.zeros_like(after), after, after + 1])
+        return TriangleNet(hull, self.affine(hull), fan)
+
+    @property
+    def affine_step(self):
+        """Step of a PROJ pipeline for the affine part."""
+        return affine_step(self.matrix, self.shift)
+
+    def affine(self, xyz):
+        """The affine part, of points (n, 2) or (n, 3)."""
+        return xyz @ self.matrix.T + self.shift
+
+    def apply(self, xyz):
+        """Target coordinates of points; NaN outside of its triangles."""
+        if self.is_distributed:
+            return self.given_net.apply(xyz)
+        return self.affine(xyz)
+
+    @property
+    def unit_m(self):
+        """What a unit of the source is in the target [m]."""
+        return float(np.abs(np.linalg.det(self.matrix)) ** (1.0 / len(self.matrix)))
+
+    def method(self, step):
+        """Method and parameters, as WKT has them; ``step`` of a PROJ pipeline."""
+        if self.is_plane and not self.is_distributed:
+            return affine_method(self.matrix, self.shift)
+        return pipeline_method(step)

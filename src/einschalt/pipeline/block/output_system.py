@@ -1,0 +1,246 @@
+"""The system in which results are told, where it is not that of the block.
+
+Everything is computed in the system of the block. What is told of it is brought over at
+the end: coordinates by the operation between the two systems, vectors and covariances
+by its derivatives, which turn and scale them. The accuracy of the operation is an error
+that all points share, as that of an operation by which control came.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from einschalt.foundations.coordinate_operations import (
+    Demand,
+    Operation,
+    offline,
+    system_label,
+)
+from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.projections import plane_jacobian, read_crs, reproject
+from einschalt.pipeline.block.places import target_problems
+from einschalt.stages.error_propagation.shared_error import APPROXIMATE, CONTROL
+
+PLANE = ["easting", "northing"]
+VECTORS = ("residual", "difference", "distributed")
+BY_AXIS = ["standard_error_easting", "standard_error_northing"]
+# lengths in the plane, which change with its scale
+LENGTHS = ("distance", "semi_major", "semi_minor", "spread_total", "largest_move")
+LENGTHS = (*LENGTHS, "move_rms", "m_t")
+OF_HEIGHT = ("standard_error_height", "residual_height", "difference_height")
+AZIMUTH = "azimuth_gon"
+GON = np.pi / 200.0
+SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
+OTHER_OUTPUT = "Name the system or the zone of the place as output_crs"
+UNKNOWN_ERROR = 0.01  # metres, where points have no standard error
+
+
+def demand_of(settings, standard_errors):
+    """How accurate the operation must be, for points of a TOTAL standard error [m]."""
+    named = settings.crs_operation
+    if settings.crs_accuracy_m is not None:
+        said = settings.crs_accuracy_m, "as crs_accuracy_m says"
+        return Demand(*said, named, is_stated=True)
+    if standard_errors is None:
+        reason = "since the points have no standard error (crs_accuracy_m allows more)"
+        return Demand(UNKNOWN_ERROR, reason, named)
+    size = float(np.median(np.asarray(standard_errors, dtype=float)))
+    reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
+    return Demand(SHARE_OF_ERROR * size, reason, named)
+
+
+@dataclass(frozen=True, eq=False)
+class OutputSystem:
+    """The way from the system of a block into that of its results."""
+
+    crs: str  # name of the system of the results
+    # own, target: systems of pyproj, both with heights or both without
+    own: object
+    target: object
+    operation: Operation
+    grids: Path | None  # folder of grids beside PROJ's own
+    note: str  # what was done
+
+    @property
+    def is_spatial(self):
+        """Whether heights change as well."""
+        return len(self.own.axis_info) > len(PLANE)
+
+    def told(self, table, positions=None):
+        """Bring a table of results into the system of the results.
+
+        ``positions``: easting, northing [, height] by point_id in the system of the
+        block, for tables that have none. Other columns than those of points and vectors
+        stay as they are, such as parameters of models.
+        """
+        if table is None or not len(table):
+            return table
+        points = self._places(table, positions)
+        with offline(self.grids):
+            jacobian = plane_jacobian(points, self.operation)
+        scale = np.sqrt(np.abs(np.linalg.det(jacobian)))
+        columns = self._coordinates(table, points) if PLANE[0] in table else {}
+        columns |= _turned_vectors(table, jacobian)
+        columns |= _turned_errors(table, jacobian)
+        if AZIMUTH in table:
+            columns[AZIMUTH] = _turned_azimuth(table[AZIMUTH].to_numpy(), jacobian)
+        for name in table:
+            is_length = name in LENGTHS or name.startswith("standard_error_")
+            if is_length and name not in (*columns, *OF_HEIGHT):
+                columns[name] = table[name].to_numpy(dtype=float) * scale
+        return table.assign(**columns)
+
+    def _places(self, table, positions):
+        """Where the rows lie; those that lie nowhere, in the middle of the others."""
+        names = [*PLANE, "height"] if self.is_spatial else PLANE
+        known = table if PLANE[0] in table else positions.reindex(table["point_id"])
+        points = known.reindex(columns=names).to_numpy(dtype=float)
+        whole = (table if positions is None else positions).reindex(columns=names)
+        return np.where(np.isnan(points), np.nanmean(whole, axis=0), points)
+
+    def _coordinates(self, table, points):
+        is_known = table[PLANE].notna().all(axis=1).to_numpy()
+        with offline(self.grids):
+            moved = np.column_stack(self.operation.transformer.transform(*points.T))
+        names = [*PLANE, "height"] if self.is_spatial else PLANE
+        known = dict.fromkeys(PLANE, is_known)
+        if self.is_spatial:
+            known["height"] = is_known & table["height"].notna().to_numpy()
+        return {
+            name: np.where(known[name], moved[:, place], np.nan)
+            for place, name in enumerate(names)
+        }
+
+
+def _turned_vectors(table, jacobian):
+    columns = {}
+    for prefix in VECTORS:
+        names = [f"{prefix}_{axis}" for axis in PLANE]
+        if set(names) <= set(table):
+            given = table[names].to_numpy(dtype=float)
+            turned = np.einsum("nij,nj->ni", jacobian, given)
+            columns |= dict(zip(names, turned.T, strict=True))
+    return columns
+
+
+def _turned_errors(table, jacobian):
+    if not {*BY_AXIS, "covariance_en"} <= set(table):
+        return {}
+    covariance = np.empty((len(table), 2, 2))
+    covariance[:, 0, 0], covariance[:, 1, 1] = (table[BY_AXIS].to_numpy() ** 2).T
+    covariance[:, 0, 1] = covariance[:, 1, 0] = table["covariance_en"]
+    turned = jacobian @ covariance @ np.swapaxes(jacobian, 1, 2)
+    columns = {name: np.sqrt(turned[:, k, k]) for k, name in enumerate(BY_AXIS)}
+    columns["covariance_en"] = turned[:, 0, 1]
+    if {"covariance_eh", "covariance_nh"} <= set(table):
+        with_height = table[["covariance_eh", "covariance_nh"]].to_numpy()
+        turned = np.einsum("nij,nj->ni", jacobian, with_height)
+        columns["covariance_eh"], columns["covariance_nh"] = turned.T
+    return columns
+
+
+def _turned_azimuth(azimuth, jacobian):
+    along = np.column_stack([np.sin(azimuth * GON), np.cos(azimuth * GON)])
+    east, north = np.einsum("nij,nj->in", jacobian, along)
+    return np.mod(np.arctan2(east, north) / GON, 200.0)
+
+
+def output_system_of(block, settings) -> OutputSystem | None:
+    """The way into the system that the settings ask for; None where it is the block's.
+
+    A ProjectionError where no operation is accurate enough for the control points, or
+    nobody knows what the heights are there.
+    """
+    name = settings.output_crs
+    if not name:
+        return None
+    if block.crs is None:
+        raise SettingsError(
+            f"output_crs = {name!r}, but the block has no crs",
+            expected="the system of its coordinates",
+            remedy="Add crs = … to [block], or take output_crs out",
+        )
+    try:
+        own, target = read_crs(block.crs), read_crs(name)
+    except ProjectionError as error:
+        raise error.with_facts(found=f"output_crs: {error.found}") from error
+    if own == target:
+        return None
+    known, error = _known_points(block)
+    has_heights = "height" in known and known["height"].notna().any()
+    flat, said = _in_as_many_axes(own, target, has_heights=has_heights)
+    names = [*PLANE, "height"] if len(flat[0].axis_info) > len(PLANE) else PLANE
+    points = known[names].to_numpy(dtype=float)
+    points = np.where(np.isnan(points), np.nanmean(points, axis=0), points)
+    problems = target_problems(points, *flat, source=None)
+    if problems:
+        raise problems[0].with_facts(file=None, remedy=OTHER_OUTPUT)
+    demand, grids = demand_of(settings, error), _grids(block, settings)
+    _, operation, better = reproject(points, *flat, demand, grids)
+    note = (
+        f"output_crs: results brought from {system_label(own)} to "
+        f"{system_label(target)} by {operation}{said}; parameters of models lead to "
+        f"{system_label(own)}"
+    )
+    if better is not None:
+        note += f"; better would be {better}"
+    return OutputSystem(name, *flat, operation, grids, note)
+
+
+def _known_points(block):
+    """Points that the results hang on, and their TOTAL standard errors [m] or None."""
+    control = block.control_points
+    if control is None:
+        return block.approximate_points, block.approximate_m_0_m
+    if "standard_error_m" in control:
+        return control, control["standard_error_m"]
+    if set(BY_AXIS) <= set(control):
+        return control, np.hypot(*(control[name] for name in BY_AXIS))
+    return control, None
+
+
+def _in_as_many_axes(own, target, *, has_heights):
+    """Both systems with heights or without, and what is said of the heights."""
+    flat = own.to_2d(), target.to_2d()
+    has_own, has_target = (len(crs.axis_info) > len(PLANE) for crs in (own, target))
+    if not has_heights:
+        return flat, ""
+    if has_own and has_target:
+        return (own, target), ""
+    if has_target:
+        raise ProjectionError(
+            f"output_crs has a system of heights, {system_label(target)}, and the "
+            f"block has none, {system_label(own)}",
+            expected="crs of the block with its heights, such as EPSG:31255+5778",
+            remedy="Add the vertical system to crs of the block, or take that of "
+            "output_crs away",
+        )
+    said = own.sub_crs_list[-1].name if own.is_compound else "as they are"
+    return flat, f"; heights stay {said}"
+
+
+def _grids(block, settings):
+    """Folder of grids, which the settings name from that of the block."""
+    if not settings.grids:
+        return None
+    home = Path(block.files[0]).parent if block.files else Path()
+    return home / settings.grids
+
+
+def with_output_system(block, settings):
+    """The block, with the error that the way into the output system adds to it.
+
+    It is shared by all points, as that of an operation by which control came. With a
+    note of what is done.
+    """
+    output = output_system_of(block, settings)
+    if output is None or output.note in block.notes:  # a block of a result has it
+        return block
+    accuracy = output.operation.accuracy_m
+    shared = {
+        name: float(np.hypot(block.shared_errors_m.get(name, 0.0), accuracy))
+        for name in (CONTROL, APPROXIMATE)
+    }
+    kept = block.shared_errors_m if accuracy == 0.0 else shared
+    return replace(block, shared_errors_m=kept, notes=(*block.notes, output.note))

@@ -1,0 +1,34 @@
+"""What a transformation makes of identical points that it was not told."""
+
+import numpy as np
+
+DIFFERENCES = ["difference_easting", "difference_northing"]
+
+
+def held_out_points(fit):
+    """Identical points, each predicted by its model without it: DataFrame.
+
+    coverage, model_id, point_id, difference_easting, difference_northing (predicted
+    less given) [m] of a ModelTransformation. A residual v of leverage h becomes
+    v / (1 − h), without a new fit: exactly for affine and helmert, to first order for
+    the others. NaN where the model is not determined without the point.
+    """
+    redundancy = 1.0 - fit.fit.leverage[:, :2]
+    is_held = redundancy > np.sqrt(np.finfo(float).eps)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        differences = np.where(is_held, fit.fit.residuals[:, :2] / redundancy, np.nan)
+    return table_of_differences(fit, differences)
+
+
+def table_of_differences(fit, differences):
+    """Differences (n_points, 2) [m] beside the names of the identical points."""
+    table = fit.observed.rows.reset_index(drop=True)
+    table[DIFFERENCES] = differences
+    return table
+
+
+def held_out_error(differences):
+    """TOTAL RMS of held-out points [m], and their number; NaN where there are none."""
+    squares = (np.asarray(differences, dtype=float) ** 2).sum(axis=1)
+    known = squares[np.isfinite(squares)]
+    return (float(np.sqrt(known.mean())) if len(known) else np.nan), len(known)

@@ -1,0 +1,60 @@
+"""``einschalt publish``, and ``einschalt transform --publish``."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+FINLAND = Path(__file__).parents[3] / "data_examples" / "fi_ykj_tm35fin"
+TABLES = FINLAND / "model_points.csv", FINLAND / "ground_points.csv"
+SYSTEMS = "--crs", "EPSG:3067", "--source-crs", "EPSG:2393"
+
+
+def vertices(path):
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return content["vertices"], content["triangles"]
+
+
+def test_results_are_published_at_once_or_later_and_are_the_same(invoke, tmp_path):
+    out = tmp_path / "out"
+    options = "--kind", "helmert", "--distribute", "triangles", "--output", out
+    shown = invoke("transform", *TABLES, *options, "--publish", "YKJ", *SYSTEMS)
+    assert shown.exit_code == 0, shown.output
+    assert "1501 triangles" in shown.stdout
+    assert "EINSCHALT:YKJ" in shown.stdout
+    shown = invoke("publish", out, "--as", "LATER", "--crs", "EPSG:3067")
+    assert shown.exit_code == 0, shown.output
+    one, other = out / "YKJ" / "YKJ.json", out / "LATER" / "LATER.json"
+    assert vertices(one) == vertices(other)
+    assert len(pd.read_csv(out / "triangles.csv")) == 1501
+
+
+def test_points_left_out_are_left_out_again_when_it_is_published_later(
+    invoke, tmp_path
+):
+    out, new = tmp_path / "out", tmp_path / "new.csv"
+    ground = pd.read_csv(TABLES[1])
+    ground.loc[300, "easting"] += 50.0
+    ground.to_csv(new, index=False)
+    options = "--distribute", "triangles", "--outliers", "set_aside", "--output", out
+    assert invoke("transform", TABLES[0], new, *options).exit_code == 0
+    left_out = pd.read_csv(out / "left_out.csv")["point_id"]
+    assert ground.loc[300, "point_id"] in set(left_out)
+    shown = invoke("publish", out, "--as", "LATER")
+    assert shown.exit_code == 0, shown.output
+    published = pd.read_csv(out / "LATER" / "left_out.csv")
+    assert list(published["point_id"]) == list(left_out)
+    assert len(vertices(out / "LATER" / "LATER.json")[0]) == 767 - len(left_out)
+
+
+def test_a_folder_without_results_is_refused(invoke, tmp_path):
+    shown = invoke("publish", tmp_path, "--as", "XY")
+    assert shown.exit_code == 2
+    assert "there is no provenance.json of einschalt" in shown.stderr
+
+
+def test_a_wrong_name_is_refused_before_the_work(invoke, tmp_path):
+    shown = invoke("transform", *TABLES, "--output", tmp_path / "o", "--publish", "a b")
+    assert shown.exit_code == 2
+    assert "name of a publication" in shown.stderr
+    assert not (tmp_path / "o").exists()

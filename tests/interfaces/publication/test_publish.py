@@ -1,0 +1,276 @@
+"""What is published does, run by PROJ, what the result does: there and back."""
+
+import json
+import os
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyproj
+import pytest
+
+import einschalt as es
+from einschalt.interfaces.publication import return_check
+
+FINLAND = Path(__file__).parents[3] / "data_examples" / "fi_ykj_tm35fin"
+SCHEMA = {  # of PROJ's data/triangulation.schema.json
+    "file_type",
+    "format_version",
+    "name",
+    "description",
+    "input_crs",
+    "output_crs",
+    "transformed_components",
+    "vertices_columns",
+    "triangles_columns",
+    "vertices",
+    "triangles",
+}
+CLOSE = {"atol": 1e-4, "rtol": 0.0}
+
+
+@pytest.fixture(scope="module")
+def finland():
+    """The 767 points, Finland's own triangles, and the transformation over them."""
+    old, new, triangles = (
+        pd.read_csv(FINLAND / f"{name}.csv")
+        for name in ("model_points", "ground_points", "triangles_model_points")
+    )
+    fit = es.transform_models(old, new, kind="helmert")
+    return old, new, triangles, fit.distributed(triangles)
+
+
+@pytest.fixture(scope="module")
+def published(finland, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("a folder") / "ykj"
+    systems = {"crs": "EPSG:3067", "source_crs": "EPSG:2393"}
+    return finland[-1].publish("YKJ", folder, **systems)
+
+
+@pytest.fixture(scope="module")
+def within(finland):
+    """10 000 points within Finland's triangles, and where these take them."""
+    old, new, triangles, _ = finland
+    both = old.merge(new, on="point_id").set_index("point_id")
+    corners = triangles["point_id"].to_numpy().reshape(-1, 3)
+    rng = np.random.default_rng(2)
+    shares = rng.dirichlet(np.ones(3), 10_000)[..., None]
+    chosen = corners[rng.integers(0, len(corners), 10_000)]
+    of = [
+        both.loc[chosen.ravel(), names].to_numpy().reshape(-1, 3, 2)
+        for names in (["x", "y"], ["easting", "northing"])
+    ]
+    return [(shares * part).sum(axis=1) for part in of]
+
+
+def with_database(path, work):
+    """Call in a thread of its own, which opens PROJ's database anew."""
+    os.environ["PROJ_AUX_DB"] = str(path)
+    try:
+        with ThreadPoolExecutor(1) as alone:
+            return alone.submit(work).result()
+    finally:
+        del os.environ["PROJ_AUX_DB"]
+
+
+def test_finlands_own_transformation_is_reproduced(published, within):
+    """PROJ's documentation: (3210000, 6700000) → (209948.3217, 6697187.0009)."""
+    for text in published.operations[["proj", "wkt"]].iloc[0]:
+        way = pyproj.Transformer.from_pipeline(text)
+        found = way.transform(3_210_000.0, 6_700_000.0)
+        np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+        moved = np.column_stack(way.transform(*within[0].T))
+        np.testing.assert_allclose(moved, within[1], **CLOSE)
+        back = np.column_stack(way.transform(*within[1].T, direction="INVERSE"))
+        np.testing.assert_allclose(back, within[0], **CLOSE)
+
+
+def test_proj_finds_it_by_name_without_a_network(published, finland, within):
+    code, target = "EINSCHALT:YKJ", "EPSG:3067"
+
+    def run():
+        pyproj.network.set_network_enabled(active=False)
+        group = pyproj.transformer.TransformerGroup(code, target, always_xy=True)
+        way = pyproj.Transformer.from_crs(code, target, always_xy=True, only_best=True)
+        moved = np.column_stack(way.transform(*within[0].T))
+        back = np.column_stack(way.transform(*moved.T, direction="INVERSE"))
+        return group.transformers[0], moved, back, pyproj.CRS(code).name
+
+    chosen, moved, back, frame = with_database(published.database, run)
+    points = pd.DataFrame({"model_id": "all", "point_id": range(len(within[0]))})
+    points[["x", "y"]] = within[0]
+    expected = finland[-1].transform(points)[["easting", "northing"]]
+    np.testing.assert_allclose(moved, expected, **CLOSE)
+    np.testing.assert_allclose(back, within[0], **CLOSE)
+    error = published.operations["accuracy"].iloc[0]
+    assert chosen.accuracy == pytest.approx(error) == pytest.approx(0.1056, abs=1e-3)
+    assert chosen.area_of_use.west < 20.0
+    assert chosen.area_of_use.east > 31.0
+    assert "KKJ / Finland Uniform Coordinate System" in frame
+
+
+def test_the_operation_says_how_good_it_is_and_where(published):
+    operation = published.operations.iloc[0]
+    way = pyproj.Transformer.from_pipeline(operation["wkt"])
+    assert way.accuracy == pytest.approx(operation["accuracy"], abs=1e-4)
+    assert "BBOX[" in operation["wkt"]
+    assert operation["wkt"].startswith("COORDINATEOPERATION[")
+
+
+def test_the_file_of_triangles_keeps_to_the_format(published):
+    content = json.loads((published.folder / "YKJ.json").read_text(encoding="utf-8"))
+    assert set(content) == SCHEMA
+    assert content["output_crs"] == "EPSG:3067"
+    assert len(content["vertices"]) == 767
+    assert np.shape(content["triangles"]) == (1450, 3)
+
+
+def test_the_page_says_how_to_use_it_and_how_good_it_is(published):
+    page = (published.folder / "README.md").read_text(encoding="utf-8")
+    for words in ("EINSCHALT:YKJ", "EPSG:3067", "PROJ_AUX_DB", "0.1056", "cs2cs"):
+        assert words in page
+    assert "KKJ / Finland Uniform Coordinate System (EPSG:2393)" in page
+
+
+SYSTEM_DATABASE = Path("/usr/share/proj/proj.db")
+PAIR = {"crs": "EPSG:3067", "source_crs": "EPSG:2393"}
+
+
+def needs(program):
+    is_there = shutil.which(program) and SYSTEM_DATABASE.exists()
+    return pytest.mark.skipif(not is_there, reason=f"{program} is not installed")
+
+
+@pytest.fixture(scope="module")
+def for_the_system(finland, tmp_path_factory):
+    """A database for the PROJ of the system's own programs, and what names it."""
+    folder = tmp_path_factory.mktemp("system")
+    done = es.publish(finland[-1], "YKJ", folder, **PAIR, proj_db=SYSTEM_DATABASE)
+    return done, {**os.environ, "PROJ_AUX_DB": str(done.database)}
+
+
+@needs("cs2cs")
+def test_cs2cs_finds_it(for_the_system):
+    shown = subprocess.run(
+        ["cs2cs", "-f", "%.4f", "EINSCHALT:YKJ", "EPSG:3067"],
+        input="3210000 6700000\n",
+        env=for_the_system[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = [float(word) for word in shown.stdout.split()[:2]]
+    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+
+
+@needs("ogr2ogr")
+def test_ogr2ogr_finds_it(for_the_system, tmp_path):
+    (tmp_path / "old.csv").write_text("x,y\n3210000,6700000\n")
+    columns = ["-oo", "X_POSSIBLE_NAMES=x", "-oo", "Y_POSSIBLE_NAMES=y"]
+    systems = ["-s_srs", "EINSCHALT:YKJ", "-t_srs", "EPSG:3067"]
+    written = ["-f", "CSV", "-lco", "GEOMETRY=AS_XY", "new.csv", "old.csv"]
+    subprocess.run(
+        ["ogr2ogr", *columns, *systems, *written],
+        cwd=tmp_path,
+        env=for_the_system[1],
+        check=True,
+    )
+    found = pd.read_csv(tmp_path / "new.csv")[["X", "Y"]].iloc[0]
+    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+
+
+def test_what_is_no_database_of_proj_is_refused(finland, tmp_path):
+    (tmp_path / "proj.db").write_text("no database")
+    with pytest.raises(es.EinschaltError, match="is no database of PROJ"):
+        es.publish(finland[-1], "YKJ", tmp_path / "o", proj_db=tmp_path / "proj.db")
+
+
+def test_a_target_that_lists_the_northing_first_gets_it_first(tmp_path):
+    rng = np.random.default_rng(4)
+    names = [f"P{k}" for k in range(20)]
+    model = pd.DataFrame({"model_id": "1", "point_id": names})
+    model[["x", "y"]] = rng.uniform(0.0, 100.0, (20, 2))
+    ground = pd.DataFrame({"point_id": names})
+    ground["easting"] = 10_000.0 + 8.0 * model["x"] - model["y"]
+    ground["northing"] = 325_000.0 + model["x"] + 8.0 * model["y"]
+    fit = es.transform_models(model, ground, kind="helmert")
+    done = es.publish(fit, "OLD", tmp_path / "out", crs="EPSG:31255")
+
+    def run():
+        way = pyproj.Transformer.from_crs("EINSCHALT:OLD", "EPSG:31255")
+        return way.transform(*model[["x", "y"]].to_numpy().T)
+
+    northing, easting = with_database(done.database, run)
+    np.testing.assert_allclose(easting, ground["easting"], **CLOSE)
+    np.testing.assert_allclose(northing, ground["northing"], **CLOSE)
+
+
+def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_path):
+    few = good_result.models.iloc[[0, -1]]
+    done = es.publish(with_models(good_result, few), "DEMO", tmp_path / "out")
+    assert len(done.operations) == 2
+    low = good_result.solution.low
+    last = few.iloc[-1]
+    points = low.observed.rows.reset_index(drop=True)
+    is_of_it = (points[["coverage", "model_id"]] == last[["coverage", "model_id"]]).all(
+        axis=1
+    )
+    points = points[is_of_it].assign(
+        **dict(zip("xy", low.observed.source[is_of_it].T, strict=True))
+    )
+    expected = low.transform(points)[["easting", "northing"]]
+    way = pyproj.Transformer.from_pipeline(done.operations["wkt"].iloc[-1])
+    moved = np.column_stack(way.transform(*points[["x", "y"]].to_numpy().T))
+    np.testing.assert_allclose(moved, expected, **CLOSE)
+
+
+def with_models(result, models):
+    """The result with some of its models."""
+    from dataclasses import replace
+
+    from einschalt.interfaces.python_api import DensificationResult
+
+    return DensificationResult(replace(result.solution, models=models))
+
+
+def test_without_a_system_there_are_strings_and_triangles(finland, tmp_path):
+    done = finland[-1].publish("LOCAL", tmp_path / "out")
+    assert done.database is None
+    assert not list(done.folder.glob("*.db"))
+    way = pyproj.Transformer.from_pipeline(done.operations["proj"].iloc[0])
+    found = way.transform(3_210_000.0, 6_700_000.0)
+    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+
+
+def test_what_does_not_return_is_not_published(finland, tmp_path, monkeypatch):
+    def bent(text, points, *, inverse=False):
+        return points + (0.001 if inverse else 0.0)
+
+    monkeypatch.setattr(return_check, "run_pipeline", bent)
+    with pytest.raises(es.EinschaltError, match="nothing is published"):
+        finland[-1].publish("YKJ", tmp_path / "out", crs="EPSG:3067")
+    assert not (tmp_path / "out" / "YKJ.json").exists()
+
+
+@pytest.mark.parametrize("name", ["", "a b", "7", "Y", "Ü", "x" * 41, None])
+def test_names_that_proj_would_not_take_are_refused(name, finland, tmp_path):
+    with pytest.raises(es.EinschaltError, match="name of a publication"):
+        finland[-1].publish(name, tmp_path)
+
+
+def test_spatial_transformations_are_published_as_strings(tmp_path):
+    rng = np.random.default_rng(1)
+    names = [f"P{k}" for k in range(6)]
+    xyz = rng.uniform(0.0, 100.0, (6, 3))
+    model = pd.DataFrame(xyz, columns=list("xyz")).assign(model_id="1", point_id=names)
+    enh = 8.0 * xyz + np.array([1e4, 3.25e5, 400.0])
+    ground = pd.DataFrame(enh, columns=["easting", "northing", "height"])
+    fit = es.transform_models(model, ground.assign(point_id=names), "helmert_3d")
+    done = fit.publish("SPACE", tmp_path / "out", crs="EPSG:31255")
+    assert done.database is None
+    for text in done.operations[["proj", "wkt"]].iloc[0]:
+        moved = pyproj.Transformer.from_pipeline(text).transform(*xyz.T)
+        np.testing.assert_allclose(np.column_stack(moved), enh, **CLOSE)
