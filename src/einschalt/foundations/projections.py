@@ -99,6 +99,21 @@ def _utf8(name):
     return name
 
 
+def axis_letters(crs):
+    """What X and Y mean in a system that calls its axes so.
+
+    ``{"X": "northing", "Y": "easting"}`` for EPSG:31255; None for systems that have
+    other names, or none, for their axes.
+    """
+    axes = read_source_crs(crs).axis_info[:2]
+    meant = {
+        axis.abbrev.upper(): "easting" if axis.direction == "east" else "northing"
+        for axis in axes
+    }
+    is_plane = {"north", "east"} == {axis.direction for axis in axes}
+    return meant if is_plane and set(meant) == {"X", "Y"} else None
+
+
 def crs_name(crs):
     """Name of a system as text: as given where it is text, else code or WKT."""
     return crs if isinstance(crs, str) else read_crs(crs).to_string()
