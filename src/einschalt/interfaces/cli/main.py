@@ -15,6 +15,7 @@ from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_err
 
 # each with the first line of its help, so that the list imports none of them
 COMMANDS = {
+    "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
     "batch": "Compute every block below a folder, and say what became of each.",
     "check": "Say everything that is wrong with a block's input.",

@@ -32,6 +32,7 @@ from einschalt.interfaces.files.understood_tables import (
 )
 
 SUFFIXES = (".gpkg", ".shp", ".geojson")
+SIGNATURES = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\x0a"}
 WGS_84 = "OGC:CRS84"
 PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
 SAME = 1e-3  # metres: attributes are rounded, the geometry is not
@@ -65,14 +66,7 @@ def read_layer(path, said, source, beside=()) -> PointLayer:
     suffix = file.path.suffix.lower()
     if suffix == ".geojson":
         return _geojson(file.data, source)
-    signature = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\x0a"}[suffix]
-    if not file.data.startswith(signature):
-        raise FileError(
-            f"is no {suffix} file, whatever its name says",
-            expected=f"a file that begins as {suffix} files do",
-            remedy="Export the points again",
-            file=source,
-        )
+    require_kind(file)
     parts = {suffix: file.data}
     parts |= {one.path.suffix.lower(): one.data for one in beside}
     if suffix == ".shp" and not {".shx", ".dbf"} <= set(parts):
@@ -91,6 +85,18 @@ def read_layer(path, said, source, beside=()) -> PointLayer:
         most = len(file.data)
         meta, table = pyogrio.read_arrow(copy, layer=name, max_features=most)
         return _of_table(meta, table, source)
+
+
+def require_kind(file):
+    """Refuse a GeoPackage or shapefile that is none, before GDAL looks at it."""
+    suffix = file.path.suffix.lower()
+    if not file.data.startswith(SIGNATURES[suffix]):
+        raise FileError(
+            f"is no {suffix} file, whatever its name says",
+            expected=f"a file that begins as {suffix} files do",
+            remedy="Export the points again",
+            file=file.source,
+        )
 
 
 def _chosen(names, layer, source):
