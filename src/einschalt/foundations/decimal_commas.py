@@ -2,7 +2,7 @@
 
 ``13000,25`` can be nothing else, ``1,234`` may also be 1234. One number that can be
 nothing else speaks for its table, since a program writes all of them alike; a decimal
-point beside it speaks against.
+point in its own column speaks against.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,8 @@ def meaning_of_commas(columns) -> Commas:
     """Tell what commas mean in columns of numbers as text.
 
     ``columns``: arrow arrays of text, without blanks around it, by name. ``none`` where
-    there are no decimal commas, or points beside them: single values are faults then.
+    there are no decimal commas, or points in the same column: single values are faults
+    then. Points in another column speak only against commas of two meanings.
 
     >>> import pyarrow as pa
     >>> meaning_of_commas({"x": pa.array(["12,5", "7,250"])}).meaning
@@ -37,11 +38,14 @@ def meaning_of_commas(columns) -> Commas:
     'open'
     """
     first = None
-    is_proven = False
+    is_proven = has_points = False
     for name, texts in columns.items():
-        if _has_points(texts):
-            return Commas("none")
         is_comma = pc.match_substring_regex(texts, DECIMAL)
+        has_commas = pc.any(is_comma, min_count=0).as_py()
+        has_own = _has_points(texts)
+        has_points |= has_own
+        if has_commas and has_own:
+            return Commas("none")
         is_open = pc.match_substring_regex(texts, OF_TWO_MEANINGS)
         is_proven |= bool(pc.any(pc.and_not(is_comma, is_open), min_count=0).as_py())
         if first is None and pc.any(is_open, min_count=0).as_py():
@@ -49,7 +53,7 @@ def meaning_of_commas(columns) -> Commas:
             first = Commas("open", name, place, texts[place].as_py())
     if is_proven:
         return Commas("decimal")
-    return first or Commas("none")
+    return Commas("none") if has_points or first is None else first
 
 
 def with_points(texts):

@@ -20,6 +20,7 @@ COMMANDS = {
     "batch": "Compute every block below a folder, and say what became of each.",
     "check": "Say everything that is wrong with a block's input.",
     "plan": "Say what precision a flight will give, before it is flown.",
+    "convert": "Write what another program has measured as plain tables.",
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
     "publish": "Publish a result for PROJ, GDAL and QGIS.",

@@ -14,6 +14,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 
 LONGEST_REASON = 200
+COPIES = "einschalt-copy-"  # begins the name of the folder of a copy
 # every cell as text, no first row taken for a header
 AS_TEXT = {
     "OGR_XLSX_HEADERS": "DISABLE",
@@ -33,7 +34,10 @@ def opened(parts, source, options=AS_TEXT):
     import pyogrio  # noqa: PLC0415
 
     before = {name: pyogrio.get_gdal_config_option(name) for name in options}
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+    with (
+        tempfile.TemporaryDirectory(prefix=COPIES) as folder,
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore", RuntimeWarning)  # what it leaves out is checked
         paths = [Path(folder) / f"table{suffix}" for suffix in parts]
         for path, data in zip(paths, parts.values(), strict=True):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import shapely
 
 from einschalt.foundations.display_names import shortened
@@ -142,6 +143,15 @@ def _of_table(meta, table, source):
             remedy="Leave out what is no part of the table, or give it as Parquet",
             file=source,
         )
+    try:
+        table.validate(full=True)  # GDAL believes what a file says of its encoding
+    except pa.ArrowInvalid as error:
+        raise FileError(
+            "holds text in another encoding than it says",
+            expected="UTF-8, or the encoding that the .cpg beside a shapefile names",
+            remedy="Export the points again as UTF-8",
+            file=source,
+        ) from error
     name = meta["geometry_name"] or "wkb_geometry"
     geometry = None
     if name in table.column_names:
