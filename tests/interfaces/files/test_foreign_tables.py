@@ -374,3 +374,18 @@ def test_attributes_that_contradict_the_geometry_are_asked_about(tmp_path):
     said = Said({"easting": "Rechtswert", "northing": "Hochwert"})
     frame = understand_table(tmp_path / "t.gpkg", CONTROL_POINTS, said).frame
     assert frame["northing"].tolist() == [322e3, 322e3]
+
+
+def test_points_are_read_by_one_call_and_say_how(tmp_path):
+    import einschalt as es
+
+    table = austrian_of_two()
+    write_export(table, tmp_path / "t.csv")
+    frame = es.read_points(tmp_path / "t.csv")
+    assert frame.columns.tolist() == ["point_id", *PLANE, "height", "role"]
+    assert "t.csv: read with decimal commas" in frame.attrs["notes"]
+    degrees = np.array([[13.5, 48.25], [13.6, 48.5]])
+    write_layer(table[["Punktnummer"]], degrees, tmp_path / "t.gpkg", "EPSG:4326")
+    frame = es.read_points(tmp_path / "t.gpkg")
+    assert frame[["longitude", "latitude"]].to_numpy().tolist() == degrees.tolist()
+    assert frame.attrs["crs"] == "EPSG:4326"

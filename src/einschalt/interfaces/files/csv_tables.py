@@ -112,7 +112,7 @@ def _is_plain(data, header):
         and len(set(header.names)) == len(header.names)
         and data.count(b"\r") == data.count(b"\r\n")
         and not (b'"' in data and QUOTE_IN_TEXT.search(data))
-        and b"\n#" not in data[_start_of_line(data, header.row + 1) - 1 :]
+        and data.find(b"\n#", _start_of_line(data, header.row + 1) - 1) < 0
     )
 
 

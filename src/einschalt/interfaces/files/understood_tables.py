@@ -147,12 +147,14 @@ def _with_axes(frame, said, meant, source):
     named = _by_name(said.crs)
     if named is not None:
         chosen = turned if named == GEODETIC else frame
-        reason = f"as {said.crs} names its axes"
+        reason = f"as {shortened(said.crs)} names its axes"
     else:
         is_inside = [_is_in_area(one, said.crs) for one in (frame, turned)]
         if is_inside in ([True, False], [False, True]):
             chosen = frame if is_inside[0] else turned
-            reason = f"since only so the points lie in the area of {said.crs}"
+            reason = (
+                f"since only so the points lie in the area of {shortened(said.crs)}"
+            )
         elif meant.is_german:
             chosen, reason = turned, "as German tables have them"
         else:
