@@ -389,3 +389,12 @@ def test_points_are_read_by_one_call_and_say_how(tmp_path):
     frame = es.read_points(tmp_path / "t.gpkg")
     assert frame[["longitude", "latitude"]].to_numpy().tolist() == degrees.tolist()
     assert frame.attrs["crs"] == "EPSG:4326"
+
+
+def test_features_that_would_make_a_huge_table_are_refused(tmp_path):
+    point = {"type": "Point", "coordinates": [13.5, 48.25]}
+    features = [{"geometry": point, "properties": {f"n{k}": k}} for k in range(9000)]
+    text = json.dumps({"type": "FeatureCollection", "features": features})
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    with pytest.raises(FileError, match="9000 rows or more of 9000 columns"):
+        understand_table(tmp_path / "t.geojson", CONTROL_POINTS)

@@ -82,8 +82,9 @@ def read_layer(path, said, source, beside=()) -> PointLayer:
         name = _chosen(names, said.layer, source)
         if suffix == ".gpkg":
             _refuse_view(copy, name, source)
-        # a row takes some bytes, so that the file bounds their number
-        most = len(file.data)
+        # one row more than is allowed, which is then refused; none takes no byte
+        n_columns = len(pyogrio.read_info(copy, layer=name)["fields"]) + 1
+        most = min(len(file.data), MOST_VALUES // n_columns + 1)
         meta, table = pyogrio.read_arrow(copy, layer=name, max_features=most)
         return _of_table(meta, table, source)
 
@@ -136,13 +137,7 @@ def _refuse_view(copy, name, source):
 
 
 def _of_table(meta, table, source):
-    if table.num_rows * max(table.num_columns, 1) > MOST_VALUES:
-        raise FileError(
-            f"the layer has {table.num_rows} rows of {table.num_columns} columns",
-            expected=f"at most {MOST_VALUES} values",
-            remedy="Leave out what is no part of the table, or give it as Parquet",
-            file=source,
-        )
+    _refuse_size(table.num_rows, table.num_columns, source)
     try:
         table.validate(full=True)  # GDAL believes what a file says of its encoding
     except pa.ArrowInvalid as error:
@@ -160,6 +155,16 @@ def _of_table(meta, table, source):
     frame = table.to_pandas()
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
     return PointLayer(frame, geometry, meta["crs"])
+
+
+def _refuse_size(n_rows, n_columns, source):
+    if n_rows * n_columns > MOST_VALUES:
+        raise FileError(
+            f"the layer has {n_rows} rows or more of {n_columns} columns",
+            expected=f"at most {MOST_VALUES} values",
+            remedy="Leave out what is no part of the table, or give it as Parquet",
+            file=source,
+        )
 
 
 def points_of_wkb(values, source):
@@ -197,6 +202,8 @@ def _geojson(data, source):
         given = json.loads(data.decode("utf-8-sig"))
         features = given["features"]
         rows = [feature.get("properties") or {} for feature in features]
+        # each feature may have names of its own
+        _refuse_size(len(rows), len(set().union(*rows)), source)
         shapes = [_json_point(feature, k) for k, feature in enumerate(features)]
         frame = pd.DataFrame.from_records([dict(row) for row in rows])
         crs = _json_crs(given.get("crs"))

@@ -30,6 +30,7 @@ from einschalt.foundations.typesetting import count
 ROLE = "role"
 NEW = "new"
 COMMA, POINT = ",", "."
+MOST_NAMES = 1000  # of columns that are looked at
 
 
 @dataclass(frozen=True)
@@ -237,7 +238,7 @@ def _role(word):
 
 def is_header(names, schema):
     """Whether names of columns stand here: no numbers, and some that are known."""
-    if any(is_number(name) for name in names):
+    if len(names) > MOST_NAMES or any(is_number(name) for name in names):
         return False
     try:
         meant = columns_meant(list(names), schema)
@@ -249,7 +250,7 @@ def is_header(names, schema):
 def is_whole_header(names, schema, said):
     """Whether all columns stand here that the schema requires."""
     known = [name for name in names if name]
-    if len(set(known)) < len(known):
+    if len(set(known)) < len(known) or len(known) > MOST_NAMES:
         return False
     try:
         meant = columns_meant(known, schema, said.columns)
