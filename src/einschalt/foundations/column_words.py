@@ -124,6 +124,7 @@ KINDS = {
 }
 UNITS = {"m": "metres", "mm": "millimetres", "deg": "degrees", "°": "degrees"}
 UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
+NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
 UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
 
 
@@ -134,6 +135,7 @@ def folded(word):
     ('pktnr', 'hoehe', 'numero', 'passpunkt')
     """
     small = unicodedata.normalize("NFC", str(word)).casefold().translate(UMLAUTS)
+    small = NUMERO.sub("no ", small)
     plain = unicodedata.normalize("NFKD", small)
     return "".join(char for char in plain if char.isalnum() and char.isascii())
 
@@ -251,8 +253,8 @@ def _candidates(names, rest, schema, name):
         elif word == folded(name):
             found.append(("en", place, 0))
     strong = [one for one in found if one[0]]
-    weak = sorted(found, key=lambda one: one[2])[:1]
-    return strong or weak
+    best = min((rank for _, _, rank in found), default=0)
+    return strong or [one for one in found if one[2] == best]
 
 
 def _parted(name):
