@@ -3,12 +3,14 @@
 import os
 import site
 import sys
+import tempfile
 import tomllib
 from contextlib import contextmanager
 from pathlib import Path
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import BlockError
+from einschalt.interfaces.files.gdal_files import COPIES
 
 LONGEST_MESSAGE = 20_000
 LONGEST_OUTPUT = 200_000
@@ -26,6 +28,8 @@ LIBRARIES = tuple(
         *("/etc/mime.types", "/etc/localtime"),
     )
 )
+# of sheets and layers, for GDAL, which takes no bytes
+OWN_COPIES = os.path.join(os.path.realpath(tempfile.gettempdir()), COPIES)  # noqa: PTH118
 SEARCHED = {os.path.realpath(path or ".") for path in sys.path}
 
 
@@ -155,7 +159,7 @@ def watched(folder, data):
     for path, is_written in outside:
         real = os.path.realpath(os.fsdecode(path))
         # libraries may keep what they have compiled
-        is_library = real.startswith(LIBRARIES) or real in SEARCHED
+        is_library = real.startswith((*LIBRARIES, OWN_COPIES)) or real in SEARCHED
         is_named = not is_written and real in _named(folder, data)
         if not (is_library or is_named):
             raise Breach(f"{'writes' if is_written else 'reads'} {real[:200]}")

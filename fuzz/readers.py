@@ -42,6 +42,7 @@ from fuzz.sound_files import (
     IMAGES,
     PARALLAXES,
     TABLES,
+    as_map_or_workbook,
     as_parquet,
     write_tables,
 )
@@ -50,6 +51,7 @@ BLOCKS = (BLOCK, IMAGES, PARALLAXES)
 RESULT = "result"
 # files that are read alone, so that every message is about them
 NAMED = {"camera.toml", "t.csv", "t.tsv", "t.parquet"}
+NAMED |= {"t.xlsx", "t.ods", "t.gpkg", "t.geojson"}
 PARQUET = {
     "low_flight.csv": {"compression": "none", "dtype": str},
     "high_flight.csv": {"compression": "zstd", "use_dictionary": False},
@@ -113,7 +115,10 @@ def readers(folder):
     list of Reader
     """
     made = []
-    for name, file, seeds, read, weight in (*_of_files(), *_of_blocks(), *_commands()):
+    for name, file, seeds, read, weight in (
+        *(*_of_files(), *_of_programs()),
+        *(*_of_blocks(), *_commands()),
+    ):
         own = folder / f"{len(made):02d}"
         write_tables(own)
         # what stands here where another file of the block is the hostile one
@@ -136,6 +141,14 @@ def _of_files():
     for name, options in PARQUET.items():
         packed = as_parquet(TABLES[name], **options)
         yield f"{name}, Parquet", "t.parquet", (packed,), _table(SCHEMAS[name]), 4
+
+
+def _of_programs():
+    """Readers of sheets and layers."""
+    for suffix in (".xlsx", ".ods", ".gpkg", ".geojson"):
+        seed = as_map_or_workbook(TABLES["approximate_points.csv"], suffix)
+        read = _table(tables.APPROXIMATE_POINTS)
+        yield f"points{suffix}", f"t{suffix}", (seed,), read, 1
 
 
 def _of_blocks():

@@ -1,9 +1,13 @@
 """Sound files of every kind that einschalt reads: what mutations begin with."""
 
 import io
+import tempfile
+from pathlib import Path
 
 import pandas as pd
 import pyarrow as pa
+import pyogrio
+import shapely
 from pyarrow import parquet
 
 NAMES = ("0012", "0013", "14", "7/8", "P,1", "7/10", "21", "22", "23")
@@ -196,6 +200,35 @@ def as_parquet(text, separator=",", **options):
     file = io.BytesIO()
     parquet.write_table(table, file, **options)
     return file.getvalue()
+
+
+def as_map_or_workbook(text, suffix):
+    """Write a CSV text as a workbook, or its points as a layer.
+
+    Parameters
+    ----------
+    text : str
+    suffix : str
+        .xlsx, .ods, .gpkg or .geojson.
+
+    Returns
+    -------
+    bytes
+    """
+    frame = pd.read_csv(io.StringIO(text), dtype={"point_id": str})
+    driver = {".gpkg": "GPKG", ".geojson": "GeoJSON"}.get(suffix, suffix[1:].upper())
+    shapes, kind = None, None
+    if suffix in {".gpkg", ".geojson"}:
+        plane = frame[["easting", "northing"]].to_numpy()
+        shapes, kind = shapely.to_wkb(shapely.points(plane)), "Point"
+        frame = frame.drop(columns=["easting", "northing"])
+    values = [frame[n].to_numpy(float if n != "point_id" else object) for n in frame]
+    options = {"driver": driver, "geometry_type": kind, "layer": "points"}
+    crs = {"crs": "EPSG:31255"} if kind else {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"t{suffix}"
+        pyogrio.raw.write(path, shapes, values, list(frame), **options, **crs)
+        return path.read_bytes()
 
 
 def write_tables(folder):

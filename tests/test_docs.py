@@ -69,7 +69,8 @@ def test_pages_that_the_code_names_exist():
 def test_german_stands_in_the_glossary_only():
     words = ("Einschaltpunkt", "Restklaffung", "Passpunkt", "Ausgleichung")
     for page in (ROOT / "docs").rglob("*.md"):
-        if page.name == "glossary.md":
+        # what stands in the tables of surveyors is said as it stands there
+        if page.name in {"glossary.md", "tables.md"}:
             continue
         text = page.read_text(encoding="utf-8")
         assert not [word for word in words if word in text], page

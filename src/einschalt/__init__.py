@@ -23,6 +23,7 @@ _ORIENTATION = "einschalt.stages.relative_orientation"
 # name -> module; imported on first use, so that planning and help start quickly
 _HOME = {
     "read_block": "einschalt.interfaces.python_api",
+    "read_points": "einschalt.interfaces.python_api",
     "Block": "einschalt.interfaces.python_api",
     "Flight": "einschalt.pipeline.block.block",
     "Camera": "einschalt.theory.interior_orientation",

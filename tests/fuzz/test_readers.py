@@ -52,7 +52,7 @@ def test_every_kind_of_table_and_every_sound_file_is_read(all_readers, modules):
         for seed in reader.seeds:
             assert modules("readers").verdict(reader, seed) == "", reader.name
     read = {reader.path.suffix for reader in all_readers}
-    assert read >= {".toml", ".csv", ".tsv", ".parquet", ".json"}
+    assert read >= {".toml", ".csv", ".tsv", ".parquet", ".json", ".xlsx", ".gpkg"}
 
 
 @pytest.fixture

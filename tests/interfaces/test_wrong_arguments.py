@@ -13,6 +13,7 @@ from einschalt.foundations.arguments import as_numbers, as_path, described
 from einschalt.foundations.errors import FileError, SettingsError, TableError
 from einschalt.stages.stage2_relative_orientation import image_pairs
 
+ROOT = Path(__file__).parents[2]
 KINDS = {
     "None": None,
     "a dict": {"a": 1},
@@ -92,6 +93,14 @@ def calls(demo_block, tmp_path_factory):
 
     return {
         "read_block": (es.read_block, {"path": "nowhere"}),
+        "read_points": (
+            es.read_points,
+            {
+                "path": ROOT / "data_examples" / "neukirchen" / "control_points.csv",
+                "columns": {"easting": "easting"},
+                **dict.fromkeys(("layer", "sheet", "decimal", "crs")),
+            },
+        ),
         "Block": (
             es.Block,
             {
@@ -222,6 +231,7 @@ NAMES = [
     "Block",
     "Flight",
     "Settings",
+    "read_points",
     "densify",
     "adjust_block",
     "approximate_coordinates",

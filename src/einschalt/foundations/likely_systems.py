@@ -16,6 +16,15 @@ from einschalt.foundations.projections import (
 )
 
 MOST_LIKELY = 3
+# where nobody names a system: those of surveys in and around the Alps, by country
+USUAL_SYSTEMS = (
+    *(31254, 31255, 31256, 31257, 31258, 31259, 31287),  # Austria
+    *(31466, 31467, 31468, 31469),  # Germany
+    *(21781, 2056),  # Switzerland
+    *(25831, 25832, 25833, 25834),  # ETRS89, UTM
+    *(2154, 27561, 27562, 27563, 27572),  # France
+    *(3003, 3004, 3794, 23700, 5514),  # Italy, Slovenia, Hungary, Czechia
+)
 
 
 def likely_systems(easting, northing, crs):
@@ -51,6 +60,12 @@ def likely_sources(easting, northing, crs, target):
             if _holds(extent_of(one), middle) and _holds(area, degrees_of(*middle, one))
         ],
     )
+
+
+def systems_that_hold(easting, northing):
+    """Usual systems in whose area a point [m] lies; all that could be meant."""
+    codes = [f"EPSG:{code}" for code in USUAL_SYSTEMS]
+    return [c for c in codes if _holds(extent_of(c), (easting, northing))]
 
 
 def _of_same_datum(crs):

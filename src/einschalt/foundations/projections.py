@@ -22,6 +22,7 @@ CODE_BITS = 32
 METRE = "metre"
 AGAINST = ("south", "west")
 WGS_84 = "OGC:CRS84"
+LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same
 STEP = 10.0  # metres, for directions
 EARTH_RADIUS = 6.371e6  # metres
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
@@ -97,6 +98,33 @@ def _utf8(name):
     if isinstance(name, str) and "\0" in name:
         raise pyproj.exceptions.CRSError("NUL in the name")
     return name
+
+
+def code_of(crs):
+    """Shortest name of a system: its EPSG code where it is known, otherwise WKT.
+
+    ``crs`` may be WKT or a PROJ string of a program that leaves the code out.
+    """
+    system = read_source_crs(crs)
+    system = system.source_crs if system.is_bound else system
+    with offline():
+        code = system.to_epsg(min_confidence=LEAST_CONFIDENCE)
+    return system.to_string() if code is None else f"EPSG:{code}"
+
+
+def axis_letters(crs):
+    """What X and Y mean in a system that calls its axes so.
+
+    ``{"X": "northing", "Y": "easting"}`` for EPSG:31255; None for systems that have
+    other names, or none, for their axes.
+    """
+    axes = read_source_crs(crs).axis_info[:2]
+    meant = {
+        axis.abbrev.upper(): "easting" if axis.direction == "east" else "northing"
+        for axis in axes
+    }
+    is_plane = {"north", "east"} == {axis.direction for axis in axes}
+    return meant if is_plane and set(meant) == {"X", "Y"} else None
 
 
 def crs_name(crs):

@@ -17,7 +17,8 @@ from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import Coded, encode
 
-MOST_LISTED = 100  # faults of one column said one by one; the others are counted
+MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
+FIRST_ROWS = 5  # of these, named beside the first
 MODEL_UNIT = "millimetres"  # unless a flight says another
 LINE = "line"  # name of an index that holds lines of a text file, header = line 1
 
@@ -202,8 +203,9 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
 
     Its values are as they were read: numbers or the text that stands in the file; its
     index is said as the row: the line of the file, where it comes from one. ``source``
-    is the file or argument that messages name. Of each column at most 100 faults come
-    one by one; a last problem counts the others in ``stands_for``.
+    is the file or argument that messages name. A fault that more than 20 rows of a
+    column have is said once, with their number and the first of them; it stands for all
+    of them (``stands_for``).
     """
     source = source or schema.name
     unfit = _unfit(frame, schema, source)
@@ -310,20 +312,23 @@ def _check_values(frame, column, source):
         return TableError(f"{column.name} {found}", **facts)
 
     places = np.flatnonzero(is_bad)
-    return values, listed(places, problem, f"{column.name} is wrong", source)
+    return values, listed(places, problem, f"{column.name} is wrong")
 
 
-def listed(places, problem, rest, source):
-    """Make the problems of the first hundred faulty rows; one more counts the ``rest``.
+def listed(places, problem, rest):
+    """Make the problems of faulty rows; one for all of them where they are many.
 
-    ``problem`` gives that of a position, ``rest`` is said of the rows beyond.
+    ``problem`` gives that of a position, ``rest`` is said of the others.
     """
-    problems = [problem(place) for place in places[:MOST_LISTED]]
-    n_more = len(places) - MOST_LISTED
-    if n_more > 0:
-        text = f"{rest} in {n_more} more rows"
-        problems.append(TableError(text, file=source, stands_for=n_more))
-    return problems
+    places = list(places)
+    if len(places) <= MOST_LISTED:
+        return [problem(place) for place in places]
+    first, *others = (problem(place) for place in places[: FIRST_ROWS + 1])
+    n_more = len(places) - 1
+    rows = [str(other.row) for other in others if other.row is not None]
+    named = f" ({', '.join(rows)}{', …' * (n_more > len(rows))})" if rows else ""
+    text = f"{first.found}; {rest} in {n_more} more rows{named}"
+    return [first.with_facts(found=text, stands_for=len(places))]
 
 
 def row_location(frame, place):
@@ -366,7 +371,7 @@ def _check_key(frame, coded, source, schema):
             **row_location(frame, place),
         )
 
-    return listed(places, problem, "earlier rows are repeated", source)
+    return listed(places, problem, "earlier rows are repeated")
 
 
 def with_coverage(frame):

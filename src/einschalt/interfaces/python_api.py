@@ -8,13 +8,24 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from einschalt.foundations.arguments import as_path, described, require_kind
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.arguments import (
+    as_path,
+    described,
+    require_kind,
+    require_text,
+)
+from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.projections import read_source_crs
+from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_writing import write_block
+from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.result_folder import write_result
+from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.publication.publish import publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
@@ -141,6 +152,59 @@ def read_block(path, settings=None):
     """
     require_kind("settings", settings, Mapping | None, expected="a dict of settings")
     return read_checked_block(as_path("path", path), settings, kind=Block)
+
+
+def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs=None):
+    """Read ground points from a table, a sheet or a layer, whatever its words are.
+
+    Parameters
+    ----------
+    path : str or Path
+        .csv, .txt, .tsv, .parquet, .xlsx, .ods, .gpkg, .shp or .geojson.
+    columns : Mapping, optional
+        What columns are called: ``{"easting": "Rechtswert"}``. Usual German, English,
+        French and Italian names are known (docs/tables.md).
+    layer, sheet : str, optional
+        Of a file that has several.
+    decimal : {",", "."}, optional
+        Where the numbers of the table do not tell.
+    crs : str, optional
+        System of the coordinates: it tells what Y and X are.
+
+    Returns
+    -------
+    DataFrame
+        point_id, easting, northing [, height, standard_error_m, role …], or longitude
+        and latitude in place of the two where a layer is geographic. ``attrs`` has
+        ``notes`` (how it was understood) and ``crs`` (that a layer states, or None).
+
+    Raises
+    ------
+    EinschaltError
+        Something is wrong, or has two meanings; several faults come together.
+    """
+    require_kind("columns", columns, Mapping | None, expected="a dict of names")
+    columns = dict(columns or {})
+    for name, column in columns.items():
+        require_text("columns", name, expected="names, as text")
+        require_text("columns", column, expected="names, as text")
+    texts = {"layer": layer, "sheet": sheet, "decimal": decimal, "crs": crs}
+    for name, text in texts.items():
+        if text is not None:
+            require_text(name, text, expected="a text, or nothing")
+    path = as_path("path", path)
+    beside = tuple(read_once(one, one.name) for one in companions(path))
+    said = Said(columns, sheet, layer, decimal, crs)
+    table = understand_table(path, CONTROL_POINTS, said, beside=beside)
+    schema, names = CONTROL_POINTS, set(table.frame)
+    if table.crs is not None and {"longitude", "latitude"} <= names:
+        schema = schema_in(schema, read_source_crs(table.crs))
+    found = check_table(table.frame, schema, source=path.name)
+    raise_problems(found.problems)
+    given = [name for name in found.frame if name in table.frame]
+    frame = found.frame[given].reset_index(drop=True)
+    frame.attrs = {"notes": (*table.notes, *found.notes), "crs": table.crs}
+    return frame
 
 
 def densify(block, settings=None, *, progress=None):

@@ -175,10 +175,10 @@ def test_a_table_without_models_is_one_model_and_that_is_said(
 def test_a_name_of_models_that_was_mistaken_is_said(invoke, parallaxes, tmp_path):
     given = pd.read_csv(parallaxes)
     out = tmp_path / "out"
-    write(given.rename(columns={"model_id": "Model"}), parallaxes)
+    write(given.rename(columns={"model_id": "Modl_id"}), parallaxes)
     shown = invoke("orient", parallaxes, "--base", BASE, "--output", out)
     assert shown.exit_code == 2
-    assert "Rename 'Model' to 'model_id'" in shown.stderr
+    assert "Rename 'Modl_id' to 'model_id'" in shown.stderr
     # points of the same name are points of several models
     write(given.drop(columns="model_id"), parallaxes)
     shown = invoke("orient", parallaxes, "--base", BASE, "--output", out)

@@ -155,7 +155,7 @@ def test_block_with_a_camera_is_read_as_written(tmp_path, pixel_block, is_inside
     [
         ("k1 = ", "q1 = ", r"\[camera\] q1: unknown key"),
         ("f = ", "fc = ", r"\[camera\] f is missing|fc: unknown key"),
-        ("k1 = -0.01", "k1 = -10.0", "lies where the distortion has no inverse; exp"),
+        ("k1 = -0.01", "k1 = -10.0", "lies where the distortion has no inverse; so"),
     ],
 )
 def test_a_wrong_camera_of_a_block_is_said(tmp_path, pixel_block, old, new, message):

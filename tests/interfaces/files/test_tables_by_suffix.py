@@ -33,7 +33,7 @@ def test_other_usual_suffixes_are_read(tmp_path, written, read):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("t.xlsx", r"t\.xlsx: suffix '\.xlsx' is unknown; expected \.csv, \."),
+        ("t.xls", r"t\.xls: suffix '\.xls' is unknown; expected \.csv, \."),
         ("t", r"t: the suffix is missing; expected .*\. Save the table as CSV UTF-8"),
     ],
 )

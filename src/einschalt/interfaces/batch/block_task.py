@@ -7,9 +7,13 @@ from pathlib import Path
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
-from einschalt.interfaces.files.block_toml import BLOCK_FILE, read_block_toml
+from einschalt.interfaces.files.block_toml import (
+    BLOCK_FILE,
+    named_file,
+    read_block_toml,
+)
 from einschalt.interfaces.files.grid_files import grids_of_block
-from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.input_files import checksum_or_none, companions
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.result_folder import RESULT_NAMES
 from einschalt.interfaces.files.written_files import Source, digest
@@ -80,9 +84,12 @@ def _inputs_of(block, given):
         else:
             keys = (*FLIGHT_TABLES, "camera")
             named = {f"{name}.{key}": getattr(section, key, None) for key in keys}
-        for table, source in named.items():
-            if isinstance(source, str) and source.strip():
+        for table, keys in named.items():
+            source = named_file(keys)
+            if source is not None and source.strip():
                 files[table] = block / source
+                beside = companions(block / source)
+                files |= {f"{table}{path.suffix}": path for path in beside}
     settings = toml.settings.updated(given)
     files |= grids_of_block(toml.sections, settings, block)
     section = toml.sections.get("block")

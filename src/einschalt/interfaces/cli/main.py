@@ -15,10 +15,12 @@ from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_err
 
 # each with the first line of its help, so that the list imports none of them
 COMMANDS = {
+    "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
     "batch": "Compute every block below a folder, and say what became of each.",
     "check": "Say everything that is wrong with a block's input.",
     "plan": "Say what precision a flight will give, before it is flown.",
+    "convert": "Write what another program has measured as plain tables.",
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
     "publish": "Publish a result for PROJ, GDAL and QGIS.",

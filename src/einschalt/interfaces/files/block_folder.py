@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from einschalt.foundations import tables
+from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
@@ -28,20 +29,28 @@ from einschalt.interfaces.files.block_parts import (
 from einschalt.interfaces.files.block_toml import (
     BLOCK_FILE,
     BlockToml,
+    named_file,
     read_block_toml,
+    said_of,
     with_row,
 )
 from einschalt.interfaces.files.camera_toml import camera_of, read_camera
 from einschalt.interfaces.files.grid_files import grid_folder, grids_between
-from einschalt.interfaces.files.input_files import is_there, read_once, require_file
+from einschalt.interfaces.files.input_files import (
+    companions,
+    is_there,
+    read_once,
+    require_file,
+)
 from einschalt.interfaces.files.points_of_systems import (
     bring,
+    is_same_plane,
     require_columns,
     schema_in,
     standard_errors_of,
     with_plane_names,
 )
-from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
@@ -105,6 +114,11 @@ def _understood(file, read, *more):
         file.require_unchanged()
 
 
+def _frame_of(table):
+    """Rows and columns of a table; None where it could not be read."""
+    return None if table is None else table.frame
+
+
 def _block_file(path):
     path = Path(path)
     if path.is_dir():
@@ -166,9 +180,9 @@ class _Reading:
         if section is None:
             return None
         given = {
-            key: self._table(name, key, schema)
+            key: _frame_of(self._table(name, key, schema))
             for key, schema in FLIGHT_TABLES.items()
-            if isinstance(getattr(section, key), str)
+            if named_file(getattr(section, key)) is not None
         }
         if isinstance(section.base, (int, float)):
             given["base"] = section.base
@@ -191,15 +205,32 @@ class _Reading:
             section, "camera", lambda: self._file(given, section, "camera", read_camera)
         )
 
-    def _table(self, section, key, schema):
+    def _table(self, section, key, schema, crs=None):
         """Table that a key names."""
-        source = getattr(self.toml.sections[section], key)
-        self.sources[section if key == "file" else f"{section}.{key}"] = source
+        keys = self.toml.sections[section]
+        keys = keys if key == "file" else getattr(keys, key)
+        source = named_file(keys)
+        table = section if key == "file" else f"{section}.{key}"
+        self.sources[table] = source
 
-        def read(path, source):
-            return read_table(path, schema, source=source)
+        def read(file, source):
+            said = said_of(keys, crs or self.crs)
+            beside = self._companions(file.path, source, table)
+            return understand_table(file, schema, said, source=source, beside=beside)
 
-        return self._said(section, key, lambda: self._file(source, section, key, read))
+        done = self._said(section, key, lambda: self._file(source, section, key, read))
+        if done is None:
+            return None
+        self.notes += done.notes
+        return done
+
+    def _companions(self, path, source, table):
+        """Files that belong to a table, such as the .dbf of a shapefile; signed for."""
+        names = {
+            one: str(Path(source).with_suffix(one.suffix)) for one in companions(path)
+        }
+        self.sources |= {f"{table}{one.suffix}": name for one, name in names.items()}
+        return tuple(self._signed(one, name) for one, name in names.items())
 
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
@@ -234,7 +265,8 @@ class _Reading:
                 key=key,
             )
         sections = self.toml.sections.values()
-        taken = {v for s in sections for v in vars(s).values() if isinstance(v, str)}
+        values = (v for s in sections for v in vars(s).values())
+        taken = {named_file(v) for v in values} - {None}
         try:
             return require_file(self.folder / source, source, taken=taken)
         except FileError as error:
@@ -248,11 +280,14 @@ class _Reading:
             return None
         own = None if section.crs is None else self._other_system(section.crs, name)
         schema = POINT_TABLES[name]
-        schema = schema if own is None else schema_in(schema, own)
-        frame = self._table(name, "file", schema)
-        if frame is None:
+        stated = schema if own is None else schema_in(schema, own)
+        done = self._table(name, "file", stated, section.crs)
+        if done is None:
             return None
-        source = self.sources[name]
+        frame, source = done.frame, self.sources[name]
+        if done.crs is not None:
+            own = self._own_system(done.crs, section.crs, own, name)
+        schema = schema if own is None else schema_in(schema, own)
         if own is not None and not self._has_its_columns(frame, own, name):
             return None
         checked = tables.check_table(frame, schema, source=source)
@@ -320,6 +355,27 @@ class _Reading:
 
     def _m_0_of(self, name):
         return getattr(self.toml.sections[name], "m_0_m", None)
+
+    def _own_system(self, found, stated, own, name):
+        """System of points whose file states one, ``found``."""
+        system, source = read_source_crs(found), self.sources[name]
+        if stated is None and self.crs is None and not system.is_geographic:
+            label = system_label(system)
+            self.notes.append(f"{source}: in {label}; block.toml names no system")
+            return None
+        if stated is None:
+            return self._other_system(found, name)
+        if not is_same_plane(system, stated):
+            problem = SettingsError(
+                f"[{name}] crs = '{stated}', but {source} says {system_label(system)}",
+                expected="the system of the coordinates",
+                remedy="Take crs out, or correct it in the file",
+                file=self.toml.source,
+                section=name,
+                key="crs",
+            )
+            self.toml.say(problem, name, "crs")
+        return own
 
     def _other_system(self, crs, name):
         """System of the points, where that of the block is known and another one."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
@@ -21,6 +21,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.interfaces.files.understood_tables import Said
 from einschalt.pipeline.settings import Settings, setting_problem
 
 BLOCK_FILE = "block.toml"
@@ -34,6 +35,14 @@ SECTION = re.compile(r"""^\s*\[\s*["']?([\w.-]+)["']?\s*\]""")
 
 def _text(what):
     return Field(default=None, description=f"a text: {what}")
+
+
+def _table():
+    return Field(
+        default=None,
+        description="a text: the name of a table, or {file = …} with columns, sheet, "
+        "layer or decimal beside it",
+    )
 
 
 def _measure(unit, **limits):
@@ -59,10 +68,23 @@ class BlockSection(_Section):
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
 
 
-class ControlPointsSection(_Section):
-    """[control_points]: the table, and what holds for all its points."""
+class TableKeys(_Section):
+    """A table: its file, and what is to be known for reading it."""
 
     file: str = Field(description="a text: the name of a table")
+    columns: dict[str, str] | None = Field(
+        default=None, description='names as in {easting = "Rechtswert"}'
+    )
+    sheet: str | None = _text("the name of a sheet of the workbook")
+    layer: str | None = _text("the name of a layer of the file")
+    decimal: Literal[",", "."] | None = Field(
+        default=None, description='"," or ".", where the table does not tell'
+    )
+
+
+class ControlPointsSection(TableKeys):
+    """[control_points]: the table, and what holds for all its points."""
+
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     standard_error_m: float | None = Field(
         default=None, gt=0, le=10, description="a number above 0, at most 10 metres"
@@ -71,10 +93,9 @@ class ControlPointsSection(_Section):
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 
 
-class ApproximatePointsSection(_Section):
+class ApproximatePointsSection(TableKeys):
     """[approximate_points]: the table, and the error of all its points."""
 
-    file: str = Field(description="a text: the name of a table")
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     m_0_m: float | None = _measure("metres")
     shared_error_m: float | None = _shared_error()
@@ -89,15 +110,15 @@ class FlightSection(_Section):
     transformation: str = Field(
         default="affine", description="a text: affine, helmert, rigid or helmert_3d"
     )
-    model_points: str | None = _text("the name of a table")
+    model_points: Any = _table()
     model_unit: str = Field(default="mm", description="a text: mm, cm, m or um")
-    y_parallaxes: str | None = _text("the name of a table")
+    y_parallaxes: Any = _table()
     base: Any = Field(
         default=None,
         description="a number in model_unit, or a text: the name of a table",
     )
-    image_points: str | None = _text("the name of a table")
-    models: str | None = _text("the name of a table")
+    image_points: Any = _table()
+    models: Any = _table()
     principal_distance_mm: float | None = _measure("millimetres")
     camera: Any = Field(
         default=None,
@@ -117,10 +138,41 @@ class FlightSection(_Section):
 
     @field_validator("base")
     @classmethod
-    def _number_or_name(cls, value):
-        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise ValueError
-        return value
+    def _number_or_table(cls, value):
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return value
+        return _file_of(value)
+
+    @field_validator("model_points", "y_parallaxes", "image_points", "models")
+    @classmethod
+    def _table_alone(cls, value):
+        return _file_of(value)
+
+
+def _file_of(value):
+    """The name of a table, or what stands in place of it: {file = …, columns = …}."""
+    if isinstance(value, dict):
+        return TableKeys.model_validate(value)
+    if not isinstance(value, str):
+        raise ValueError
+    return value
+
+
+def said_of(keys, crs=None) -> Said:
+    """What a section, or {file = …}, says of a table whose coordinates are in crs."""
+    if not isinstance(keys, TableKeys):
+        return Said(crs=crs)
+    columns = keys.columns or {}
+    return Said(columns, keys.sheet, keys.layer, keys.decimal, crs)
+
+
+def named_file(value):
+    """File that a key names, by its name alone or with what is said of its table.
+
+    None where the value is no name of a file.
+    """
+    value = value.file if isinstance(value, TableKeys) else value
+    return value if isinstance(value, str) else None
 
 
 SECTIONS = {

@@ -1,9 +1,10 @@
 """CSV tables: what people look at and edit.
 
-Read: UTF-8 (with or without byte order mark), any line ends, columns parted by commas,
-semicolons or tabs as the header has them, decimal points. A sound file is read by
-pyarrow in one sweep. Only where that fails, the file is read again row by row, so that
-the message can quote what stands there, and where.
+Read: the encoding that the bytes tell, any line ends, columns parted by commas,
+semicolons, tabs or blanks as the header has them, decimal points, or decimal commas
+where no comma parts the columns; lines that begin with # are comments. A sound file is
+read by pyarrow in one sweep. Only where that fails, the file is read again row by row,
+so that the message can quote what stands there, and where.
 
 Written: UTF-8, commas, Unix line ends; a missing number is an empty field. Equal
 tables give equal bytes. A text that a spreadsheet would compute as a formula gets an
@@ -14,7 +15,7 @@ apostrophe before it, which reading takes away again: names come back as they we
 import csv
 import io
 import re
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -22,24 +23,33 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import csv as arrow_csv
 
-from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError, TableError, raise_problems
+from einschalt.foundations.errors import (
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
-from einschalt.interfaces.files.input_files import HEAD_BYTES, read_text_bytes
+from einschalt.interfaces.files.csv_headers import COMMENT, SEPARATORS, read_header
+from einschalt.interfaces.files.text_encodings import read_table_text
+from einschalt.interfaces.files.understood_tables import (
+    NOTHING_SAID,
+    ReadTable,
+    meant_header,
+    understood,
+)
 
-SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 # a quotation mark that neither opens nor closes a cell: pyarrow guesses at it
 QUOTE_IN_TEXT = re.compile(rb'[^,;\t\r\n"]"[^,;\t\r\n"]|""[^,;\t\r\n"]|[^,;\t\r\n"]""')
 SPECIAL = '",\r\n'
+NEEDS_QUOTES = f"[{SPECIAL}]|^{COMMENT}"
 SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
 FORMULA = f"^[\t\r]*[{SIGNS}]"
 # a number, digits with letters (+12a), signs alone: nothing in them can be computed
 NO_FORMULA = rf"^([+-]\d\w*|[+-](\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[{SIGNS}]+)$"
 # an apostrophe of our own, or one that would be taken for it
 MARKED = f"^'('*[\t\r{SIGNS}])"
-MOST_COLUMNS = 1000
 LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
 BLOCK_BYTES = 2**22
 LARGEST_FIXED = 1e15  # beyond it a float has no decimals to print
@@ -52,18 +62,38 @@ def read_csv(path, schema, *, source=None):
     text; ``check_table`` looks at the values. Several faults come together in a
     BlockError. 1 million rows of 5 columns take about 0.4 s.
     """
+    return understand_csv(path, schema, source=source).frame
+
+
+def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable:
+    """Read a CSV table as :func:`read_csv` does, and say how it was understood.
+
+    ``said``: what is known of it beside its name.
+    """
     source = source or Path(path).name
-    data = read_text_bytes(path, source)
-    header = _read_header(data, source)
-    frame = None
+    data, note = read_table_text(path, source)
+    data, header = read_header(data, schema, source)
+    meant = meant_header(header.names, schema, said, source, header.row)
+    header = replace(header, names=list(meant.names))
+    frame, rows = None, None
     if _is_plain(data, header):
         for numbers in (schema.number_names, []):  # then all as text, to be quoted
             frame = (
                 _read_fast(data, header, schema, numbers) if frame is None else frame
             )
     if frame is None:
-        frame = _read_rows(data, header, schema, source)
-    return _without_apostrophes(frame, schema)
+        rows = _Rows(header, source)
+        frame = rows.read(data)
+    frame = _without_apostrophes(frame, schema)
+    may_have_commas = header.separator != ","
+    table = understood(
+        frame, schema, said, meant, source, may_have_commas=may_have_commas
+    )
+    notes = [note, *table.notes]
+    if rows is not None:
+        rows.raise_problems(table.frame, schema)
+        notes.append(rows.note)
+    return ReadTable(table.frame, tuple(note for note in notes if note))
 
 
 def _without_apostrophes(frame, schema):
@@ -75,51 +105,25 @@ def _without_apostrophes(frame, schema):
     )
 
 
-@dataclass(frozen=True)
-class _Header:
-    names: list[str]
-    separator: str
-    is_first_line: bool
-
-
 def _is_plain(data, header):
     """Whether pyarrow would not pass over anything that must be said."""
     return (
-        header.is_first_line
+        header.is_first
         and len(set(header.names)) == len(header.names)
         and data.count(b"\r") == data.count(b"\r\n")
         and not (b'"' in data and QUOTE_IN_TEXT.search(data))
+        and data.find(b"\n#", _start_of_line(data, header.row + 1) - 1) < 0
     )
 
 
-def _read_header(data, source):
-    lines = io.StringIO(
-        data[:HEAD_BYTES].decode("utf-8", errors="replace"), newline=None
-    )
-    row, line = next((n, text) for n, text in enumerate(lines, 1) if text.strip())
-    counts = {separator: line.count(separator) for separator in SEPARATORS}
-    separator = max(counts, key=counts.get)
-    try:
-        names = [name.strip() for name in next(csv.reader([line], delimiter=separator))]
-    except csv.Error:
-        names = [""] * (MOST_COLUMNS + 1)
-    if len(names) > MOST_COLUMNS:
-        raise FileError(
-            f"the header has {line.count(separator) + 1} columns",
-            expected=f"at most {MOST_COLUMNS}, each with a short name",
-            remedy="Leave out the columns that are no part of the table",
-            file=source,
-            row=row,
-        )
-    if len(names) == 1 and len(line.split()) > 1:
-        raise FileError(
-            f"the header is {shortened(line.strip(), 80)!r}",
-            expected="columns parted by commas, semicolons or tabs",
-            remedy="Part the columns by commas",
-            file=source,
-            row=row,
-        )
-    return _Header(names, separator, row == 1)
+def _start_of_line(data, row):
+    """Position of the first byte of a line, of the end where there are fewer."""
+    place = 0
+    for _ in range(row - 1):
+        place = data.find(b"\n", place) + 1
+        if place == 0:
+            return len(data)
+    return place
 
 
 def _read_fast(data, header, schema, numbers):
@@ -129,7 +133,7 @@ def _read_fast(data, header, schema, numbers):
         table = arrow_csv.read_csv(
             pa.BufferReader(pa.py_buffer(data).slice(0, n_bytes)),
             read_options=arrow_csv.ReadOptions(
-                skip_rows=1, column_names=header.names, block_size=BLOCK_BYTES
+                skip_rows=header.row, column_names=header.names, block_size=BLOCK_BYTES
             ),
             parse_options=arrow_csv.ParseOptions(
                 delimiter=header.separator, ignore_empty_lines=False
@@ -145,11 +149,12 @@ def _read_fast(data, header, schema, numbers):
         )
     except pa.ArrowInvalid:
         return None
-    is_plain = table.num_rows == data.count(b"\n", 0, n_bytes)
+    is_plain = table.num_rows == data.count(b"\n", 0, n_bytes) + 1 - header.row
     if not is_plain or not all(_is_clean(table, column) for column in schema.columns):
         return None
     frame = table.to_pandas()
-    frame.index = pd.RangeIndex(2, len(frame) + 2, name=LINE)
+    first = header.row + 1
+    frame.index = pd.RangeIndex(first, len(frame) + first, name=LINE)
     return frame
 
 
@@ -164,22 +169,8 @@ def _is_clean(table, column):
     return is_optional or pc.all(pc.not_equal(values, ""), min_count=0).as_py()
 
 
-def _read_rows(data, header, schema, source):
-    """Read row by row, everything as text, and say which rows are no rows."""
-    table = _Rows(header, source)
-    table.read(data)
-    frame = pd.DataFrame(
-        table.rows, columns=header.names, index=pd.Index(table.lines, name=LINE)
-    )
-    if table.problems:
-        values = check_table(frame, schema, source=source).problems
-        problems = [*table.problems, *(values if table.rows else ())]
-        raise_problems(sorted(problems, key=lambda problem: problem.row or len(data)))
-    return frame
-
-
 class _Rows:
-    """Rows of a text, with the line on which each begins."""
+    """Rows of a text, everything as text, with the line on which each begins."""
 
     def __init__(self, header, source):
         self.header = header
@@ -188,24 +179,53 @@ class _Rows:
         self.lines = []
         self.problems = []
         self.ragged = []
+        self.comments = []
+        self.is_open = False  # whether a row goes on, since a quote is open
 
     def read(self, data):
         """Read all rows after the header, and keep what is wrong."""
-        text = io.StringIO(data.decode("utf-8"), newline="")
-        reader = csv.reader(text, delimiter=self.header.separator, strict=True)
-        is_header_read = False
+        reader = csv.reader(
+            self._lines(data), delimiter=self.header.separator, strict=True
+        )
         line = 1
         try:
             for row in reader:
-                if any(value.strip() for value in row):
-                    if is_header_read:
-                        self._keep(row, line, reader.line_num)
-                    is_header_read = True
+                self.is_open = False
+                if line > self.header.row and any(value.strip() for value in row):
+                    self._keep(row, line, reader.line_num)
                 line = reader.line_num + 1
         except csv.Error as error:
             self.problems.append(self._quote_problem(line, reader.line_num, error))
         rest = "the number of values is not that of the header"
-        self.problems[:0] = listed(self.ragged, self._ragged_problem, rest, self.source)
+        self.problems[:0] = listed(self.ragged, self._ragged_problem, rest)
+        index = pd.Index(self.lines, name=LINE)
+        return pd.DataFrame(self.rows, columns=self.header.names, index=index)
+
+    def _lines(self, data):
+        """Lines of a text, comments as empty ones."""
+        text = io.StringIO(data.decode("utf-8"), newline="")
+        for row, line in enumerate(text, 1):
+            is_comment = line.startswith(COMMENT) and not self.is_open
+            self.is_open = True
+            if is_comment and row > self.header.row:
+                self.comments.append(row)
+            yield "\n" if is_comment else line
+
+    @property
+    def note(self):
+        """Say which rows were passed over; None where there are none."""
+        if not self.comments:
+            return None
+        rows = name_some(self.comments)
+        return f"{self.source}: rows that begin with # are comments: {rows}"
+
+    def raise_problems(self, frame, schema):
+        """Raise what is wrong with rows, and with the values of the others."""
+        if self.problems:
+            values = check_table(frame, schema, source=self.source).problems
+            problems = [*self.problems, *(values if self.rows else ())]
+            last = self.lines[-1] + 1 if self.lines else 0
+            raise_problems(sorted(problems, key=lambda one: one.row or last))
 
     def _keep(self, row, line, last_line):
         if len(row) == len(self.header.names):
@@ -320,12 +340,12 @@ def _has_special(values):
     if not _is_text(values):
         return False
     found = (pc.any(pc.match_substring(values, sign)).as_py() for sign in SPECIAL)
-    return any(found)
+    return any(found) or pc.any(pc.starts_with(values, COMMENT)).as_py()
 
 
 def _quoted(texts):
     """Put the texts into quotes that would not come back without."""
-    is_special = pc.match_substring_regex(texts, f"[{SPECIAL}]")
+    is_special = pc.match_substring_regex(texts, NEEDS_QUOTES)
     doubled = pc.replace_substring(texts, '"', '""')
     quote, nothing = (pa.scalar(sign, texts.type) for sign in ('"', ""))
     quoted = pc.binary_join_element_wise(quote, doubled, quote, nothing)

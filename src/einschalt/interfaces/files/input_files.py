@@ -21,6 +21,7 @@ SIGNATURES = {
     codecs.BOM_UTF16_LE: ("is UTF-16 text", "Save it as UTF-8"),
     codecs.BOM_UTF16_BE: ("is UTF-16 text", "Save it as UTF-8"),
 }
+UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES = 2**20  # in which a file must have said something
 
 
@@ -159,7 +160,11 @@ def read_once(path, source) -> ReadFile:
 
 def read_text_bytes(path, source):
     """Read a text file that is UTF-8 and not empty, without a byte order mark."""
-    data = read_once(path, source).data
+    return require_text(read_once(path, source).data, source)
+
+
+def require_text(data, source):
+    """See that bytes are UTF-8 text and not empty; without a byte order mark."""
     for signature, (found, remedy) in SIGNATURES.items():
         if data.startswith(signature):
             raise FileError(found, expected="UTF-8 text", remedy=remedy, file=source)
@@ -200,6 +205,18 @@ def _require_utf8(data, source):
 
 def _line_of(data, place):
     return data.count(b"\n", 0, place) + 1
+
+
+def companions(path):
+    """Files without which one cannot be understood: those beside a shapefile."""
+    path = Path(path)
+    if path.suffix.lower() != ".shp":
+        return []
+    suffixes = (".shx", ".dbf", ".prj", ".cpg")
+    beside = [path.with_suffix(s) for s in suffixes]
+    if path.suffix.isupper():
+        beside = [path.with_suffix(s.upper()) for s in suffixes]
+    return [one for one in beside if one.is_file()]
 
 
 def checksum(path):

@@ -7,6 +7,7 @@ Written: Zstandard, no index, nothing that tells of the writing program's enviro
 equal tables give equal bytes.
 """
 
+import json
 from pathlib import Path
 
 import pandas as pd
@@ -19,6 +20,18 @@ from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.point_layers import (
+    WGS_84,
+    PointLayer,
+    points_of,
+    points_of_wkb,
+)
+from einschalt.interfaces.files.understood_tables import (
+    NOTHING_SAID,
+    ReadTable,
+    meant_header,
+    understood,
+)
 
 MAGIC = b"PAR1"
 MOST_COLUMNS = 1000
@@ -35,10 +48,19 @@ def read_parquet(path, schema, *, source=None):
     Names are text, numbers float, columns that the schema does not know have no values.
     A file that would unpack to a table too large to be one of points is refused.
     """
+    return understand_parquet(path, schema, source=source).frame
+
+
+def understand_parquet(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable:
+    """Read a Parquet table as :func:`read_parquet` does, and say how.
+
+    ``said``: what is known of it beside its name. Points that stand in a column of
+    geometries (GeoParquet) are read as those of a layer.
+    """
     source = source or Path(path).name
     data = read_once(path, source).data
     try:
-        columns, names = _read_columns(data, schema, source)
+        columns, names, meant, place = _read_columns(data, schema, said, source)
         table = pa.table(columns, names=names)
     except MemoryError:  # Arrow's is an ArrowException as well; the file is sound
         raise
@@ -47,28 +69,65 @@ def read_parquet(path, schema, *, source=None):
     nulls = {pa.null(): pd.ArrowDtype(pa.null())}
     frame = table.to_pandas(types_mapper=nulls.get)
     frame.index = pd.RangeIndex(1, len(frame) + 1, name="row")
-    return frame
+    if place is not None:
+        layer = _layer_of(frame, place, source)
+        return points_of(layer, schema, said, source)
+    frame.columns = list(meant.names)
+    return understood(frame, schema, said, meant, source, may_have_commas=True)
 
 
-def _read_columns(data, schema, source):
-    """Columns of the schema as they are understood, the others without values."""
+def _layer_of(frame, place, source):
+    """Points of GeoParquet, as a layer; ``place``: column and system."""
+    name, crs = place
+    geometry = points_of_wkb(frame[name].to_list(), source)
+    return PointLayer(frame.drop(columns=name), geometry, crs)
+
+
+def _geometry_of(metadata, names):
+    """Column of geometries of GeoParquet, and its system; None where there is none."""
+    facts = (metadata.metadata or {}).get(b"geo")
+    if facts is None:
+        return None
+    try:
+        given = json.loads(facts)
+        name = given["primary_column"]
+        column = given["columns"][name]
+        is_binary = column["encoding"] == "WKB" and name in names
+    except (ValueError, KeyError, TypeError):
+        return None
+    crs = column.get("crs", WGS_84)  # the default of the format
+    crs = json.dumps(crs) if isinstance(crs, dict) else crs
+    return (name, crs) if is_binary else None
+
+
+def _read_columns(data, schema, said, source):
+    """Columns of the schema as they are understood, the others without values.
+
+    Also the names of all in the file, what they mean, and the column of geometries.
+    """
     file = pa.BufferReader(data)
     metadata = parquet.read_metadata(file)
     places = range(metadata.num_columns)
     paths = {metadata.schema.column(place).path for place in places}
-    coded = [name for name in schema.id_names if name in paths]
-    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
-    names = stored.schema_arrow.names
+    names = metadata.schema.to_arrow_schema().names
     _refuse_size(metadata, names, len(data), source)
-    known = [name for name in dict.fromkeys(names) if name in schema.names]
-    table = stored.read(columns=known)
-    found = {name: [] for name in known}
+    meant = meant_header(names, schema, said, source)
+    meaning = dict(zip(names, meant.names, strict=True))
+    coded = [n for n in names if n in paths and meaning[n] in schema.id_names]
+    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
+    place = _geometry_of(metadata, names)
+    known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
+    table = stored.read(columns=known + ([place[0]] if place else []))
+    found = {name: [] for name in table.column_names}
     for name, column in zip(table.column_names, table.columns, strict=True):
-        is_number = name in schema.number_names
-        found[name].append(_understood(column, name, is_number, source))
+        is_number = meaning[name] in schema.number_names
+        is_shape = place is not None and name == place[0]
+        found[name].append(
+            column if is_shape else _understood(column, name, is_number, source)
+        )
     empty = pa.nulls(metadata.num_rows)
     columns = [found[name].pop(0) if found.get(name) else empty for name in names]
-    return columns, names
+    return columns, names, meant, place
 
 
 def _refuse_size(metadata, names, n_bytes, source):

@@ -16,7 +16,12 @@ from einschalt.foundations.coordinate_operations import (
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError, TableError
-from einschalt.foundations.projections import METRE, reproject, turn
+from einschalt.foundations.projections import (
+    METRE,
+    read_source_crs,
+    reproject,
+    turn,
+)
 from einschalt.pipeline.block.places import target_problems
 
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
@@ -52,6 +57,14 @@ def require_columns(frame, crs, source):
             file=source,
             row=1 if frame.index.name == tables.LINE else None,
         )
+
+
+def is_same_plane(system, stated):
+    """Whether a system is the stated one, heights aside; also where that is unknown."""
+    try:
+        return system.to_2d() == read_source_crs(stated).to_2d()
+    except ProjectionError:  # said where the stated one is read
+        return True
 
 
 def with_plane_names(frame):

@@ -1,22 +1,45 @@
 """Tables in the format that the suffix of their file names."""
 
+from functools import partial
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError
-from einschalt.interfaces.files.csv_tables import read_csv, write_csv
-from einschalt.interfaces.files.parquet_tables import read_parquet, write_parquet
+from einschalt.interfaces.files import point_layers, workbooks
+from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
+from einschalt.interfaces.files.parquet_tables import understand_parquet, write_parquet
+from einschalt.interfaces.files.understood_tables import NOTHING_SAID, ReadTable
 
 CSV_SUFFIXES = (".csv", ".txt", ".tsv")
 PARQUET_SUFFIXES = (".parquet", ".pq")
 WRITTEN_SUFFIXES = (".csv", ".parquet")
+READ_SUFFIXES = (
+    *(CSV_SUFFIXES + PARQUET_SUFFIXES),
+    *(workbooks.SUFFIXES + point_layers.SUFFIXES),
+)
 
 
 def read_table(path, schema, *, source=None):
     """Read a table as :func:`read_csv` or :func:`read_parquet` does."""
+    return understand_table(path, schema, source=source).frame
+
+
+def understand_table(
+    path, schema, said=NOTHING_SAID, *, source=None, beside=()
+) -> ReadTable:
+    """Read a table of any known kind, and say how it was understood.
+
+    ``said``: what is known of it beside its name; ``beside``: the files that belong to
+    a shapefile.
+    """
     source = source or Path(path).name
-    suffix = _known_suffix(path, source, CSV_SUFFIXES + PARQUET_SUFFIXES)
-    read = read_csv if suffix in CSV_SUFFIXES else read_parquet
-    return read(path, schema, source=source)
+    suffix = _known_suffix(path, source, READ_SUFFIXES)
+    if suffix in point_layers.SUFFIXES:
+        read = partial(point_layers.understand_layer, beside=beside)
+    elif suffix in workbooks.SUFFIXES:
+        read = workbooks.understand_workbook
+    else:
+        read = understand_csv if suffix in CSV_SUFFIXES else understand_parquet
+    return read(path, schema, said, source=source)
 
 
 def write_table(frame, path):

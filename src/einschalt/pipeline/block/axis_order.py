@@ -47,7 +47,7 @@ def own_axis_problems(frame, system, source):
         )
 
     rest = f"{axes[0]} and {axes[1]} are exchanged"
-    problems = tables.listed(np.flatnonzero(is_swapped), problem, rest, source)
+    problems = tables.listed(np.flatnonzero(is_swapped), problem, rest)
     if not problems:
         problems = place_problems(east, north, system, source)
     n_far = int((is_outside & ~is_swapped).sum())

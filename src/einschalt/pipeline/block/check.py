@@ -204,8 +204,7 @@ class _Check:
             )
 
         places = np.flatnonzero(is_lost)
-        file = self._file(table)
-        self.problems += tables.listed(places, problem, "no inverse", file)
+        self.problems += tables.listed(places, problem, "so it is")
         if not is_lost.all():
             self._extent(table, frame[~is_lost], "image_id", "mm")
 
@@ -233,8 +232,7 @@ class _Check:
             )
 
         places = np.flatnonzero(~is_among(flight.models[side], measured))
-        file = self._file(f"{name}.models")
-        self.problems += tables.listed(places, problem, f"{side} is unknown", file)
+        self.problems += tables.listed(places, problem, f"{side} is unknown")
 
     def models_with_parallaxes(self):
         """Models of a flight that is to be oriented, without measured parallaxes."""
@@ -293,7 +291,7 @@ class _Check:
 
         rest = f"no model of the {flight_name.replace('_', ' ')} holds the points"
         places = np.flatnonzero(is_lost)
-        self.problems += tables.listed(places, problem, rest, self._file(ground))
+        self.problems += tables.listed(places, problem, rest)
 
     def _measured(self, flight_name):
         return self._model_table(flight_name)["point_id"].unique()
@@ -370,6 +368,5 @@ class _Check:
         if is_lost.sum() < is_first.sum() or (ground == "control_points" and is_enough):
             self.models += [problem(place) for place in places]
         else:
-            self.problems += tables.listed(
-                places, problem, "no model has enough common points", file
-            )
+            rest = "no model has enough common points"
+            self.problems += tables.listed(places, problem, rest)

@@ -44,7 +44,7 @@ def settings_problems(model_points, file):
             **tables.row_location(model_points, place),
         )
 
-    return problems + tables.listed(places, problem, f"{SPREAD} is negative", file)
+    return problems + tables.listed(places, problem, f"{SPREAD} is negative")
 
 
 def average_settings(model_points):

@@ -121,4 +121,4 @@ def standard_error_problems(control, file):
         )
 
     places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
-    return tables.listed(places, problem, "standard_error_m", file)
+    return tables.listed(places, problem, "it is too large")

@@ -19,7 +19,7 @@ from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files import orientation_folder as to
 from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
-from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.files.tables_by_suffix import read_table, understand_table
 from einschalt.stages.relative_orientation.dangerous_surface import (
     TERRAIN_HEIGHTS,
     FlightPlan,
@@ -164,14 +164,15 @@ def _base(text):
 
 def _read(file, schema):
     """Read and check a table."""
-    frame = read_table(file, schema)
+    read = understand_table(file, schema)
+    frame = read.frame
     _refuse_other_kind(frame, schema, file.name)
     if _is_one_model(frame) and schema.name != "terrain":
         print_error(f"note: {file.name} has no column model_id: it is one model")
         frame = frame.assign(model_id=ONE_MODEL)
     checked = check_table(frame, schema, source=file.name)
     raise_problems(checked.problems)
-    for note in checked.notes:
+    for note in (*read.notes, *checked.notes):
         print_error(f"note: {note}")
     # without the columns that the check has filled in
     return checked.frame[[name for name in checked.frame if name in frame]]

@@ -9,7 +9,7 @@ from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import (
-    read_table,
+    understand_table,
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
@@ -121,7 +121,7 @@ def _triangles(file):
     """Read the triangles that the user gives, as text."""
     if file is None:
         return None
-    return read_table(file, CORNERS_GIVEN)
+    return understand_table(file, CORNERS_GIVEN).frame
 
 
 def _read(model_file, ground_file, apply_file, kind):
@@ -163,12 +163,13 @@ def _only_model(models, model_file, apply_file):
 
 def _checked(file, schema):
     """Check one table, with no more columns than were given."""
-    raw = read_table(file, schema)
+    read = understand_table(file, schema)
+    raw = read.frame
     if "model_id" in schema.names and "model_id" not in raw:
         print_error(f"note: {file.name} has no column model_id: it is one model")
         schema = schema.without("model_id")
     checked = check_table(raw, schema, source=file.name)
-    for note in checked.notes:
+    for note in (*read.notes, *checked.notes):
         print_error(f"note: {note}")
     # coverages that were not given shall not stand in the results
     given = [name for name in checked.frame if name in raw]

@@ -1,0 +1,310 @@
+"""What surveyors call the columns of their tables, and the kinds of their points.
+
+German, English, French and Italian words, folded: ``Pkt.-Nr.`` is ``pktnr``, ``Höhe``
+is ``hoehe``. A word that may mean several things is not here: precision stands under
+many names, and only its owner knows whether it is total or of one coordinate.
+"""
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import TableError, name_some
+
+# canonical name: words by language; each list stands in the order of preference
+WORDS = {
+    "point_id": {
+        "de": "punktnummer punktnr pktnummer pktnr punktname punktid punktbezeichnung "
+        "punktkennung ptnr punkt pkt",
+        "en": "pointid pointnumber pointno pointnr pointname point ptid ptno gcp "
+        "gcpid gcpname label",
+        "fr": "numerodupoint numeropoint numpoint nopoint nomdupoint nompoint "
+        "matricule",
+        "it": "numeropunto numpunto nomepunto nrpunto punto",
+        "": "id nr no num nummer number numero name nom nome",
+    },
+    "easting": {
+        "de": "rechtswert ostwert rw ost rechts",
+        "en": "easting east",
+        "fr": "est abscisse",
+        "it": "coordinataest",
+        "": "e",
+    },
+    "northing": {
+        "de": "hochwert nordwert hw nord hoch",
+        "en": "northing north",
+        "fr": "ordonnee",
+        "it": "coordinatanord",
+        "": "n",
+    },
+    "longitude": {"de": "laenge", "en": "longitude lon long lng", "it": "longitudine"},
+    "latitude": {"de": "breite", "en": "latitude lat", "it": "latitudine"},
+    "height": {
+        "de": "hoehe meereshoehe gebrauchshoehe orthometrischehoehe",
+        "en": "height elevation elev altitude alt",
+        "fr": "hauteur cote",
+        "it": "quota altezza altitudine",
+        "": "h z",
+    },
+    "role": {
+        "de": "art punktart rolle verwendung",
+        "en": "role kind usage",
+        "fr": "genre nature",
+        "it": "ruolo genere",
+        "": "typ type tipo",
+    },
+    "coverage": {
+        "de": "ueberdeckung befliegung deckung",
+        "en": "coverage",
+        "fr": "couverture recouvrement",
+        "it": "copertura ricoprimento",
+    },
+    "model_id": {
+        "de": "modell modellnummer modellnr modellname modellid",
+        "en": "model modelid modelnumber modelno modelname stereomodel",
+        "fr": "modele numeromodele couple couplestereo",
+        "it": "modello numeromodello modellostereo",
+    },
+    "image_id": {
+        "de": "bild bildnummer bildnr bildname bildid messbild foto fotonr",
+        "en": "image imageid imagename imageno photo photoid photono photoname",
+        "fr": "cliche numerocliche nomimage",
+        "it": "immagine fotogramma numerofotogramma nomeimmagine",
+    },
+    "left_image": {
+        "de": "linkesbild bildlinks bild1",
+        "en": "leftimage imageleft leftphoto image1",
+        "fr": "imagegauche clichegauche",
+        "it": "immaginesinistra fotogrammasinistro",
+    },
+    "right_image": {
+        "de": "rechtesbild bildrechts bild2",
+        "en": "rightimage imageright rightphoto image2",
+        "fr": "imagedroite clichedroit",
+        "it": "immaginedestra fotogrammadestro",
+    },
+    "base": {"de": "basis basislaenge", "en": "base", "fr": "base", "it": "base"},
+    "n_settings": {"de": "einstellungen anzahleinstellungen", "en": "nsettings"},
+    "setting": {"de": "einstellung", "en": "setting pointing"},
+    "y_parallax": {
+        "de": "yparallaxe vertikalparallaxe py",
+        "en": "yparallax",
+        "fr": "parallaxey parallaxeverticale",
+        "it": "parallassey parallasseverticale",
+    },
+}
+# a Y and an X on the ground: which of them points to the east depends on the country
+LETTERS = {
+    "Y": "y ykoordinate koordinatey ykoord ycoord ycoordinate coordy coordonneey",
+    "X": "x xkoordinate koordinatex xkoord xcoord xcoordinate coordx coordonneex",
+}
+PLANE = ("easting", "northing")
+GEODETIC = {"Y": "easting", "X": "northing"}
+MATHEMATICAL = {"Y": "northing", "X": "easting"}
+KINDS = {
+    "control": {
+        "de": "passpunkt vollpasspunkt lagepasspunkt festpunkt pp",
+        "en": "control controlpoint groundcontrolpoint gcp",
+        "fr": "pointdappui pointdecalage",
+        "it": "puntodappoggio puntodiappoggio",
+    },
+    "check": {
+        "de": "kontrollpunkt pruefpunkt kp",
+        "en": "check checkpoint independentcheckpoint",
+        "fr": "pointdeverification",
+        "it": "puntodiverifica",
+    },
+    "new": {
+        "de": "neupunkt einschaltpunkt einschaltepunkt verknuepfungspunkt np",
+        "en": "new newpoint tiepoint",
+        "fr": "pointnouveau nouveaupoint pointdeliaison",
+        "it": "puntonuovo puntodilegame",
+    },
+}
+UNITS = {"m": "metres", "mm": "millimetres", "deg": "degrees", "°": "degrees"}
+UNIT = re.compile(r"\s*[\[(]([^\[\]()]*)[\])]\s*$")
+NUMERO = re.compile(r"\bn[°º]")  # and not the N of northing
+UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "æ": "ae"})
+
+
+def folded(word):
+    """Fold a word: small letters and digits alone, umlauts written out.
+
+    >>> folded("Pkt.-Nr."), folded("Höhe"), folded("Numéro"), folded("Paßpunkt")
+    ('pktnr', 'hoehe', 'numero', 'passpunkt')
+    """
+    small = unicodedata.normalize("NFC", str(word)).casefold().translate(UMLAUTS)
+    small = NUMERO.sub("no ", small)
+    plain = unicodedata.normalize("NFKD", small)
+    return "".join(char for char in plain if char.isalnum() and char.isascii())
+
+
+def _by_word(table):
+    """Canonical name, language and rank of each word."""
+    return {
+        (name, word): (language, rank)
+        for name, languages in table.items()
+        for language, words in languages.items()
+        for rank, word in enumerate(words.split())
+    }
+
+
+COLUMN_WORDS = _by_word(WORDS)
+KIND_WORDS = {word: kind for kind, word in _by_word(KINDS)}
+
+
+def kind_of(word):
+    """Role that a word for a kind of point means; None where it is not known.
+
+    >>> kind_of("Paßpunkt"), kind_of("Kontrollpunkt"), kind_of("Bolzen")
+    ('control', 'check', None)
+    """
+    return KIND_WORDS.get(folded(word))
+
+
+@dataclass(frozen=True)
+class Meant:
+    """What the names of a header mean."""
+
+    names: tuple[str, ...]  # as the schema calls them, the others as they are
+    translated: dict  # name of the schema: name in the header
+    is_german: bool = False
+    # a Y and an X stand in the header, called northing and easting for the time being
+    letters: tuple[str, str] | None = None
+
+
+def columns_meant(names, schema, given=None, *, source="", row=None) -> Meant:
+    """Understand the names of a header.
+
+    ``given`` says by the schema's name what a column is called; it goes before all
+    words. A name that is the schema's own is never translated. A TableError where two
+    columns could be meant, or ``given`` names none.
+    """
+    where = {"file": source, "row": row}
+    taken = _given(names, schema, given or {}, where)
+    free = [n for n in schema.names if n not in taken and n not in names]
+    own = set(schema.names) - set(taken)
+    rest = [k for k, n in enumerate(names) if n not in own and k not in taken.values()]
+    languages = set()
+    for name in free:
+        found = _candidates(names, rest, schema, name)
+        if len(found) > 1:
+            raise _two_meant(name, [names[k] for _, k, _ in found], where)
+        for language, place, _ in found:
+            taken[name] = place
+            rest.remove(place)
+            languages.add(language)
+    letters = _letters(names, rest, schema, taken)
+    if letters is not None:
+        taken |= {MATHEMATICAL[letter]: place for letter, place in letters.items()}
+    _untangle_h(names, schema, taken)
+    # a column that another one was named for keeps no name of the schema
+    meant = [
+        f"{n} (not used)" if taken.get(n, k) != k else n for k, n in enumerate(names)
+    ]
+    for name, place in taken.items():
+        meant[place] = name
+    return Meant(
+        tuple(meant),
+        {name: names[place] for name, place in sorted(taken.items(), key=_place)},
+        is_german="de" in languages and not languages & {"fr", "it"},
+        letters=None if letters is None else tuple(names[letters[k]] for k in "YX"),
+    )
+
+
+def _place(item):
+    return item[1]
+
+
+def _given(names, schema, given, where):
+    """Positions of the columns that were named."""
+    taken = {}
+    for name, said in given.items():
+        if name not in schema.names:
+            raise TableError(
+                f"columns: {shortened(name)!r} is no column of {schema.name}",
+                expected=", ".join(schema.names),
+                remedy='Write them as in columns = {easting = "Rechtswert"}',
+                file=where["file"],
+            )
+        if said not in names:
+            raise TableError(
+                f"column '{shortened(said)}', named for {name}, is missing, found "
+                f"{name_some(names, 8)}",
+                remedy="Correct columns in block.toml",
+                **where,
+            )
+        taken[name] = list(names).index(said)
+    return taken
+
+
+def _candidates(names, rest, schema, name):
+    """Columns that may be one of the schema's; the strongest words alone."""
+    unit = next(column.unit for column in schema.columns if column.name == name)
+    found = []
+    for place in rest:
+        word, said = _parted(names[place])
+        if said is not None and UNITS.get(said) != unit:
+            continue  # a length in another unit than expected is none that is known
+        key = (name, word)
+        if key in COLUMN_WORDS:
+            found.append((COLUMN_WORDS[key][0], place, COLUMN_WORDS[key][1]))
+        elif word == folded(name):
+            found.append(("en", place, 0))
+    strong = [one for one in found if one[0]]
+    best = min((rank for _, _, rank in found), default=0)
+    return strong or [one for one in found if one[2] == best]
+
+
+def _parted(name):
+    """A folded word, and the unit in brackets behind it, or None."""
+    unit = UNIT.search(name)
+    if unit is None:
+        return folded(name), None
+    return folded(name[: unit.start()]), unit[1].strip()
+
+
+def _letters(names, rest, schema, taken):
+    """Positions of a Y and an X that stand for the plane coordinates."""
+    has_plane = any(name in names or name in taken for name in PLANE)
+    if has_plane or not set(PLANE) <= set(schema.names):
+        return None
+    found = {
+        letter: [k for k in rest if _parted(names[k])[0] in words.split()]
+        for letter, words in LETTERS.items()
+    }
+    if any(len(places) != 1 for places in found.values()):
+        return None
+    return {letter: places[0] for letter, places in found.items()}
+
+
+def _untangle_h(names, schema, taken):
+    """R and H are Rechtswert and Hochwert, and H is no height then."""
+    words = [folded(name) for name in names]
+    if "easting" in taken or "northing" in taken or "r" not in words:
+        return
+    if "h" in words and set(PLANE) <= set(schema.names) and not set(PLANE) & {*names}:
+        if taken.get("height") == words.index("h"):
+            del taken["height"]
+            if "z" in words:
+                taken["height"] = words.index("z")
+        taken |= {"easting": words.index("r"), "northing": words.index("h")}
+
+
+def _two_meant(name, found, where):
+    both = " and ".join(repr(shortened(one)) for one in found)
+    return TableError(
+        f"columns {both} could both be {name}",
+        expected="one column for each",
+        remedy=f'Say which: columns = {{{name} = "{found[0]}"}} in block.toml, or '
+        "rename the other",
+        **where,
+    )
+
+
+def translation_note(meant, source, hidden=()):
+    """Say which column was understood as which; None where nothing was translated."""
+    shown = {n: said for n, said in meant.translated.items() if n not in hidden}
+    parts = [f"{said!r} is {name}" for name, said in shown.items()]
+    return f"{source}: column {', '.join(parts)}" if parts else None

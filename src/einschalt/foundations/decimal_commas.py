@@ -1,0 +1,69 @@
+"""Whether the commas in a table of numbers are decimal commas.
+
+``13000,25`` can be nothing else, ``1,234`` may also be 1234. One number that can be
+nothing else speaks for its table, since a program writes all of them alike; a decimal
+point in its own column speaks against.
+"""
+
+from dataclasses import dataclass
+
+import pyarrow.compute as pc
+
+DECIMAL = r"^[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?$"
+OF_TWO_MEANINGS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
+POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
+
+
+@dataclass(frozen=True)
+class Commas:
+    """What the commas of a table are: ``decimal``, ``open`` or ``none``."""
+
+    meaning: str
+    column: str = ""  # where the first comma of two meanings stands
+    place: int = 0
+    text: str = ""
+
+
+def meaning_of_commas(columns) -> Commas:
+    """Tell what commas mean in columns of numbers as text.
+
+    ``columns``: arrow arrays of text, without blanks around it, by name. ``none`` where
+    there are no decimal commas, or points in the same column: single values are faults
+    then. Points in another column speak only against commas of two meanings.
+
+    >>> import pyarrow as pa
+    >>> meaning_of_commas({"x": pa.array(["12,5", "7,250"])}).meaning
+    'decimal'
+    >>> meaning_of_commas({"x": pa.array(["1,234", "7"])}).meaning
+    'open'
+    """
+    first = None
+    is_proven = has_points = False
+    for name, texts in columns.items():
+        is_comma = pc.match_substring_regex(texts, DECIMAL)
+        has_commas = pc.any(is_comma, min_count=0).as_py()
+        has_own = _has_points(texts)
+        has_points |= has_own
+        if has_commas and has_own:
+            return Commas("none")
+        is_open = pc.match_substring_regex(texts, OF_TWO_MEANINGS)
+        is_proven |= bool(pc.any(pc.and_not(is_comma, is_open), min_count=0).as_py())
+        if first is None and pc.any(is_open, min_count=0).as_py():
+            place = pc.index(is_open, True).as_py()
+            first = Commas("open", name, place, texts[place].as_py())
+    if is_proven:
+        return Commas("decimal")
+    return Commas("none") if has_points or first is None else first
+
+
+def with_points(texts):
+    """Numbers as text with decimal points in place of decimal commas."""
+    is_comma = pc.match_substring_regex(texts, DECIMAL)
+    return pc.if_else(is_comma, pc.replace_substring(texts, ",", "."), texts)
+
+
+def _has_points(texts):
+    """Whether there is a number with a decimal point."""
+    if not pc.any(pc.match_substring(texts, "."), min_count=0).as_py():
+        return False
+    return pc.any(pc.match_substring_regex(texts, POINT), min_count=0).as_py()

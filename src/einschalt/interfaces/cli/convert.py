@@ -1,0 +1,60 @@
+"""``einschalt convert``: tables and markers of other programs, as plain tables."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
+
+EXAMPLES = (
+    "einschalt convert markers.xml out/tables",
+    "einschalt convert markers.xml out/gcp_list.txt",
+    "einschalt convert Punkte.xlsx control_points.csv",
+)
+
+
+@with_exit_status
+@done_in_work
+def convert(
+    given: Annotated[
+        Path,
+        typer.Argument(
+            metavar="IN",
+            help="Metashape markers (.xml), gcp_list.txt of ODM, "
+            "ground_control_points.json of OpenSfM, or a table of any kind.",
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT",
+            help="Of markers a folder for control_points.csv and image_points.csv, or "
+            "gcp_list.txt; of a table a .csv or .parquet.",
+        ),
+    ],
+    sheet: Annotated[
+        str | None, typer.Option(show_default="the only one", help="Of a workbook.")
+    ] = None,
+    layer: Annotated[
+        str | None, typer.Option(show_default="the only one", help="Of a GeoPackage.")
+    ] = None,
+    crs: Annotated[
+        str | None,
+        typer.Option(
+            show_default="not known", help="Of the table, where Y and X need it."
+        ),
+    ] = None,
+    decimal: Annotated[
+        Literal[",", "."] | None,
+        typer.Option(
+            show_default="by the table", help="What commas in its numbers are."
+        ),
+    ] = None,
+):
+    """Write what another program has measured as plain tables.
+
+    Names of columns, kinds of points, decimal commas and encodings are understood as
+    check does, and said. Coordinates stay in their system, pixels as they were counted.
+    Nothing is written over.
+    """

@@ -1,0 +1,109 @@
+"""What ``einschalt convert`` does."""
+
+import os
+
+from einschalt.foundations.errors import FileError, OutputError, raise_problems
+from einschalt.foundations.tables import check_table
+from einschalt.foundations.typesetting import count
+from einschalt.interfaces.cli.exits import print_error, print_out
+from einschalt.interfaces.files import marker_files
+from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
+from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.new_block.looked_at import KINDS, look_at
+
+CONTROL, IMAGES = "control_points.csv", "image_points.csv"
+
+
+def convert(given, output, *, sheet, layer, crs, decimal):
+    """Convert markers or a table; what was understood goes to standard error."""
+    read = _reader(given)
+    if read is not None:
+        _convert_markers(read(given, given.name), given, output)
+        return
+    said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
+    _convert_table(look_at(given, said), given, output)
+
+
+def _reader(path):
+    """Function that reads markers of this kind; None where it is a table."""
+    suffix = path.suffix.lower()
+    if suffix == ".xml":
+        return marker_files.read_metashape
+    if suffix == ".json":
+        return marker_files.read_opensfm
+    is_list = path.name.casefold().startswith("gcp_list") and suffix == ".txt"
+    return marker_files.read_odm if is_list else None
+
+
+def _convert_markers(markers, given, output):
+    for note in markers.notes:
+        print_error(f"note: {note}")
+    if output.suffix.lower() == ".txt":
+        _require_free(output)
+        marker_files.write_odm(output, markers)
+        print_out(f"{_said(markers)} in {output}")
+        return
+    if output.suffix and not output.is_dir():
+        raise FileError(
+            f"suffix '{output.suffix}' is none for markers",
+            expected="a folder, or gcp_list.txt",
+            remedy="Name a folder",
+            file=output,
+        )
+    control, measured = output / CONTROL, output / IMAGES
+    for path in (control, measured):
+        _require_free(path)
+    make_folder(output)
+    write_csv(markers.control_points(), control)
+    write_csv(markers.measurements, measured)
+    print_out(f"{_said(markers)} of {given.name} in {control} and {measured}")
+    if markers.crs is not None:
+        print_out(f'In block.toml: [control_points] crs = "{markers.crs}"')
+
+
+def _said(markers):
+    n_points, n_measured = len(markers.points), len(markers.measurements)
+    images = count(int(markers.measurements["image_id"].nunique()), "image")
+    said = f"{count(n_points, 'point')}, {count(n_measured, 'measurement')}"
+    return f"{said} in {images}"
+
+
+def _convert_table(found, given, output):
+    if len(found) > 1:
+        raise FileError(
+            f"holds {count(len(found), 'table')}",
+            expected="one table",
+            remedy="Say which by --sheet or --layer",
+            file=given.name,
+        )
+    table = found[0]
+    for note in table.notes:
+        print_error(f"note: {note}")
+    if table.kind == "camera" or output.suffix.lower() not in WRITTEN_SUFFIXES:
+        raise FileError(
+            f"{given.name} is {table.description}",
+            expected="a table, and a file .csv or .parquet for it",
+            remedy="Name such a file",
+        )
+    schema = KINDS[table.kind]
+    names = [name for name in schema.names if name in table.frame]
+    if "longitude" not in table.frame:
+        raise_problems(check_table(table.frame, schema, source=given.name).problems)
+    else:
+        names = ["point_id", "longitude", "latitude", *names[1:]]
+    _require_free(output)
+    make_folder(output.absolute().parent)
+    write_table(table.frame[list(dict.fromkeys(names))], output)
+    print_out(f"{table.title} ({table.description}) in {output}")
+
+
+def _require_free(path):
+    if os.path.lexists(path):
+        raise OutputError(
+            "is there already",
+            expected="a new file",
+            remedy="Name another one, or remove it",
+            file=path,
+        )

@@ -1,0 +1,182 @@
+"""What ``einschalt init`` does."""
+
+import os
+import sys
+from pathlib import Path
+
+import typer
+
+from einschalt.foundations.errors import EinschaltError, OutputError, SettingsError
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.cli.exits import WRONG, print_out
+from einschalt.interfaces.files.atomic import make_folder, write_text
+from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.block_toml import BLOCK_FILE
+from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
+from einschalt.interfaces.new_block.looked_at import files_below, look_at
+from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.reports import problem_list
+
+PLACES = {
+    "crs": ("block", "crs"),
+    "high_scale": ("high_flight", "scale_number"),
+    "low_scale": ("low_flight", "scale_number"),
+    "high_m_g_um": ("high_flight", "m_g_um"),
+    "low_m_g_um": ("low_flight", "m_g_um"),
+    "control_error_m": ("control_points", "standard_error_m"),
+}
+ASSUMED = "assumed, since no file tells: correct it"
+
+
+def init(folder, more, files, *, template, yes, name, easting, northing, **options):
+    """Write block.toml of what files hold, or of a template."""
+    require_new(folder)
+    if template:
+        write_text(make_folder(folder) / BLOCK_FILE, TEMPLATE)
+        print_out(f"{folder / BLOCK_FILE}: fill it in, then: einschalt check {folder}")
+        return
+    if options["crs"] is not None:
+        read_crs(options["crs"])
+    columns = {"easting": easting, "northing": northing}
+    columns = {key: column for key, column in columns.items() if column is not None}
+    said = Said(columns, decimal=options.pop("decimal"), crs=options["crs"])
+    found = _look([*(files or []), *(more or [])], folder, said)
+    proposal = propose(found, {})
+    proposal = propose(found, _given(options, proposal))
+    _show(proposal)
+    _require_answers(proposal, yes)
+    for question in proposal.questions:
+        value, reason = _answer(question, yes)
+        proposal = answered(proposal, question, value, reason)
+    text = block_text(proposal, folder, name or Path(folder).resolve().name)
+    write_text(make_folder(folder) / BLOCK_FILE, text)
+    _check(folder)
+
+
+def require_new(folder):
+    """Refuse to write where a block stands."""
+    if os.path.lexists(folder / BLOCK_FILE):
+        raise OutputError(
+            f"the folder holds {BLOCK_FILE} already",
+            expected="a folder without one",
+            remedy="Edit it, or name another folder",
+            file=folder,
+        )
+
+
+def _look(files, folder, said):
+    """Tables of the files that were named, or of those in the folder."""
+    if files:
+        return [one for path in files for one in look_at(path, said)]
+    found = []
+    for path in files_below(folder) if Path(folder).is_dir() else []:
+        try:
+            found += look_at(path, said)
+        except EinschaltError as error:
+            print_out(f"left out: {error}")
+    if not found:
+        raise SettingsError(
+            f"no table in {folder}",
+            expected="files after --from, or tables in the folder",
+            remedy="Name them after --from, or write --template",
+        )
+    return found
+
+
+def _given(options, proposal):
+    """Values that options say, by section and key."""
+    given = {PLACES[n]: v for n, v in options.items() if n in PLACES and v is not None}
+    distance = options["principal_distance_mm"]
+    if distance is not None:
+        sections = {name for name, key in proposal.tables if key == "image_points"}
+        given |= {(name, "principal_distance_mm"): distance for name in sections}
+    known = {section for section, _ in proposal.tables} | {"block"}
+    unknown = [section for section, _ in given if section not in known]
+    if unknown:
+        raise SettingsError(
+            f"an option is about {unknown[0].replace('_', ' ')}, which no file holds",
+            expected="options of what the files hold",
+            remedy="Leave it out, or name the file after --from",
+        )
+    return given
+
+
+def _show(proposal):
+    """Say what was found, and why."""
+    for (section, key), table in proposal.tables.items():
+        place = f"[{section}]" if key == "file" else f"[{section}] {key}"
+        print_out(f"{place}: {table.title} ({table.description})")
+        for note in table.notes:
+            print_out(f"  {note}")
+    for (section, key), guess in proposal.values.items():
+        if guess is not None:
+            value = f"{guess.value:g}" if is_number(str(guess.value)) else guess.value
+            print_out(f"[{section}] {key} = {value}: {guess.reason}")
+    for table in proposal.left_out:
+        print_out(f"left out: {table.title} ({table.description})")
+
+
+def _require_answers(proposal, yes):
+    """Refuse what nobody is there to answer, and name all options for it."""
+    if not yes and _is_terminal():
+        return
+    open_ones = [q for q in proposal.questions if not yes or not q.has_suggestion]
+    if open_ones:
+        options = ", ".join(question.option for question in open_ones)
+        can_be_taken = all(question.has_suggestion for question in open_ones)
+        raise SettingsError(
+            f"no file tells: {'; '.join(question.text for question in open_ones)}",
+            expected=options,
+            remedy=f"Give {options}"
+            + (", or --yes to take what is suggested" if can_be_taken else ""),
+        )
+
+
+def _answer(question, yes):
+    """Value of a question and why: of the user, or as suggested."""
+    if not yes:
+        return _asked(question), "as you say"
+    place = f"[{question.section}] {question.key}"
+    if question.suggested is None:
+        print_out(f"{place}: left out ({question.option})")
+    else:
+        print_out(f"{place} = {question.suggested:g}: {ASSUMED} ({question.option})")
+    return question.suggested, ASSUMED
+
+
+def _asked(question):
+    """What the user answers on the terminal; None where nothing."""
+    default = "" if question.suggested is None else f"{question.suggested:g}"
+    while True:
+        said = typer.prompt(question.text, default=default, show_default=bool(default))
+        if not said and question.may_be_left_out:
+            return None
+        if question.key != "crs":
+            if is_number(said) and float(said) > 0.0:
+                return float(said)
+            print_out("A number above 0 is expected.")
+            continue
+        try:
+            read_crs(said)
+        except EinschaltError as error:
+            print_out(str(error))
+        else:
+            return said
+
+
+def _is_terminal():
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _check(folder):
+    """Say what is wrong with the block that was written."""
+    found = find_problems(folder)
+    for line in problem_list.problem_lines(found):
+        if not line.startswith("note"):
+            print_out(line)
+    print_out(f"{folder / BLOCK_FILE}: {problem_list.conclusion(found)}")
+    if found.problems:
+        raise typer.Exit(WRONG)
+    print_out(f"Next: einschalt densify {folder} --output RESULTS")

@@ -1,0 +1,56 @@
+"""Files that GDAL reads: from a copy in a folder of its own, and of a known kind.
+
+GDAL guesses at the kind of a file by what stands in it, and some kinds lead to other
+files or into the net. So every reader looks at the first bytes before, and gives GDAL a
+copy that stands alone, under a plain name.
+"""
+
+import tempfile
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import FileError
+
+LONGEST_REASON = 200
+COPIES = "einschalt-copy-"  # begins the name of the folder of a copy
+# every cell as text, no first row taken for a header
+AS_TEXT = {
+    "OGR_XLSX_HEADERS": "DISABLE",
+    "OGR_XLSX_FIELD_TYPES": "STRING",
+    "OGR_ODS_HEADERS": "DISABLE",
+    "OGR_ODS_FIELD_TYPES": "STRING",
+}
+
+
+@contextmanager
+def opened(parts, source, options=AS_TEXT):
+    """Give pyogrio and the path of a copy; ``parts``: bytes by suffix, main one first.
+
+    What GDAL cannot read is a FileError that names ``source``.
+    """
+    # imported when a file is read: GDAL takes its time
+    import pyogrio  # noqa: PLC0415
+
+    before = {name: pyogrio.get_gdal_config_option(name) for name in options}
+    with (
+        tempfile.TemporaryDirectory(prefix=COPIES) as folder,
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore", RuntimeWarning)  # what it leaves out is checked
+        paths = [Path(folder) / f"table{suffix}" for suffix in parts]
+        for path, data in zip(paths, parts.values(), strict=True):
+            path.write_bytes(data)
+        try:
+            pyogrio.set_gdal_config_options(options)
+            yield pyogrio, paths[0]
+        except (RuntimeError, ValueError) as error:  # the bases of pyogrio's errors
+            said = str(error).replace(str(folder), "").split(";")[0]
+            raise FileError(
+                f"cannot be read: {shortened(said, LONGEST_REASON)}",
+                remedy="Export it again, or save the table as CSV",
+                file=source,
+            ) from error
+        finally:
+            pyogrio.set_gdal_config_options(before)

@@ -1,0 +1,343 @@
+"""Control points and where images show them, as photogrammetric programs write both.
+
+Metashape (markers as XML), OpenDroneMap (``gcp_list.txt``) and OpenSfM
+(``ground_control_points.json``). Pixels are counted from the upper left corner of the
+image, x to the right and y down, as these programs do.
+"""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as ET
+from xml.parsers import expat
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import (
+    FileError,
+    ProjectionError,
+    TableError,
+    raise_problems,
+)
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.foundations.tables import listed
+from einschalt.foundations.typesetting import count
+from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.input_files import read_once, read_text_bytes
+
+WGS_84 = "EPSG:4326"
+UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
+CHECK_MARK = "CHK-"  # how ODM's users mark check points
+CONTROL = ["point_id", "x", "y", "z", "role"]
+MEASURED = ["image_id", "point_id", "x", "y"]
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Points with their coordinates, and where they were measured in images."""
+
+    points: pd.DataFrame  # point_id, x, y (x the east or longitude), z, role
+    measurements: pd.DataFrame  # image_id, point_id, x, y [pixels]
+    crs: str | None
+    notes: tuple[str, ...] = ()
+
+    def control_points(self):
+        """Points as a table of control: columns as their system calls them."""
+        is_geographic = self.crs and read_source_crs(self.crs).is_geographic
+        names = ("longitude", "latitude") if is_geographic else ("easting", "northing")
+        names = dict(zip("xyz", (*names, "height"), strict=True))
+        table = self.points.rename(columns=names)
+        return table.drop(columns="height") if table["height"].isna().all() else table
+
+
+def read_metashape(path, source=None) -> Markers:
+    """Read the markers of a chunk that Metashape exported as XML."""
+    source = source or Path(path).name
+    chunk = _chunk(read_once(path, source).data, source)
+    images = {one.get("id"): one.get("label") for one in chunk.iter("camera")}
+    markers = chunk.find("markers")
+    labels, points, notes = {}, [], []
+    for one in [] if markers is None else markers.findall("marker"):
+        labels[one.get("id")] = one.get("label")
+        reference = one.find("reference")
+        if reference is not None and reference.get("x") is not None:
+            is_control = reference.get("enabled", "true") == "true"
+            xyz = (_number(reference.get(axis), source) for axis in "xyz")
+            role = "control" if is_control else "check"
+            points.append((one.get("label"), *xyz, role))
+    rows, n_predicted = [], 0
+    for one in chunk.iterfind("frames/frame/markers/marker"):
+        for place in one.findall("location"):
+            if place.get("pinned", "true") != "true":
+                n_predicted += 1
+                continue
+            image, name = place.get("camera_id"), one.get("marker_id")
+            if image not in images or name not in labels:
+                raise _damaged(source, f"camera {image} or marker {name} is unknown")
+            xy = (_number(place.get(axis), source) for axis in "xy")
+            rows.append((images[image], labels[name], *xy))
+    if n_predicted:
+        predicted = count(n_predicted, "position")
+        notes.append(f"{source}: {predicted} predicted and not measured, left out")
+    n_off = sum(point[-1] == "check" for point in points)
+    if n_off:
+        said = count(n_off, "marker")
+        notes.append(f"{source}: {said} not enabled, taken for check points")
+    return _markers(points, rows, _crs_of_chunk(chunk, source), notes, source)
+
+
+def _chunk(data, source):
+    """The only chunk of a document, read without entities."""
+    guard = expat.ParserCreate()
+    refusal = FileError(
+        "the XML defines a document type or entities, as Metashape does not",
+        expected="markers as Metashape exports them",
+        remedy="Check where the file comes from",
+        file=source,
+    )
+
+    def refuse(*_):
+        raise refusal
+
+    guard.StartDoctypeDeclHandler = refuse
+    try:
+        guard.Parse(data, True)
+    except expat.ExpatError as error:
+        raise FileError(
+            f"is no whole XML: {expat.ErrorString(error.code)}",
+            expected="markers as Metashape exports them",
+            remedy="Export it again",
+            file=source,
+            row=error.lineno,
+        ) from error
+    chunks = list(ET.fromstring(data).iter("chunk"))
+    if len(chunks) != 1:
+        raise FileError(
+            f"holds {count(len(chunks), 'chunk')}",
+            expected="one chunk with markers",
+            remedy="Export the markers of one chunk",
+            file=source,
+        )
+    return chunks[0]
+
+
+def _crs_of_chunk(chunk, source):
+    text = chunk.findtext("reference")
+    if not text or text.startswith("LOCAL_CS"):
+        return None
+    try:
+        return code_of(text)
+    except ProjectionError as error:
+        raise _damaged(source, f"the system {shortened(text)!r} is unknown") from error
+
+
+def _number(text, source):
+    if text is None:
+        return np.nan
+    if not is_number(text):
+        raise _damaged(source, f"{shortened(text)!r} is not a number")
+    return float(text)
+
+
+def _damaged(source, found):
+    return FileError(
+        found, expected="whole data", remedy="Export it again", file=source
+    )
+
+
+def read_odm(path, source=None) -> Markers:
+    """Read a ``gcp_list.txt``: the system, then X Y Z px py image [name]."""
+    source = source or Path(path).name
+    lines = read_text_bytes(path, source).decode("utf-8").splitlines()
+    numbered = [
+        (row, line.split())
+        for row, line in enumerate(lines, 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    crs = _crs_of_line(numbered[0], source)
+    is_bad = [k for k, (_, words) in enumerate(numbered) if k and not _is_row(words)]
+
+    def problem(place):
+        row, words = numbered[place]
+        return TableError(
+            f"{shortened(' '.join(words), 60)!r} is no measurement",
+            expected="X Y Z px py image [name]",
+            remedy="Correct the line, or delete it",
+            file=source,
+            row=row,
+        )
+
+    raise_problems(listed(is_bad, problem, "so are the lines"))
+    names = _names_of(numbered[1:], source)
+    points, rows, notes = {}, [], []
+    for marked, (_, words) in zip(names, numbered[1:], strict=True):
+        name = marked.removeprefix(CHECK_MARK)
+        role = "check" if name != marked else "control"
+        points.setdefault(marked, (name, *map(float, words[:3]), role))
+        rows.append((words[5], name, float(words[3]), float(words[4])))
+    n_check = sum(point[-1] == "check" for point in points.values())
+    if n_check:
+        said = count(n_check, "point")
+        notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
+    return _markers(list(points.values()), rows, crs, notes, source)
+
+
+def _is_row(words):
+    return len(words) >= 6 and all(map(is_number, words[:5]))
+
+
+def _crs_of_line(first, source):
+    row, words = first
+    text = " ".join(words)
+    utm = UTM.match(text)
+    if utm:
+        return f"EPSG:{(32600 if utm[2].upper() == 'N' else 32700) + int(utm[1])}"
+    try:
+        return WGS_84 if text.upper() in {"WGS84", "WGS 84"} else code_of(text)
+    except ProjectionError as error:
+        raise FileError(
+            f"{shortened(text, 60)!r} is no reference system",
+            expected="EPSG:…, WGS84, WGS84 UTM 33N or a PROJ string in the first line",
+            remedy="Write the system of the points into the first line",
+            file=source,
+            row=row,
+        ) from error
+
+
+def _names_of(numbered, source):
+    """Name of the point of each row; numbers where the list has none."""
+    places, names = {}, []
+    for row, words in numbered:
+        place = tuple(words[:3])
+        name = words[6] if len(words) > 6 else None
+        name = name or next((n for n, p in places.items() if p == place), None)
+        name = name or str(len(places) + 1)
+        if places.setdefault(name, place) != place:
+            raise TableError(
+                f"point {name} has other coordinates than in an earlier line",
+                expected="one place for each name",
+                remedy="Correct the name or the coordinates",
+                file=source,
+                row=row,
+            )
+        names.append(name)
+    return names
+
+
+def read_opensfm(path, source=None) -> Markers:
+    """Read ``ground_control_points.json``, with the sizes of reconstruction*.json.
+
+    OpenSfM counts from the middle of an image in units of its longer side; pixels need
+    that side, which the reconstruction beside it has.
+    """
+    source = source or Path(path).name
+    given = _json(path, source)
+    sizes = _image_sizes(Path(path).parent)
+    points, rows, unknown = [], [], set()
+    try:
+        for one in given["points"]:
+            name, position = str(one["id"]), one.get("position")
+            if position is not None:
+                place = (position["longitude"], position["latitude"])
+                points.append((name, *place, position.get("altitude"), "control"))
+            for seen in one.get("observations", ()):
+                image, (x, y) = str(seen["shot_id"]), seen["projection"]
+                wide, high = sizes.get(image, (np.nan, np.nan))
+                unknown |= set() if image in sizes else {image}
+                side = max(wide, high)
+                pixels = x * side + (wide - 1) / 2, y * side + (high - 1) / 2
+                rows.append((image, name, *pixels))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise _damaged(source, f"is no list of control points: {error}") from error
+    if unknown:
+        raise FileError(
+            f"the size of image {min(unknown)} is unknown",
+            expected="reconstruction.json beside it, with the cameras of all images",
+            remedy="Copy it from the project",
+            file=source,
+        )
+    return _markers(points, rows, WGS_84, [], source)
+
+
+def _json(path, source):
+    try:
+        return json.loads(read_text_bytes(path, source))
+    except (ValueError, RecursionError) as error:
+        raise FileError(
+            f"is no whole JSON: {shortened(str(error), 80)}",
+            expected="JSON as OpenSfM writes it",
+            remedy="Export it again",
+            file=source,
+            row=getattr(error, "lineno", None),
+        ) from error
+
+
+def _image_sizes(folder):
+    """Width and height of images, by name, of all reconstructions in a folder."""
+    sizes = {}
+    for path in sorted(folder.glob("reconstruction*.json")):
+        parts = _json(path, path.name)
+        try:
+            for part in parts:
+                for image, shot in part["shots"].items():
+                    camera = part["cameras"][shot["camera"]]
+                    sizes[image] = float(camera["width"]), float(camera["height"])
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise _damaged(path.name, f"is no reconstruction: {error}") from error
+    return sizes
+
+
+def _markers(points, rows, crs, notes, source):
+    if not rows:
+        raise FileError(
+            "holds no measurement in an image",
+            expected="control points that were measured",
+            remedy="Export the markers with their projections",
+            file=source,
+        )
+    control = pd.DataFrame(points, columns=CONTROL)
+    measured = pd.DataFrame(rows, columns=MEASURED)
+    try:
+        control = control.astype(dict.fromkeys("xyz", float))
+        measured = measured.astype({"x": float, "y": float})
+    except (ValueError, TypeError) as error:
+        raise _damaged(source, f"a coordinate is no number: {error}") from error
+    for table, names in ((control, ["point_id"]), (measured, MEASURED[:2])):
+        is_whole = np.isfinite(table[["x", "y"]]).all(axis=1)
+        is_whole &= table[names].notna().all(axis=1)
+        if not is_whole.all():
+            values = [table[~is_whole].iloc[0][name] for name in (*names, "x", "y")]
+            said = " ".join("?" if pd.isna(value) else str(value) for value in values)
+            raise _damaged(source, f"{shortened(said, 60)!r} lacks a name or a number")
+    return Markers(control, measured, crs, tuple(notes))
+
+
+def write_odm(path, markers):
+    """Write a ``gcp_list.txt``; points without coordinates have no row in it.
+
+    Check points are marked as ODM's users do. A FileError where a name has blanks,
+    which part the columns.
+    """
+    table = markers.measurements.merge(
+        markers.points, on="point_id", suffixes=("_image", "")
+    )
+    is_check = table["role"] == "check"
+    table["point_id"] = table["point_id"].where(
+        ~is_check, CHECK_MARK + table["point_id"]
+    )
+    names = table[["image_id", "point_id"]]
+    odd = names[names.apply(lambda column: column.str.contains(r"\s")).any(axis=1)]
+    if len(odd):
+        raise FileError(
+            f"the names {' and '.join(map(repr, odd.iloc[0]))} have blanks",
+            expected="names without blanks, which part the columns of the list",
+            remedy="Rename them, or convert into a folder",
+            file=path,
+        )
+    numbers = table[["x", "y", "z", "x_image", "y_image"]].map("{:.12g}".format)
+    rows = pd.concat([numbers, names], axis=1).agg(" ".join, axis=1)
+    write_text(path, "\n".join([markers.crs or WGS_84, *rows]) + "\n")

@@ -1,0 +1,260 @@
+"""What a table says, in the words and signs of the program that wrote it.
+
+Every reader passes here what it has read: the names of the columns before the values,
+so that numbers are read as such, then the frame. What was understood is said as a note;
+what has two meanings is refused with the question, and never guessed.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from einschalt.foundations.column_words import (
+    GEODETIC,
+    PLANE,
+    columns_meant,
+    kind_of,
+    translation_note,
+)
+from einschalt.foundations.decimal_commas import meaning_of_commas, with_points
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import ProjectionError, TableError, name_some
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import axis_letters, extent_of
+from einschalt.foundations.tables import LINE, ROLES
+from einschalt.foundations.typesetting import count
+
+ROLE = "role"
+NEW = "new"
+COMMA, POINT = ",", "."
+MOST_NAMES = 1000  # of columns that are looked at
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is said of a table beside its name."""
+
+    columns: dict = field(default_factory=dict)  # name of the schema: that in the file
+    sheet: str | None = None  # of a workbook
+    layer: str | None = None  # of a file of layers
+    decimal: str | None = None  # "," or "."
+    crs: str | None = None  # of its coordinates
+
+
+NOTHING_SAID = Said()
+
+
+@dataclass(frozen=True, eq=False)
+class ReadTable:
+    """A table as it was read."""
+
+    frame: pd.DataFrame  # the columns of the schema under their names, and the others
+    notes: tuple[str, ...] = ()  # how it was understood
+    crs: str | None = None  # of its coordinates, where the file states one
+
+
+def meant_header(names, schema, said, source, row=None):
+    """Understand the names of the columns, as :func:`columns_meant` does."""
+    known = set(schema.names)
+    if not said.columns and known.issuperset(names):
+        required = {c.name for c in schema.columns if c.is_required}
+        if required.issubset(names):  # nothing to understand
+            return columns_meant(names, schema)
+    return columns_meant(names, schema, said.columns, source=source, row=row)
+
+
+def understood(frame, schema, said, meant, source, *, may_have_commas) -> ReadTable:
+    """Understand values: decimal commas, the axes of Y and X, kinds of points.
+
+    ``frame`` has the names of ``meant``; ``may_have_commas``: no comma parts its
+    columns. A TableError where something has two meanings.
+    """
+    notes = []
+    if may_have_commas:
+        frame, note = _with_points(frame, schema, said, source)
+        notes.append(note)
+    hidden = set()  # columns of which another note tells, or none
+    if meant.letters is not None:
+        frame, note = _with_axes(frame, said, meant, source)
+        notes.append(note)
+        hidden |= set(PLANE)
+    if ROLE in schema.names and list(frame.columns).count(ROLE) == 1:
+        frame, more = _with_roles(frame, meant, source)
+        notes += more
+        hidden |= {ROLE} - set(frame.columns)
+    notes.insert(0, translation_note(meant, source, hidden))
+    return ReadTable(frame, tuple(note for note in notes if note))
+
+
+def _with_points(frame, schema, said, source):
+    """The frame with decimal points, where it has decimal commas."""
+    names = [
+        name
+        for name in schema.number_names
+        if list(frame.columns).count(name) == 1
+        and not pd.api.types.is_numeric_dtype(frame[name])
+    ]
+    texts = {name: _texts(frame[name]) for name in names}
+    if said.decimal == POINT:
+        return frame, None
+    commas = meaning_of_commas(texts)
+    if commas.meaning == "open" and said.decimal is None:
+        raise _question_of_commas(frame, commas, source)
+    if commas.meaning == "none":
+        return frame, None
+    changed = {name: _numbers(values, frame.index) for name, values in texts.items()}
+    return frame.assign(**changed), f"{source}: read with decimal commas"
+
+
+def _texts(series):
+    values = pa.array(series, from_pandas=True)
+    if isinstance(values, pa.ChunkedArray):
+        values = values.combine_chunks()
+    return pc.utf8_trim_whitespace(values.cast(pa.string()).fill_null(""))
+
+
+def _numbers(texts, index):
+    """Numbers with decimal commas; as text where one of them is none."""
+    plain = with_points(texts)
+    known = pc.if_else(pc.equal(plain, ""), pa.scalar(None, pa.string()), plain)
+    try:
+        values = known.cast(pa.float64())
+    except pa.ArrowInvalid:  # check_table says which
+        values = plain
+    return pd.Series(values.to_pandas().to_numpy(), index)
+
+
+def _question_of_commas(frame, commas, source):
+    row = frame.index[commas.place]
+    point, plain = (commas.text.replace(COMMA, sign) for sign in (POINT, ""))
+    return TableError(
+        f"{commas.column} '{commas.text}': is it {point} or {plain}? No number with a "
+        "comma in this table can have one meaning only",
+        expected="decimal points, or a word on the commas",
+        remedy='Say decimal = "," for the table in block.toml if they are decimal '
+        "commas; otherwise take them out",
+        file=source,
+        row=row if isinstance(row, (int, np.integer)) else None,
+    )
+
+
+def _with_axes(frame, said, meant, source):
+    """The frame in which Y and X are what they are in their country."""
+    y, x = meant.letters
+    turned = frame.rename(columns=dict(zip(PLANE, reversed(PLANE), strict=True)))
+    named = _by_name(said.crs)
+    if named is not None:
+        chosen = turned if named == GEODETIC else frame
+        reason = f"as {shortened(said.crs)} names its axes"
+    else:
+        is_inside = [_is_in_area(one, said.crs) for one in (frame, turned)]
+        if is_inside in ([True, False], [False, True]):
+            chosen = frame if is_inside[0] else turned
+            reason = (
+                f"since only so the points lie in the area of {shortened(said.crs)}"
+            )
+        elif meant.is_german:
+            chosen, reason = turned, "as German tables have them"
+        else:
+            raise _question_of_axes(meant, source, frame.index.name == LINE)
+    east = x if chosen is frame else y
+    north = y if chosen is frame else x
+    return chosen, f"{source}: {east!r} is easting, {north!r} is northing, {reason}"
+
+
+def _by_name(crs):
+    try:
+        return None if crs is None else axis_letters(crs)
+    except ProjectionError:  # said where the system is read
+        return None
+
+
+def _is_in_area(frame, crs):
+    """Whether the middle of the points lies in the area of their system."""
+    try:
+        extent = None if crs is None else extent_of(crs)
+    except ProjectionError:
+        extent = None
+    if extent is None:
+        return None
+    middle = [_median(frame[name]) for name in PLANE]
+    west, south, east, north = extent
+    return west <= middle[0] <= east and south <= middle[1] <= north
+
+
+def _median(series):
+    values = pd.to_numeric(series, errors="coerce").to_numpy(float, na_value=np.nan)
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else np.nan
+
+
+def _question_of_axes(meant, source, has_lines):
+    y, x = (shortened(name) for name in meant.letters)
+    return TableError(
+        f"columns '{y}' and '{x}': which of them is the easting? Austria, Germany and "
+        "Switzerland write Y for it, most others X, and nothing else here tells",
+        expected="easting and northing by these names, or a word on them",
+        remedy=f'Say columns = {{easting = "{y}", northing = "{x}"}} in block.toml, or '
+        "the other way round",
+        file=source,
+        row=1 if has_lines else None,
+    )
+
+
+def _with_roles(frame, meant, source):
+    """The frame with roles as they are called here, without new points."""
+    words = frame[ROLE].astype(object).where(frame[ROLE].notna(), "").astype(str)
+    known = {word: _role(word) for word in words.unique()}
+    foreign = {w: role for w, role in known.items() if role and w.strip() != role}
+    is_translated = ROLE in meant.translated
+    if is_translated and not any(known.values()):
+        # another kind of kind, such as that of the monument
+        name = meant.translated[ROLE]
+        return frame.rename(columns={ROLE: name}), []
+    if not foreign:
+        return frame, []
+    roles = words.map(lambda word: known[word] or word)
+    is_new = (roles == NEW).to_numpy()
+    kept = frame.assign(**{ROLE: roles.to_numpy(dtype=object)})[~is_new]
+    said = [f"{w.strip()!r} is {r}" for w, r in sorted(foreign.items()) if r != NEW]
+    notes = [f"{source}: role {name_some(said, 8)}"] if said else []
+    if is_new.any():
+        kinds = name_some(sorted({w.strip() for w, r in known.items() if r == NEW}))
+        notes.append(
+            f"{source}: {count(int(is_new.sum()), 'row')} of role {kinds} left out: "
+            "new points are no control"
+        )
+    return kept, notes
+
+
+def _role(word):
+    """Role of a word for a kind of points; None where it is not known."""
+    plain = word.strip()
+    return plain if plain in ROLES else kind_of(plain)
+
+
+def is_header(names, schema):
+    """Whether names of columns stand here: no numbers, and some that are known."""
+    if len(names) > MOST_NAMES or any(is_number(name) for name in names):
+        return False
+    try:
+        meant = columns_meant(list(names), schema)
+    except TableError:  # two that could be meant: names, certainly
+        return True
+    return bool(meant.translated) or bool(set(names) & set(schema.names))
+
+
+def is_whole_header(names, schema, said):
+    """Whether all columns stand here that the schema requires."""
+    known = [name for name in names if name]
+    if len(set(known)) < len(known) or len(known) > MOST_NAMES:
+        return False
+    try:
+        meant = columns_meant(known, schema, said.columns)
+    except TableError:
+        return False
+    required = {column.name for column in schema.columns if column.is_required}
+    return required <= set(meant.names)

@@ -1,0 +1,255 @@
+"""Tables in the sheets of workbooks: .xlsx and .ods.
+
+A cell is read as its value: what a formula gave when the workbook was saved, and
+nothing where none was saved. Formulas of .ods, macros, pictures and links do not even
+reach the reader, and nothing computes those of .xlsx.
+"""
+
+import io
+import re
+import zipfile
+import zlib
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import (
+    FileError,
+    TableError,
+    name_some,
+    raise_problems,
+)
+from einschalt.foundations.tables import listed
+from einschalt.interfaces.files.gdal_files import opened
+from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.understood_tables import (
+    NOTHING_SAID,
+    ReadTable,
+    is_whole_header,
+    meant_header,
+    understood,
+)
+
+SUFFIXES = (".xlsx", ".ods")
+ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+HARMLESS_BYTES = 2**28  # a million rows of ten columns
+MOST_PACKED = 100
+MOST_MEMBERS = 5000
+LARGEST_TEXT = 2**31  # of all cells together
+FORMULA = re.compile(rb"""\s(table:formula)\s*=\s*("[^"]*"|'[^']*')""")
+MOST_COLUMNS = 1000
+# NotImplementedError, of a way of packing that is not known, is a RuntimeError
+DAMAGES = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, ValueError)
+HEAD_ROWS = 30  # in which the names of the columns must stand
+DATE = r"\d{4}[-/]\d\d[-/]\d\d([ T].*)?"
+WHOLE = r"(-?\d+)\.0{6,}"  # as some programs write whole numbers
+
+
+def understand_workbook(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable:
+    """Read a sheet of a workbook; the index is its row, counted from 1.
+
+    The sheet is ``said.sheet``, or the only one that has the columns of the schema.
+    """
+    source = source or Path(path).name
+    cells, sheet, note = _sheet(path, schema, said, source)
+    place = _header_place(cells, schema, said)
+    names = _names(cells.iloc[place])
+    is_used = [bool(n) or (cells.iloc[place:, k] != "").any() for k, n in names.items()]
+    frame = cells.iloc[place + 1 :, np.flatnonzero(is_used)]
+    frame = frame[(frame != "").any(axis=1)]
+    given = [name or f"(column {k + 1})" for k, name in names.items() if is_used[k]]
+    row = int(cells.index[place])
+    meant = meant_header(given, schema, said, source, row)
+    frame.columns = list(meant.names)
+    frame = _whole_names(frame, schema, f"{source}, sheet {sheet}")
+    table = understood(frame, schema, said, meant, source, may_have_commas=True)
+    return ReadTable(table.frame, (*([note] if note else []), *table.notes))
+
+
+def sheets_of(path, source):
+    """Cells of all sheets of a workbook that are not empty, as text, by name."""
+    suffix = Path(path).suffix.lower()
+    data = sound_copy(read_once(path, source).data, suffix, source)
+    sheets = {}
+    with opened({suffix: data}, source) as (pyogrio, copy):
+        for name, _ in pyogrio.list_layers(copy):
+            _, table = pyogrio.read_arrow(copy, layer=name, return_fids=True)
+            _refuse_width(table.num_columns - 1, source)
+            frame = table.to_pandas().set_index(table.column_names[0]).fillna("")
+            frame = frame.astype("str").apply(lambda column: column.str.strip())
+            frame.index.name = "row"
+            if frame.size and (frame != "").to_numpy().any():
+                sheets[name] = frame
+    if not sheets:
+        raise FileError("the workbook is empty", remedy="Fill it", file=source)
+    return sheets
+
+
+def _refuse_width(n_columns, source):
+    if n_columns > MOST_COLUMNS:
+        raise FileError(
+            f"a sheet has {n_columns} columns",
+            expected=f"at most {MOST_COLUMNS}",
+            remedy="Leave out the columns that are no part of the table",
+            file=source,
+        )
+
+
+def _sheet(path, schema, said, source):
+    """Cells of the sheet that is meant, its name, and a note or None."""
+    sheets = sheets_of(path, source)
+    if said.sheet is not None:
+        if said.sheet in sheets:
+            return sheets[said.sheet], said.sheet, None
+        near = get_close_matches(said.sheet, sheets, n=1)
+        raise FileError(
+            f"holds no sheet '{shortened(said.sheet)}' with anything in it",
+            expected=name_some(sheets, 8),
+            remedy=f"Did you mean '{near[0]}'?" if near else "Correct sheet",
+            file=source,
+        )
+    if len(sheets) == 1:
+        return next(iter(sheets.values())), next(iter(sheets)), None
+    fitting = [n for n, cells in sheets.items() if _has_header(cells, schema, said)]
+    if len(fitting) == 1:
+        note = f"{source}: sheet '{fitting[0]}' alone has the columns of a table of "
+        words = schema.name.replace("_", " ")
+        return sheets[fitting[0]], fitting[0], f"{note}{words}"
+    raise FileError(
+        f"holds {len(sheets)} sheets, of which {name_some(fitting) or 'none'} could be "
+        "meant",
+        expected="one table",
+        remedy=f'Say which: sheet = "{(fitting or list(sheets))[0]}" in block.toml',
+        file=source,
+    )
+
+
+def _names(row):
+    return {k: str(name).strip() for k, name in enumerate(row)}
+
+
+def _has_header(cells, schema, said):
+    return _place_of_header(cells, schema, said) is not None
+
+
+def _place_of_header(cells, schema, said):
+    for place in range(min(len(cells), HEAD_ROWS)):
+        if is_whole_header(list(_names(cells.iloc[place]).values()), schema, said):
+            return place
+    return None
+
+
+def _header_place(cells, schema, said):
+    """Position of the row with the names: titles may stand above it."""
+    place = _place_of_header(cells, schema, said)
+    if place is not None:
+        return place
+    return int(np.flatnonzero((cells != "").any(axis=1).to_numpy())[0])
+
+
+def _whole_names(frame, schema, source):
+    """Names as they were typed; one of which the spreadsheet made a date is refused."""
+    changed, problems = {}, []
+    for name in schema.id_names:
+        if list(frame.columns).count(name) != 1:
+            continue
+        values = frame[name].str.replace(f"^{WHOLE}$", r"\1", regex=True)
+        is_date = values.str.fullmatch(DATE).to_numpy(dtype=bool)
+
+        def problem(place, name=name, values=values):
+            return TableError(
+                f"{name} '{values.iloc[place]}' is a date: a spreadsheet makes one of "
+                "names such as 7/8",
+                expected="the name as text",
+                remedy="Give the column the format Text, and the names again",
+                file=source,
+                row=int(frame.index[place]),
+            )
+
+        problems += listed(np.flatnonzero(is_date), problem, "so is the name")
+        changed[name] = values
+    raise_problems(problems)
+    return frame.assign(**changed)
+
+
+def sound_copy(data, suffix, source):
+    """Copy a workbook without all that is no text, number or name of a sheet.
+
+    A FileError where it would unpack to a monster, is damaged, or has XML entities.
+    """
+    if not data.startswith(ZIP):
+        is_old = data.startswith(OLE)
+        found = "is an old or an encrypted workbook" if is_old else "is no workbook"
+        remedy = f"Save it as {suffix} without a password" if is_old else "Export it"
+        raise FileError(found, expected=suffix, remedy=f"{remedy} again", file=source)
+    copy = io.BytesIO()
+    try:
+        with (
+            zipfile.ZipFile(io.BytesIO(data)) as packed,
+            zipfile.ZipFile(copy, "w") as new,
+        ):
+            members = packed.infolist()
+            _refuse_size(members, len(data), source)
+            texts = {}
+            for member in members:
+                name = member.filename
+                if name == "mimetype" or name.endswith((".xml", ".rels")):
+                    text = packed.read(member)
+                    _refuse_entities(text, source)
+                    texts[name] = FORMULA.sub(b"", text)
+            _refuse_texts(texts, source)
+            for name, text in texts.items():
+                new.writestr(name, text)
+    except DAMAGES as error:
+        raise _damaged(source) from error
+    return copy.getvalue()
+
+
+def _damaged(source):
+    return FileError(
+        "the workbook is damaged or truncated",
+        expected="a workbook that a spreadsheet opens",
+        remedy="Copy or export it again",
+        file=source,
+    )
+
+
+def _refuse_size(members, n_bytes, source):
+    unpacked = sum(member.file_size for member in members)
+    is_large = unpacked > max(HARMLESS_BYTES, MOST_PACKED * n_bytes)
+    if is_large or len(members) > MOST_MEMBERS:
+        raise FileError(
+            f"{n_bytes} bytes would unpack to {unpacked} bytes in {len(members)} files",
+            expected=f"a workbook that is packed at most {MOST_PACKED} times",
+            remedy="Check where the file comes from, or give the table as CSV",
+            file=source,
+        )
+
+
+def _refuse_entities(text, source):
+    head = text[:4096].upper().replace(b"\0", b"")
+    if b"<!DOCTYPE" in head or b"<!ENTITY" in head:
+        raise FileError(
+            "the workbook defines XML entities, as no spreadsheet does",
+            expected="a workbook as a spreadsheet saves it",
+            remedy="Check where the file comes from, or give the table as CSV",
+            file=source,
+        )
+
+
+def _refuse_texts(texts, source):
+    """Refuse one long text that all cells point to."""
+    shared = texts.get("xl/sharedStrings.xml", b"")
+    longest = max(map(len, shared.split(b"</si>")), default=0)
+    n_cells = sum(
+        text.count(b't="s"') for name, text in texts.items() if "sheet" in name
+    )
+    if n_cells * longest > LARGEST_TEXT:
+        raise FileError(
+            f"{n_cells} cells with texts of up to {longest} characters",
+            expected="names and numbers",
+            remedy="Take long remarks out, or give the table as CSV",
+            file=source,
+        )

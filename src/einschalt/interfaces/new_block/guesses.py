@@ -1,0 +1,117 @@
+"""What follows from tables: which flight is the high one, units, scales, systems.
+
+Every guess has its reason, which is shown to the user.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.likely_systems import systems_that_hold
+from einschalt.foundations.typesetting import count
+from einschalt.foundations.units import METRES_PER_UNIT
+
+# smallest and largest extent of a model that is usual [mm]: 6 cm to 46 cm wide
+USUAL_MODEL_MM = (30.0, 700.0)
+HIGH_WORDS = ("high", "hoch", "haut", "alto", "alta", "oben")
+LOW_WORDS = ("low", "tief", "nieder", "bas", "unten")
+ROUND = 0.005  # a scale number as near as that to one of two figures is meant to be it
+LEAST_SHARED = 2  # points of a model that have a scale
+MOST_ROWS = 200_000  # of a flight that are looked at
+MM = 1e-3
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A value, and why it is that."""
+
+    value: object
+    reason: str
+
+
+def unit_of(frame, key="model_id"):
+    """Unit of model coordinates, by the extent of the widest model."""
+    keys = [name for name in ("coverage", key) if name in frame]
+    groups = frame.groupby(keys, sort=False)[["x", "y"]]
+    widest = float((groups.max() - groups.min()).max(axis=1).max())
+    low, high = USUAL_MODEL_MM
+    for unit in ("mm", "cm", "m", "um"):
+        if low <= widest * METRES_PER_UNIT[unit] / MM <= high:
+            return Guess(unit, f"the widest model extends over {widest:.4g} {unit}")
+    return Guess("mm", f"the widest model extends over {widest:.4g} of them")
+
+
+def scale_of(frame, ground, unit, key="model_id"):
+    """Scale number by distances in the models and on the ground; None if there is none.
+
+    ``ground``: point_id, easting, northing [m].
+    """
+    keys = [name for name in ("coverage", key) if name in frame]
+    columns = [*keys, "point_id", "x", "y"]
+    points = frame[columns].head(MOST_ROWS)
+    placed = points.merge(ground[["point_id", "easting", "northing"]], on="point_id")
+    ratios = _ratios(placed, keys, ("x", "y"), ("easting", "northing"))
+    if not len(ratios):
+        return None
+    number = float(np.median(ratios)) / METRES_PER_UNIT[unit]
+    what = count(len(ratios), key.removesuffix("_id"))
+    said = f"{what} against the ground: 1:{number:.0f}"
+    return Guess(rounded(number), said)
+
+
+def scale_beside(frame, unit, other, other_unit, other_scale):
+    """Scale number of a flight by points that it shares with another one."""
+    keys = ["coverage", "model_id"]
+    one = frame[[*(k for k in keys if k in frame), "point_id", "x", "y"]]
+    two = other.drop_duplicates("point_id") if "model_id" not in other else other
+    first = two.groupby("point_id", sort=False)[["model_id", "x", "y"]].first()
+    pairs = one.head(MOST_ROWS).merge(first, on="point_id", suffixes=("", "_other"))
+    names = [name for name in (*keys, "model_id_other") if name in pairs]
+    ratios = _ratios(pairs, names, ("x", "y"), ("x_other", "y_other"))
+    if not len(ratios):
+        return None
+    metres = METRES_PER_UNIT[other_unit] / METRES_PER_UNIT[unit]
+    number = float(np.median(ratios)) * metres * other_scale
+    pairs_said = count(len(ratios), "pair")
+    said = f"{pairs_said} of models of both flights: 1:{number:.0f}"
+    return Guess(rounded(number), said)
+
+
+def _ratios(pairs, keys, small, large):
+    """Size of each group in one system over that in another."""
+    groups = pairs.groupby(keys, sort=False)
+    spread = groups[[*small, *large]].var(ddof=0)
+    n_points = groups.size()
+    one = np.sqrt(spread[list(small)].sum(axis=1))
+    other = np.sqrt(spread[list(large)].sum(axis=1))
+    is_usable = (n_points >= LEAST_SHARED) & (one > 0.0) & (other > 0.0)
+    return (other / one)[is_usable].to_numpy()
+
+
+def rounded(number):
+    """A scale number as flights have it: 15 000 for 15 012.
+
+    >>> rounded(15_012.3), rounded(14_340.0)
+    (15000.0, 14340.0)
+    """
+    for figures in (2, 3):
+        step = 10.0 ** (np.floor(np.log10(number)) - figures + 1)
+        near = float(np.round(number / step) * step)
+        if abs(near - number) <= ROUND * number / 10 ** (figures - 2):
+            return near
+    return float(np.round(number))
+
+
+def flight_named(title):
+    """Flight that the name of a file says; None where it says none."""
+    small = title.casefold()
+    is_high, is_low = (any(w in small for w in ws) for ws in (HIGH_WORDS, LOW_WORDS))
+    if is_high == is_low:
+        return None
+    return "high_flight" if is_high else "low_flight"
+
+
+def systems_of(ground):
+    """Reference systems in which the middle of the points lies in the area of use."""
+    middle = ground[["easting", "northing"]].median()
+    return systems_that_hold(*middle.to_numpy(dtype=float))

@@ -1,0 +1,169 @@
+"""Files are looked at: which table of a block each of them could be, and why."""
+
+import tomllib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import EinschaltError, FileError, TableError
+from einschalt.foundations.typesetting import count
+from einschalt.interfaces.files import gdal_files, point_layers, workbooks
+from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.tables_by_suffix import READ_SUFFIXES, understand_table
+from einschalt.interfaces.files.understood_tables import Said
+
+# by what they require, the most particular first
+KINDS = {
+    "y_parallaxes": tables.Y_PARALLAXES,
+    "image_points": tables.IMAGE_POINTS,
+    "models": tables.IMAGE_MODELS,
+    "base": tables.MODEL_BASES,
+    "model_points": tables.MEASURED_MODEL_POINTS,
+    "ground": tables.CONTROL_POINTS,
+}
+WORDS = {
+    "y_parallaxes": "y-parallaxes",
+    "image_points": "image points",
+    "models": "models and their images",
+    "base": "bases of the models",
+    "model_points": "model points",
+    "ground": "ground points",
+    "camera": "a camera",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Looked:
+    """A table, and what it could be."""
+
+    path: Path
+    kind: str  # of KINDS, or "camera"
+    frame: pd.DataFrame  # as checked; empty for a camera
+    said: Said
+    notes: tuple[str, ...] = ()
+    crs: str | None = None  # that the file states
+
+    @property
+    def title(self):
+        """Name of the file, and of its sheet or layer."""
+        part = self.said.sheet or self.said.layer
+        return f"{self.path.name}, {part}" if part else self.path.name
+
+    @property
+    def description(self):
+        """What it holds, with numbers."""
+        if self.kind == "camera":
+            return WORDS["camera"]
+        keys = {"model_id": "model", "image_id": "image", "point_id": "point"}
+        numbers = [
+            count(int(self.frame[name].nunique()), word)
+            for name, word in keys.items()
+            if name in self.frame
+        ]
+        return f"{WORDS[self.kind]}: {count(len(self.frame), 'row')}, " + ", ".join(
+            numbers
+        )
+
+
+def files_below(folder):
+    """Files of a folder that may be tables or cameras."""
+    known = (*READ_SUFFIXES, ".toml")
+    return sorted(
+        path
+        for path in Path(folder).iterdir()
+        if path.suffix.lower() in known
+        and path.is_file()
+        and not path.name.startswith(".")
+    )
+
+
+def look_at(path, said) -> list[Looked]:
+    """Look at a file, and at each sheet or layer of it.
+
+    ``said``: what the user says of all tables. A FileError where it holds none that is
+    known; a TableError where one has two meanings.
+    """
+    path = Path(path)
+    file = read_once(path, path.name)
+    if path.suffix.lower() == ".toml":
+        return _camera(file, said)
+    parts = _parts(file, said)
+    found, refused = [], []
+    for part in parts:
+        try:
+            found.append(_table(file, part))
+        except EinschaltError as error:
+            refused.append(error)
+    # a workbook has sheets of other things beside
+    questions = [error for error in refused if _is_of_rows(error)]
+    if questions or not found:
+        raise (questions or refused)[0]
+    return found
+
+
+def _is_of_rows(error):
+    """Whether a table is refused for what stands in it, and not for its columns."""
+    faults = getattr(error, "problems", [error])
+    is_named = any("is missing, found" in fault.found for fault in faults)
+    return isinstance(faults[0], TableError) and not is_named
+
+
+def _camera(file, said):
+    try:
+        keys = tomllib.loads(file.data.decode("utf-8-sig"))
+    except ValueError:
+        keys = {}
+    if "convention" in keys or "convention" in keys.get("camera", {}):
+        return [Looked(file.path, "camera", pd.DataFrame(), said)]
+    raise FileError(
+        "is no camera", remedy="Name tables and camera.toml", file=file.source
+    )
+
+
+def _parts(file, said):
+    """What is to be said of the file, once for each of its tables."""
+    suffix = file.path.suffix.lower()
+    if suffix in workbooks.SUFFIXES:
+        names = list(workbooks.sheets_of(file, file.source))
+        parts = [replace(said, sheet=name) for name in names]
+    elif suffix == ".gpkg":
+        point_layers.require_kind(file)
+        with gdal_files.opened({suffix: file.data}, file.source) as (pyogrio, copy):
+            names = [str(name) for name, _ in pyogrio.list_layers(copy)]
+        parts = [replace(said, layer=name) for name in names]
+    else:
+        return [said]
+    return parts if len(parts) > 1 else [said]
+
+
+def _table(file, said):
+    """The table as the first kind whose columns it has."""
+    beside = [read_once(one, one.name) for one in companions(file.path)]
+    question = None
+    for kind, schema in KINDS.items():
+        known = {n: c for n, c in said.columns.items() if n in schema.names}
+        own = replace(said, columns=known)
+        try:
+            table = understand_table(
+                file, schema, own, source=file.source, beside=tuple(beside)
+            )
+        except EinschaltError as error:
+            question = question or (error if _is_of_rows(error) else None)
+            continue
+        names = set(table.frame.columns)
+        if {"longitude", "latitude"} <= names and kind == "ground":
+            names |= {"easting", "northing"}
+        if {c.name for c in schema.columns if c.is_required} <= names:
+            checked = tables.check_table(table.frame, schema, source=file.source)
+            frame = table.frame if checked.problems else checked.frame
+            return Looked(file.path, kind, frame, own, table.notes, table.crs)
+    if question is not None:
+        raise question
+    raise FileError(
+        "holds no table that a block could have",
+        expected=", ".join(WORDS[kind] for kind in KINDS),
+        remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
+        file=file.source,
+    )

@@ -1,0 +1,248 @@
+"""Which table of a block each file is, and what is still to be asked."""
+
+from dataclasses import dataclass, field, replace
+
+from einschalt.foundations.errors import FileError, SettingsError, name_some
+from einschalt.foundations.key_columns import is_among
+from einschalt.interfaces.new_block.guesses import (
+    Guess,
+    flight_named,
+    scale_beside,
+    scale_of,
+    systems_of,
+    unit_of,
+)
+
+FLIGHTS = ("high_flight", "low_flight")
+CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
+APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
+M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}  # Kovarik's, of one machine setting
+
+
+@dataclass(frozen=True)
+class Question:
+    """What no file tells."""
+
+    section: str
+    key: str
+    option: str  # of the command line
+    text: str
+    suggested: object = None  # taken with --yes; None: there is nothing to suggest
+    may_be_left_out: bool = False
+
+    @property
+    def has_suggestion(self):
+        """Whether it can be answered without the user."""
+        return self.suggested is not None or self.may_be_left_out
+
+
+@dataclass(eq=False)
+class Proposal:
+    """A block as far as the files tell it."""
+
+    tables: dict  # section and key: the table
+    values: dict = field(default_factory=dict)  # section and key: Guess
+    questions: list = field(default_factory=list)
+    left_out: list = field(default_factory=list)  # tables, and why
+
+
+def propose(found, given) -> Proposal:
+    """Propose a block of the tables that were found.
+
+    ``given``: values by section and key that the user has said. A SettingsError or
+    FileError where the tables make no block.
+    """
+    ground, left_out = _ground_tables([one for one in found if one.kind == "ground"])
+    flights = _flights(found, "approximate_points" in ground)
+    proposal = Proposal({(name, "file"): one for name, one in ground.items()})
+    proposal.left_out = left_out
+    known = ground.get("control_points", ground.get("approximate_points"))
+    units, scales = {}, {}
+    for tables in flights:
+        units[id(tables)], scales[id(tables)] = _sizes(tables, known)
+    named = _named(flights, scales)
+    for name, tables in named.items():
+        proposal.tables |= {(name, key): one for key, one in tables.items()}
+        if "model_points" in tables:
+            proposal.values[name, "model_unit"] = units[id(tables)]
+        proposal.values[name, "scale_number"] = scales[id(tables)]
+    _scale_beside(proposal)
+    if known.crs and "longitude" not in known.frame:
+        proposal.values["block", "crs"] = Guess(known.crs, f"{known.title} says so")
+    for place, value in given.items():
+        proposal.values[place] = Guess(value, "as you say")
+    proposal.questions = _questions(proposal, named)
+    return proposal
+
+
+def _ground_tables(found):
+    """Control and approximate points, and what is left out."""
+    if not found:
+        raise SettingsError(
+            "no file holds control points",
+            expected="a table of point_id, easting, northing, or points of a layer",
+            remedy="Name it after --from",
+        )
+    approximate = [one for one in found if _says(one, APPROXIMATE_WORDS)]
+    rest = [one for one in found if one not in approximate]
+    control = rest if len(rest) == 1 else [o for o in rest if _says(o, CONTROL_WORDS)]
+    control = control or [one for one in rest if "role" in one.frame]
+    if len(control) > 1 or len(approximate) > 1 or (rest and not control):
+        titles = name_some(one.title for one in (control or rest))
+        raise SettingsError(
+            f"{titles} could all be the control points",
+            expected="one table of control, and one of approximate points",
+            remedy="Name one of them after --from, and leave the others out",
+        )
+    tables = {"control_points": control, "approximate_points": approximate}
+    left_out = [one for one in rest if one not in control]
+    return {name: ones[0] for name, ones in tables.items() if ones}, left_out
+
+
+def _says(table, words):
+    return any(word in table.title.casefold() for word in words)
+
+
+def _flights(found, has_approximate):
+    """Tables that belong together, one dict for each flight."""
+    of_kind = {}
+    for one in found:
+        of_kind.setdefault(one.kind, []).append(one)
+    flights = [{"model_points": one} for one in of_kind.get("model_points", [])]
+    flights += [{"image_points": one} for one in of_kind.get("image_points", [])]
+    for kind in ("y_parallaxes", "base"):
+        machines = [one for one in flights if "model_points" in one]
+        for one in of_kind.get(kind, []):
+            _join(machines, "model_points", "model_id", one, kind)
+    images = [one for one in flights if "image_points" in one]
+    for one in of_kind.get("models", []):
+        _join(images, "image_points", "image_id", one, "models", "left_image")
+    for one in of_kind.get("camera", []):
+        for flight in images:
+            flight["camera"] = one
+    most = 2 - has_approximate
+    if not flights or len(flights) > 2:
+        raise SettingsError(
+            f"{len(flights) or 'no'} files hold measurements of a flight",
+            expected="one or two: the high flight and the low flight",
+            remedy="Name after --from the model points, or the image points and models",
+        )
+    if len(flights) < most:
+        raise SettingsError(
+            f"{next(iter(flights[0].values())).title} holds the only flight",
+            expected="a high flight beside it, or approximate points",
+            remedy="Name the other flight after --from, or a table of approximate "
+            "points with a name such as approximate_points.csv",
+        )
+    return flights
+
+
+def _join(flights, key, name, table, kind, own=None):
+    """Put a table to the flight with which it shares most names."""
+    names = table.frame[own or name]
+    shares = [is_among(names, flight[key].frame[name]).mean() for flight in flights]
+    if not shares or max(shares) == 0.0:
+        raise FileError(
+            f"shares no {name} with a flight",
+            expected=f"names of the {key.replace('_', ' ')}",
+            remedy="Name the flight after --from as well, or leave the file out",
+            file=table.title,
+        )
+    best = [f for f, s in zip(flights, shares, strict=True) if s == max(shares)]
+    free = [flight for flight in best if kind not in flight]
+    by_name = [f for f in free if _flight_of(f) == flight_named(table.title)]
+    (by_name or free or best)[0][kind] = table
+
+
+def _flight_of(tables):
+    for one in tables.values():
+        if flight_named(one.title):
+            return flight_named(one.title)
+    return None
+
+
+def _sizes(tables, known):
+    """Unit and scale number of a flight, guesses both; a scale may be None."""
+    if "image_points" in tables:
+        unit = Guess("mm", "image coordinates")
+        table, key = tables["image_points"], "image_id"
+        if "camera" in tables:
+            return unit, None  # pixels
+    else:
+        table, key = tables["model_points"], "model_id"
+        unit = unit_of(table.frame)
+    has_plane = {"easting", "northing"} <= set(known.frame)
+    scale = scale_of(table.frame, known.frame, unit.value, key) if has_plane else None
+    return unit, scale
+
+
+def _named(flights, scales):
+    """Flights by name: what their files say, then the scales."""
+    if len(flights) == 1:
+        return {"low_flight": flights[0]}
+    by_file = [_flight_of(tables) for tables in flights]
+    if sorted(map(str, by_file)) == sorted(FLIGHTS):
+        return dict(sorted(zip(by_file, flights, strict=True)))
+    numbers = [scales[id(tables)] for tables in flights]
+    if None not in numbers and numbers[0].value != numbers[1].value:
+        high = int(numbers[1].value > numbers[0].value)
+        return {"high_flight": flights[high], "low_flight": flights[1 - high]}
+    raise SettingsError(
+        "nothing tells which of the two flights is the high one",
+        expected="names of files with high and low (hoch and tief), or two scales",
+        remedy="Rename one of the files",
+    )
+
+
+def _scale_beside(proposal):
+    """Scale of the low flight by the high one, where control does not give it."""
+    low, high = (proposal.tables.get((name, "model_points")) for name in FLIGHTS[::-1])
+    known = proposal.values.get(("high_flight", "scale_number"))
+    lacks = proposal.values.get(("low_flight", "scale_number")) is None
+    if lacks and low is not None and high is not None and known is not None:
+        units = [proposal.values[name, "model_unit"].value for name in FLIGHTS[::-1]]
+        scale = scale_beside(low.frame, units[0], high.frame, units[1], known.value)
+        proposal.values["low_flight", "scale_number"] = scale
+
+
+def _questions(proposal, named):
+    """What is still to be asked."""
+    questions = []
+    known = proposal.tables.get(("control_points", "file"))
+    if proposal.values.get(("block", "crs")) is None:
+        could = systems_of(known.frame) if "easting" in known.frame else []
+        said = f", such as {name_some(could, 8)}" if could else ""
+        text = f"Reference system of the coordinates{said}; empty for a local one"
+        questions.append(Question("block", "crs", "--crs", text, may_be_left_out=True))
+    error = "control_points", "standard_error_m"
+    has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}
+    if not has_errors and error not in proposal.values:
+        text = "TOTAL standard error of the control points [m]; empty if unknown"
+        option = "--control-error-m"
+        questions.append(Question(*error, option, text, may_be_left_out=True))
+    for name, tables in named.items():
+        word = name.partition("_")[0]
+        asked = {
+            "scale_number": (f"--{word}-scale", "Image scale number", None),
+            "m_g_um": (
+                f"--{word}-m-g-um",
+                "TOTAL error of one setting of a point in the image [um]",
+                M_G_UM[name],
+            ),
+        }
+        if "image_points" in tables and "camera" not in tables:
+            text = "Principal distance [mm]"
+            asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
+        for key, (option, text, suggested) in asked.items():
+            if proposal.values.get((name, key)) is None:
+                words = f"{text} of the {word} flight"
+                questions.append(Question(name, key, option, words, suggested))
+    return questions
+
+
+def answered(proposal, question, value, reason):
+    """The proposal with the answer to a question; None leaves the key out."""
+    guess = None if value is None else Guess(value, reason)
+    values = proposal.values | {(question.section, question.key): guess}
+    rest = [one for one in proposal.questions if one is not question]
+    return replace(proposal, values=values, questions=rest)

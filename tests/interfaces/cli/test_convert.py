@@ -1,0 +1,37 @@
+"""``einschalt convert``."""
+
+import pandas as pd
+from tests.interfaces.files.test_marker_files import XML
+
+TABLE = "Punktnr;Rechtswert;Hochwert;Art\n0012;13000,25;322000,5;Passpunkt\n"
+
+
+def test_markers_become_tables_and_nothing_is_written_over(invoke, tmp_path):
+    (tmp_path / "m.xml").write_text(XML, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "m.xml", tmp_path / "out")
+    assert shown.exit_code == 0, shown.output
+    assert "2 points, 3 measurements in 2 images of m.xml" in shown.stdout
+    assert '[control_points] crs = "EPSG:4326"' in shown.stdout
+    assert len(pd.read_csv(tmp_path / "out" / "image_points.csv")) == 3
+    again = invoke("convert", tmp_path / "m.xml", tmp_path / "out")
+    assert again.exit_code == 2
+    assert "control_points.csv: is there already" in again.stderr
+    listed = invoke("convert", tmp_path / "m.xml", tmp_path / "gcp_list.txt")
+    assert listed.exit_code == 0
+    lines = (tmp_path / "gcp_list.txt").read_text(encoding="utf-8").splitlines()
+    assert lines[1:] == [
+        "13.5 48.25 411.5 1.5 2.25 A.JPG P1",
+        "13.6 48.26 412 3 4 B.JPG CHK-P2",
+    ]
+
+
+def test_a_table_becomes_a_plain_one(invoke, tmp_path):
+    (tmp_path / "t.csv").write_text(TABLE, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "t.csv", tmp_path / "plain.csv")
+    assert shown.exit_code == 0, shown.output
+    assert "'Rechtswert' is easting" in shown.stderr
+    assert (tmp_path / "plain.csv").read_text(encoding="utf-8") == (
+        "point_id,easting,northing,role\n0012,13000.25,322000.5,control\n"
+    )
+    wrong = invoke("convert", tmp_path / "t.csv", tmp_path / "plain.dxf")
+    assert wrong.exit_code == 2

@@ -1,0 +1,120 @@
+"""``einschalt init``: from files to a block.toml that check accepts."""
+
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli.main import app
+from einschalt.interfaces.cli.work import init as work
+from einschalt.interfaces.files.block_folder import find_problems
+
+FLIGHTS = ("high_flight.csv", "low_flight.csv")
+KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
+KNOWN = ("--high-m-g-um", "7.5", "--low-m-g-um", "5", "--control-error-m", "0.03")
+
+
+@pytest.fixture(scope="module")
+def export(tmp_path_factory, block_folder):
+    """What an Austrian office hands over: German names, decimal commas, cp1252."""
+    folder = tmp_path_factory.mktemp("export")
+    for name in FLIGHTS:
+        shutil.copy(block_folder / name, folder / name)
+    control = pd.read_csv(block_folder / "control_points.csv", dtype={"point_id": str})
+    table = pd.DataFrame(
+        {
+            "Punktnummer": control["point_id"],
+            "Rechtswert": control["easting"],
+            "Hochwert": control["northing"],
+            "Höhe": 411.25,
+            "Art": control["role"].map(KINDS),
+        }
+    )
+    options = {"sep": ";", "decimal": ",", "encoding": "cp1252", "index": False}
+    table.to_csv(folder / "Punkte.csv", **options)
+    return folder
+
+
+def files_of(folder):
+    return ["--from", *(folder / name for name in ("Punkte.csv", *FLIGHTS))]
+
+
+def test_files_make_a_block_that_check_accepts(invoke, export, block_folder, tmp_path):
+    folder = tmp_path / "new"
+    shown = invoke("init", folder, *files_of(export), "--crs", "EPSG:31255", *KNOWN)
+    assert shown.exit_code == 0, shown.output
+    assert "scale_number = 15000: 7 models against the ground: 1:15000" in shown.stdout
+    assert "'Rechtswert' is easting" in shown.stdout
+    assert "nothing wrong" in shown.stdout
+    plain, block = (find_problems(one).block for one in (block_folder, folder))
+    plane = ["easting", "northing"]
+    one, other = (b.control_points.set_index("point_id") for b in (plain, block))
+    np.testing.assert_allclose(one[plane], other[plane], rtol=0, atol=1e-9)
+    assert one["role"].equals(other["role"])
+    for name in ("high_flight", "low_flight"):
+        one, other = (getattr(b, name) for b in (plain, block))
+        assert (one.scale_number, one.m_g_um) == (other.scale_number, other.m_g_um)
+    again = invoke("init", folder, *files_of(export), "--yes")
+    assert again.exit_code == 2
+    assert "the folder holds block.toml already" in again.stderr
+
+
+def test_what_no_file_tells_is_named_where_nobody_can_be_asked(
+    invoke, export, tmp_path
+):
+    refused = invoke("init", tmp_path / "new", *files_of(export), "--low-m-g-um", "5")
+    assert refused.exit_code == 2
+    assert "expected --crs, --control-error-m, --high-m-g-um. Give" in refused.stderr
+    assert "such as EPSG:31255" in refused.stderr
+    assert not (tmp_path / "new").exists()
+    taken = invoke("init", tmp_path / "new", *files_of(export), "--yes")
+    assert taken.exit_code == 0
+    text = (tmp_path / "new" / "block.toml").read_text(encoding="utf-8")
+    assert "m_g_um = 7.5  # assumed, since no file tells: correct it" in text
+    assert "# crs = …" in text
+
+
+def test_a_terminal_is_asked(export, tmp_path, monkeypatch):
+    monkeypatch.setattr(work, "_is_terminal", lambda: True)
+    call = ["init", tmp_path / "new", *files_of(export), "--high-m-g-um", "7.5"]
+    answers = "EPSG:99999\nEPSG:31255\n\nfive\n6\n"
+    shown = CliRunner().invoke(app, [str(word) for word in call], input=answers)
+    assert shown.exit_code == 0, shown.output
+    assert "'EPSG:99999' is unknown" in shown.output
+    block = find_problems(tmp_path / "new").block
+    assert (block.crs, block.low_flight.m_g_um) == ("EPSG:31255", 6.0)
+
+
+def test_the_template_is_a_block_where_its_tables_are(invoke, small_block):
+    (small_block.path / "block.toml").unlink()
+    assert invoke("init", small_block.path, "--template").exit_code == 0
+    assert find_problems(small_block.path).problems == ()
+
+
+def test_flights_are_told_apart_by_their_scales_and_units(invoke, small_block):
+    (small_block.path / "block.toml").unlink()
+    for old, new in (("high_flight", "b"), ("low_flight", "a")):
+        table = pd.read_csv(small_block.path / f"{old}.csv", dtype=str)
+        table = table.astype({"x": float, "y": float})
+        table[["x", "y"]] /= 10.0
+        table.to_csv(small_block.path / f"{new}.csv", index=False)
+        (small_block.path / f"{old}.csv").unlink()
+    shown = invoke("init", small_block.path, "--yes", "--crs", "EPSG:31255")
+    assert shown.exit_code == 0, shown.output
+    block = find_problems(small_block.path).block
+    assert block.sources["high_flight.model_points"] == "b.csv"
+    assert (block.high_flight.model_unit, block.low_flight.scale_number) == ("cm", 8e3)
+
+
+def test_files_that_make_no_block_are_refused_in_words(invoke, export, tmp_path):
+    for files, said in (
+        (["Punkte.csv"], "no files hold measurements of a flight"),
+        (["high_flight.csv", "low_flight.csv"], "no file holds control points"),
+        (["Punkte.csv", "low_flight.csv"], "low_flight.csv holds the only flight"),
+    ):
+        named = [export / name for name in files]
+        refused = invoke("init", tmp_path / "new", "--from", *named, "--yes")
+        assert refused.exit_code == 2
+        assert said in refused.stderr

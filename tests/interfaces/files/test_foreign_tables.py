@@ -1,0 +1,400 @@
+"""Tables as people have them: their words, signs and kinds of files."""
+
+import io
+import json
+import zipfile
+
+import numpy as np
+import pandas as pd
+import pyogrio
+import pyproj
+import pytest
+import shapely
+
+from einschalt.foundations.errors import EinschaltError, FileError, TableError
+from einschalt.foundations.tables import CONTROL_POINTS, check_table
+from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.csv_tables import understand_csv, write_csv
+from einschalt.interfaces.files.tables_by_suffix import understand_table
+from einschalt.interfaces.files.understood_tables import Said
+
+KINDS = {"control": "Passpunkt", "check": "Kontrollpunkt"}
+PLANE = ["easting", "northing"]
+DRIVERS = {".gpkg": "GPKG", ".geojson": "GeoJSON", ".shp": "ESRI Shapefile"}
+
+
+def columns_of(frame):
+    """Columns as pyogrio takes them."""
+    kinds = [float if frame[n].dtype == float else object for n in frame]
+    return [frame[n].to_numpy(dtype=k) for n, k in zip(frame, kinds, strict=True)]
+
+
+def write_workbook(frame, path, *more, sheet="Punkte"):
+    """A workbook as GDAL writes it; ``more``: further sheets, each a frame."""
+    driver = path.suffix[1:].upper()
+    for place, one in enumerate((frame, *more)):
+        names = {"layer": f"{sheet}{place or ''}", "driver": driver}
+        options = {"geometry_type": None, "append": place > 0}
+        pyogrio.raw.write(path, None, columns_of(one), list(one), **names, **options)
+
+
+def write_layer(frame, xyz, path, crs="EPSG:31255"):
+    options = {"layer": "Punkte", "driver": DRIVERS[path.suffix], "crs": crs}
+    shapes = shapely.to_wkb(shapely.points(xyz))
+    names = list(frame)
+    options["geometry_type"] = "Point Z" if np.shape(xyz)[1] == 3 else "Point"
+    pyogrio.raw.write(path, shapes, columns_of(frame), names, **options)
+
+
+def write_geoparquet(frame, xyz, path):
+    shapes = pd.Series(list(shapely.to_wkb(shapely.points(xyz))), frame.index)
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.Table.from_pandas(frame.assign(geometry=shapes), preserve_index=False)
+    crs = pyproj.CRS(31255).to_json_dict()
+    column = {"encoding": "WKB", "geometry_types": ["Point"], "crs": crs}
+    facts = {"primary_column": "geometry", "columns": {"geometry": column}}
+    table = table.replace_schema_metadata({"geo": json.dumps(facts)})
+    parquet.write_table(table, path)
+
+
+def austrian(control):
+    """What an Austrian office exports of control points."""
+    return pd.DataFrame(
+        {
+            "Punktnummer": control["point_id"],
+            "Rechtswert": control["easting"].round(4),
+            "Hochwert": control["northing"].round(4),
+            "Höhe": np.round(400.0 + control["northing"] % 7.0, 2),
+            "Art": control["role"].map(KINDS),
+        }
+    )
+
+
+def write_export(table, path):
+    """The same table as a file of each kind."""
+    rest = table[["Punktnummer", "Art"]].rename(columns={"Punktnummer": "Pkt-Nr"})
+    xyz = table[["Rechtswert", "Hochwert", "Höhe"]].to_numpy()
+    if path.suffix == ".csv":
+        options = {"sep": ";", "decimal": ",", "encoding": "cp1252", "index": False}
+        table.to_csv(path, **options)
+    elif path.suffix in DRIVERS:
+        write_layer(rest, xyz[:, :2] if path.suffix == ".shp" else xyz, path)
+    elif path.suffix == ".parquet":
+        write_geoparquet(rest, xyz, path)
+    else:
+        write_workbook(table, path)
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory, demo_block):
+    """The demo block with its control as a plain table, and a place for others."""
+    from dataclasses import replace
+
+    from einschalt.interfaces.files.block_writing import write_block
+
+    control = demo_block.control_points.round({"easting": 4, "northing": 4})
+    block = replace(demo_block, control_points=control.drop(columns="standard_error_m"))
+    folder = tmp_path_factory.mktemp("austria")
+    write_block(block, folder)
+    toml = (folder / "block.toml").read_text(encoding="utf-8")
+    toml = toml.replace("[control_points]", "[control_points]\nstandard_error_m = 0.03")
+    return folder, toml, block
+
+
+SUFFIXES = [".csv", ".xlsx", ".ods", ".gpkg", ".geojson", ".shp", ".parquet"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_an_austrian_export_is_the_plain_table(blocks, suffix):
+    folder, toml, block = blocks
+    table = austrian(block.control_points)
+    write_export(table, folder / f"Punkte{suffix}")
+    text = toml.replace("control_points.csv", f"Punkte{suffix}")
+    (folder / "block.toml").write_text(text, encoding="utf-8")
+    found = find_problems(folder)
+    assert found.problems == ()
+    read = found.block.control_points.set_index("point_id")
+    plain = block.control_points.set_index("point_id")
+    assert read["role"].equals(plain["role"])
+    np.testing.assert_allclose(read[PLANE], plain[PLANE], rtol=0, atol=1e-9)
+    if suffix != ".shp":
+        heights = table.set_index("Punktnummer")["Höhe"]
+        np.testing.assert_allclose(read["height"], heights, rtol=0, atol=1e-9)
+    said = "\n".join(found.notes)
+    assert "role 'Kontrollpunkt' is check, 'Passpunkt' is control" in said
+    assert ("Windows-1252" in said) == (suffix == ".csv")
+    assert ("of the geometry" in said) == (suffix in (*DRIVERS, ".parquet"))
+    # what is signed for are all files of a shapefile
+    assert (f"Punkte{suffix}".replace("shp", "dbf") in found.block.checksums) == (
+        suffix in (".shp", *set(SUFFIXES) - {".shp"})
+    )
+
+
+def test_results_of_the_export_are_those_of_the_plain_table(blocks):
+    """Cheap proof for densify: what it is given is the same to the last digit."""
+    folder, toml, block = blocks
+    frames = []
+    for name in ("control_points.csv", "Punkte.csv"):
+        write_export(austrian(block.control_points), folder / "Punkte.csv")
+        text = toml.replace("control_points.csv", name)
+        (folder / "block.toml").write_text(text, encoding="utf-8")
+        control = find_problems(folder).block.control_points
+        frames.append(control[["point_id", *PLANE, "standard_error_m", "role"]])
+    pd.testing.assert_frame_equal(
+        *(f.reset_index(drop=True) for f in frames), check_exact=True
+    )
+
+
+def read_text(tmp_path, text, said=None):
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    return understand_csv(tmp_path / "t.csv", CONTROL_POINTS, said or Said())
+
+
+AUSTRIA, UTM = "EPSG:31255", "EPSG:25833"
+LETTERS = "Nr;Y;X\nA;13000,1;322000,2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "reason"),
+    [
+        (LETTERS, Said(crs=AUSTRIA), "as EPSG:31255 names its axes"),
+        (LETTERS.replace("Nr", "Punktnummer"), Said(), "as German tables have them"),
+        (
+            "no;x;y\nA;13000.1;322000.2\n",
+            Said(crs="EPSG:2154"),
+            "as EPSG:2154 names its axes",
+        ),
+        (
+            "Punktnummer;X;Y\nA;500000.1;5322000.2\n",
+            Said(crs=UTM),
+            "since only so the points lie in the area of EPSG:25833",
+        ),
+        (LETTERS, Said({"easting": "Y", "northing": "X"}), None),
+        ("Nr;R;H;Z\nA;13000,1;322000,2;3,5\n", Said(), None),
+    ],
+)
+def test_which_letter_is_the_easting(tmp_path, text, said, reason):
+    table = read_text(tmp_path, text, said)
+    east, north = table.frame[PLANE].iloc[0].astype(float)
+    assert east < north
+    assert reason is None or table.notes[-1].endswith(reason)
+
+
+@pytest.mark.parametrize("crs", [None, UTM])
+def test_letters_that_nothing_explains_are_asked_about(tmp_path, crs):
+    with pytest.raises(
+        TableError, match=r"'Y' and 'X': which of them is the easting\?"
+    ):
+        read_text(tmp_path, LETTERS, Said(crs=crs))
+
+
+def test_a_comma_of_two_meanings_is_asked_about_and_can_be_answered(tmp_path):
+    text = "point_id;easting;northing\nA;7;412\nB;1,234;322,000\n"
+    with pytest.raises(TableError, match=r"row 3: .*'1,234': is it 1\.234 or 1234\?"):
+        read_text(tmp_path, text)
+    frame = read_text(tmp_path, text, Said(decimal=",")).frame
+    assert frame["easting"].tolist() == [7.0, 1.234]
+    # another number that can have one meaning only speaks for both
+    frame = read_text(tmp_path, text.replace("7;", "0,030;")).frame
+    assert frame["easting"].tolist() == [0.03, 1.234]
+    # a decimal point beside it speaks against: the fault is that of the one value
+    table = read_text(tmp_path, text.replace("7;", "7.5;"))
+    faults = check_table(table.frame, CONTROL_POINTS).problems
+    assert "'1,234' has a comma" in faults[0].found
+
+
+def test_two_columns_that_could_be_meant_are_asked_about(tmp_path):
+    text = "Punktnr;Rechtswert;Ostwert;Hochwert\nA;1.0;2.0;3.0\n"
+    with pytest.raises(TableError, match="'Rechtswert' and 'Ostwert' could both be"):
+        read_text(tmp_path, text)
+    table = read_text(tmp_path, text, Said({"easting": "Ostwert"}))
+    assert table.frame["easting"].tolist() == [2.0]
+    with pytest.raises(TableError, match="column 'Ost', named for easting, is missing"):
+        read_text(tmp_path, text, Said({"easting": "Ost"}))
+
+
+def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
+    head = "point_id,easting,northing,Art\n"
+    table = read_text(tmp_path, f"{head}A,1,2,Paßpunkt\nB,1,2,Neupunkt\n")
+    assert table.frame["point_id"].tolist() == ["A"]
+    assert "1 row of role Neupunkt left out" in table.notes[-1]
+    table = read_text(tmp_path, f"{head}A,1,2,Bolzen\nB,1,2,Stein\n")
+    assert list(table.frame) == ["point_id", "easting", "northing", "Art"]
+    assert table.notes == ()
+
+
+def test_a_length_in_another_unit_is_not_taken_for_metres(tmp_path):
+    frame = read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n").frame
+    assert list(frame) == ["point_id", "Rechtswert [mm]", "northing"]
+
+
+def test_comments_are_said_and_names_that_look_like_them_are_kept(tmp_path):
+    names = pd.DataFrame({"point_id": ["#7", "B"], "easting": 1.0, "northing": 2.0})
+    write_csv(names, tmp_path / "t.csv")
+    text = (tmp_path / "t.csv").read_text(encoding="utf-8")
+    table = read_text(tmp_path, f"# by hand\n{text}#C,1,2\n")
+    assert table.frame["point_id"].tolist() == ["#7", "B"]
+    assert table.notes == ("t.csv: rows that begin with # are comments: 5",)
+    assert table.frame.index.tolist() == [3, 4]
+
+
+def test_a_flight_can_say_what_its_columns_are_called(small_block):
+    low = small_block.read("low_flight.csv").replace("x,y", "u,v")
+    small_block.write("low_flight.csv", low)
+    small_block.replace(
+        "block.toml",
+        '"low_flight.csv"',
+        '{file = "low_flight.csv", columns = {x = "u", y = "v"}}',
+    )
+    found = find_problems(small_block.path)
+    assert found.problems == ()
+    assert "low_flight.csv: column 'u' is x, 'v' is y" in found.notes
+
+
+POINTS = pd.DataFrame({"Nr": ["0012", "7/8"], "Ost": [1.5, 2.0], "Nord": [3.0, 4.0]})
+
+
+def changed_workbook(path, change, member="xl/worksheets/sheet1.xml"):
+    """The same workbook with another text in one of its files."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(packed, "w", 8) as new:
+        for name in old.namelist():
+            data = old.read(name)
+            new.writestr(name, change(data) if name == member else data)
+    path.write_bytes(packed.getvalue())
+
+
+def test_the_sheet_with_the_table_is_found_below_its_title_or_asked_for(tmp_path):
+    path = tmp_path / "t.xlsx"
+    other = pd.DataFrame({"Bemerkung": ["Befund"]})
+    write_workbook(other, path, POINTS)
+    table = understand_table(path, CONTROL_POINTS)
+    assert table.frame["point_id"].tolist() == ["0012", "7/8"]
+    assert table.notes[0].startswith("t.xlsx: sheet 'Punkte1' alone has the columns")
+    write_workbook(POINTS, tmp_path / "two.xlsx", POINTS)
+    with pytest.raises(FileError, match='Say which: sheet = "Punkte"'):
+        understand_table(tmp_path / "two.xlsx", CONTROL_POINTS)
+    said = Said(sheet="Punkte1")
+    assert len(understand_table(tmp_path / "two.xlsx", CONTROL_POINTS, said).frame) == 2
+
+
+def test_formulas_are_values_that_were_saved_and_never_computed(tmp_path):
+    path = tmp_path / "t.ods"
+    write_workbook(POINTS, path)
+    row = (
+        b"<table:table-row><table:table-cell><text:p>F</text:p></table:table-cell>"
+        b'<table:table-cell table:formula="of:=1+1"/>'
+        b'<table:table-cell table:formula="of:=2+2" office:value-type="float" '
+        b'office:value="5"/></table:table-row></table:table>'
+    )
+    changed_workbook(path, lambda d: d.replace(b"</table:table>", row), "content.xml")
+    frame = understand_table(path, CONTROL_POINTS).frame
+    assert frame[PLANE].iloc[-1].tolist() == ["", "5"]
+
+
+def test_a_name_that_became_a_date_is_refused(tmp_path):
+    path = tmp_path / "t.ods"
+    write_workbook(POINTS, path)
+    cell = b'office:value-type="date" office:date-value="2026-08-07"'
+    changed_workbook(
+        path,
+        lambda d: d.replace(
+            b'office:value-type="string">\n<text:p>7/8', cell + b">\n<text:p>7/8"
+        ),
+        "content.xml",
+    )
+    with pytest.raises(TableError, match=r"row 3: point_id '2026.08.07' is a date"):
+        understand_table(path, CONTROL_POINTS)
+
+
+ENTITY = b'<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]><worksheet'
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d.replace(b"<worksheet", ENTITY), "defines XML entities"),
+        (lambda d: d + b" " * 2**29, "bytes would unpack to"),
+        (
+            lambda d: d.replace(
+                b"</sheetData>",
+                b'<row r="9"><c r="XFD9"><v>1</v></c></row></sheetData>',
+            ),
+            "columns",
+        ),
+    ],
+)
+def test_hostile_workbooks_are_refused_in_words(tmp_path, change, said):
+    path = tmp_path / "t.xlsx"
+    write_workbook(POINTS, path)
+    changed_workbook(path, change)
+    with pytest.raises(FileError, match=said):
+        understand_table(path, CONTROL_POINTS)
+
+
+@pytest.mark.parametrize("suffix", [".xlsx", ".gpkg", ".geojson", ".shp"])
+def test_truncated_and_misnamed_files_are_refused_in_words(tmp_path, suffix):
+    path = tmp_path / f"t{suffix}"
+    write_export(austrian_of_two(), path)
+    whole = path.read_bytes()
+    for data in (whole[: len(whole) // 2], b"<OGRVRTDataSource/>", b""):
+        path.write_bytes(data)
+        with pytest.raises(EinschaltError, match=rf"t{suffix}"):
+            check_sound(understand_table(path, CONTROL_POINTS))
+
+
+def check_sound(table):
+    """Half a shapefile may be read: then its rows are missing."""
+    assert len(table.frame) == 2, "t.shp"
+
+
+def austrian_of_two():
+    control = pd.DataFrame({"point_id": ["A", "B"], "easting": [13e3, 14e3]})
+    return austrian(control.assign(northing=322e3, role="control"))
+
+
+def test_the_system_of_a_layer_counts_and_may_not_be_contradicted(blocks):
+    folder, toml, block = blocks
+    write_export(austrian(block.control_points), folder / "Punkte.gpkg")
+    text = toml.replace("control_points.csv", "Punkte.gpkg")
+    other = text.replace("[control_points]", '[control_points]\ncrs = "EPSG:31254"')
+    (folder / "block.toml").write_text(other, encoding="utf-8")
+    said = "\n".join(str(problem) for problem in find_problems(folder).problems)
+    assert "crs = 'EPSG:31254', but Punkte.gpkg says MGI / Austria GK Central" in said
+
+
+def test_attributes_that_contradict_the_geometry_are_asked_about(tmp_path):
+    table = austrian_of_two().drop(columns=["Höhe", "Art"])
+    xyz = table[["Rechtswert", "Hochwert"]].to_numpy()
+    write_layer(table, xyz + np.array([[0.0, 0.0], [0.0, 0.5]]), tmp_path / "t.gpkg")
+    with pytest.raises(TableError, match="row 2: the columns easting and northing and"):
+        understand_table(tmp_path / "t.gpkg", CONTROL_POINTS)
+    said = Said({"easting": "Rechtswert", "northing": "Hochwert"})
+    frame = understand_table(tmp_path / "t.gpkg", CONTROL_POINTS, said).frame
+    assert frame["northing"].tolist() == [322e3, 322e3]
+
+
+def test_points_are_read_by_one_call_and_say_how(tmp_path):
+    import einschalt as es
+
+    table = austrian_of_two()
+    write_export(table, tmp_path / "t.csv")
+    frame = es.read_points(tmp_path / "t.csv")
+    assert frame.columns.tolist() == ["point_id", *PLANE, "height", "role"]
+    assert "t.csv: read with decimal commas" in frame.attrs["notes"]
+    degrees = np.array([[13.5, 48.25], [13.6, 48.5]])
+    write_layer(table[["Punktnummer"]], degrees, tmp_path / "t.gpkg", "EPSG:4326")
+    frame = es.read_points(tmp_path / "t.gpkg")
+    assert frame[["longitude", "latitude"]].to_numpy().tolist() == degrees.tolist()
+    assert frame.attrs["crs"] == "EPSG:4326"
+
+
+def test_features_that_would_make_a_huge_table_are_refused(tmp_path):
+    point = {"type": "Point", "coordinates": [13.5, 48.25]}
+    features = [{"geometry": point, "properties": {f"n{k}": k}} for k in range(9000)]
+    text = json.dumps({"type": "FeatureCollection", "features": features})
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    with pytest.raises(FileError, match="9000 rows or more of 9000 columns"):
+        understand_table(tmp_path / "t.geojson", CONTROL_POINTS)

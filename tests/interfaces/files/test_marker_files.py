@@ -1,0 +1,136 @@
+"""Control that other programs measured in images."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.files.marker_files import (
+    read_metashape,
+    read_odm,
+    read_opensfm,
+    write_odm,
+)
+
+# as Metashape 1.2 and later write it
+XML = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.2.0"><chunk>
+<cameras><camera id="0" label="A.JPG"/><camera id="7" label="B.JPG"/></cameras>
+<markers>
+<marker id="20" label="P1">
+<reference x="13.5" y="48.25" z="411.5" enabled="true"/></marker>
+<marker id="21" label="P2">
+<reference x="13.6" y="48.26" z="412" enabled="false"/></marker>
+<marker id="22" label="tie"/>
+</markers>
+<reference>EPSG:4326</reference>
+<frames><frame id="0"><markers>
+<marker marker_id="20"><location camera_id="0" pinned="true" x="1.5" y="2.25"/>
+<location camera_id="7" pinned="false" x="9" y="9"/></marker>
+<marker marker_id="21"><location camera_id="7" x="3" y="4"/></marker>
+<marker marker_id="22"><location camera_id="7" x="5" y="6"/></marker>
+</markers></frame></frames>
+</chunk></document>
+"""
+
+
+def written(tmp_path, name, text):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path / name
+
+
+def test_metashape_markers_are_read_and_said(tmp_path):
+    markers = read_metashape(written(tmp_path, "m.xml", XML))
+    assert markers.control_points().to_dict("list") == {
+        "point_id": ["P1", "P2"],
+        "longitude": [13.5, 13.6],
+        "latitude": [48.25, 48.26],
+        "height": [411.5, 412.0],
+        "role": ["control", "check"],
+    }
+    assert markers.measurements.to_numpy().tolist() == [
+        ["A.JPG", "P1", 1.5, 2.25],
+        ["B.JPG", "P2", 3.0, 4.0],
+        ["B.JPG", "tie", 5.0, 6.0],
+    ]
+    assert markers.notes == (
+        "m.xml: 1 position predicted and not measured, left out",
+        "m.xml: 1 marker not enabled, taken for check points",
+    )
+
+
+def test_a_list_of_odm_comes_back(tmp_path):
+    markers = read_metashape(written(tmp_path, "m.xml", XML))
+    write_odm(tmp_path / "gcp_list.txt", markers)
+    back = read_odm(tmp_path / "gcp_list.txt")
+    assert back.crs == "EPSG:4326"
+    pd.testing.assert_frame_equal(back.points, markers.points)
+    known = markers.measurements[markers.measurements["point_id"] != "tie"]
+    pd.testing.assert_frame_equal(back.measurements, known)
+
+
+def test_points_of_odm_without_names_are_told_apart_by_their_places(tmp_path):
+    text = (
+        "WGS84 UTM 33N\n# by hand\n5e5 5.3e6 400 1 2 a.jpg\n6e5 5.3e6 NaN 3 4 a.jpg\n"
+    )
+    text += "5e5 5.3e6 400 5 6 b.jpg\n"
+    markers = read_odm(written(tmp_path, "gcp_list.txt", text))
+    assert markers.crs == "EPSG:32633"
+    assert markers.measurements["point_id"].tolist() == ["1", "2", "1"]
+    assert list(markers.control_points())[:3] == ["point_id", "easting", "northing"]
+
+
+def test_control_of_opensfm_is_turned_into_pixels(tmp_path):
+    seen = {"shot_id": "a.jpg", "projection": [-0.25, 0.125]}
+    point = {"id": "7", "observations": [seen]}
+    point["position"] = {"latitude": 52.5, "longitude": 13.4}
+    file = tmp_path / "ground_control_points.json"
+    written(tmp_path, file.name, json.dumps({"points": [point]}))
+    with pytest.raises(EinschaltError, match=r"size of image a\.jpg is unknown"):
+        read_opensfm(file)
+    cameras = {"c": {"width": 4000, "height": 3000}}
+    part = {"cameras": cameras, "shots": {"a.jpg": {"camera": "c"}}}
+    written(tmp_path, "reconstruction.json", json.dumps([part]))
+    markers = read_opensfm(file)
+    # from the middle, in units of the longer side; pixel centres are whole
+    xy = markers.measurements[["x", "y"]].to_numpy(float)
+    np.testing.assert_allclose(xy, [[1999.5 - 1000.0, 1499.5 + 500.0]])
+    assert "height" not in markers.control_points()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("m.xml", XML[:300], r"m\.xml, row 8: is no whole XML"),
+        ("m.xml", XML.replace('camera_id="0"', 'camera_id="5"'), "camera 5 or marker"),
+        ("m.xml", XML.replace('x="1.5"', 'x="l.5"'), "'l.5' is not a number"),
+        (
+            "m.xml",
+            XML.replace("<document", "<!DOCTYPE d []><document"),
+            "document type",
+        ),
+        ("m.xml", XML.replace('label="B.JPG"', ""), r"'\? P2 3\.0 4\.0' lacks a name"),
+        ("m.xml", "<document/>", "holds 0 chunks"),
+        ("gcp_list.txt", "EPSG:4326\n1 2 3 4 a.jpg\n", "row 2: '1 2 3 4 a.jpg' is no"),
+        ("gcp_list.txt", "Gauß\n1 2 3 4 5 a.jpg\n", "row 1: 'Gauß' is no reference"),
+        (
+            "gcp_list.txt",
+            "WGS84\n1 2 3 4 5 a.jpg P\n1 2 4 4 5 b.jpg P\n",
+            "row 3: point P has other coordinates",
+        ),
+        ("g.json", '{"points": [', r"g\.json, row 1: is no whole JSON"),
+        ("g.json", '{"points": [{"id": 1}]}', "holds no measurement"),
+        ("g.json", '{"points": [{}]}', "is no list of control points"),
+    ],
+)
+def test_damaged_files_are_refused_with_line_and_remedy(tmp_path, name, text, said):
+    readers = {
+        "m.xml": read_metashape,
+        "gcp_list.txt": read_odm,
+        "g.json": read_opensfm,
+    }
+    with pytest.raises(EinschaltError, match=said):
+        readers[name](written(tmp_path, name, text))
