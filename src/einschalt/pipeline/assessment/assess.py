@@ -56,7 +56,7 @@ from einschalt.pipeline.assessment.facts.tolerance import (
     ToleranceFacts,
     tolerance_facts,
 )
-from einschalt.pipeline.assessment.finding import Finding
+from einschalt.pipeline.assessment.finding import Finding, Gravity
 from einschalt.pipeline.assessment.findings.catalogue import (
     SIMULTANEOUS,
     TWO_STEP,
@@ -75,6 +75,8 @@ class Assessment:
     choice: MethodChoice | None
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
+    # whether the stated precision stands: nothing contradicts it, no finding is grave
+    claim_is_supported: bool
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
     claim: Claim  # tests of the stated precision against the measurements
     known_points: KnownPointFacts
@@ -99,10 +101,13 @@ class Assessment:
 def assess(result) -> Assessment:
     """Judge a result."""
     examined = result.examination
+    of_its_way = _of_its_way(examined)
+    is_grave = any(found.gravity is Gravity.GRAVE for found in of_its_way["findings"])
     return Assessment(
         block=block_facts(examined),
         choice=result.choice,
         credible=examined.credible,
+        claim_is_supported=not (examined.credible.is_lower_bound or is_grave),
         claim=examined.claim,
         known_points=known_point_facts(examined),
         flights=flight_facts(examined),
@@ -117,7 +122,7 @@ def assess(result) -> Assessment:
         tolerance=tolerance_facts(
             result.points, tolerance_of(examined.settings), examined.checked
         ),
-        **_of_its_way(examined),
+        **of_its_way,
     )
 
 

@@ -20,6 +20,7 @@ from einschalt.pipeline.assessment.credibility import (
 )
 from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.frame import frame_of
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -37,7 +38,11 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
     FOR_TWO_STEPS,
     deformation_facts,
 )
-from einschalt.pipeline.assessment.known_points import check_points, control_points
+from einschalt.pipeline.assessment.known_points import (
+    check_points,
+    contradicting_points,
+    control_points,
+)
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
     checked_figure_of_two_steps,
@@ -82,8 +87,22 @@ class Examination(PrecisionTables):
 
     solution: TwoStepSolution | SimultaneousSolution
 
+    frame = cached_property(frame_of)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
+
+    @cached_property
+    def suspects(self):
+        """Names of points that more than the solution itself contradicts: a set.
+
+        Check points by themselves, control points that were left out, and points that
+        were measured under each other's name.
+        """
+        left_out = self.control_left_out
+        exchanged = (exchange.points for exchange in self.exchanged_names)
+        return set(contradicting_points(self)).union(
+            left_out.loc[left_out["is_suspect"].astype(bool), "point_id"], *exchanged
+        )
 
     @cached_property
     def repeated_settings(self):

@@ -7,6 +7,7 @@ NOTE, WARNING, GRAVE = Gravity
 # by code, the gravest first: what is lost, what is wrong, what is weak, not checked
 KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
+    "models_larger_than_film": (FLIGHT, GRAVE),
     "failed_models": (MODELS, WARNING),
     "points_without_coordinates": (POINTS, WARNING),
     "orientations_without_convergence": (MODELS, WARNING),
