@@ -6,6 +6,7 @@ from functools import singledispatch
 from einschalt.pipeline.assessment.causes import with_causes
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.credibility import CredibleFigure
+from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.assessment.examination import (
     SimultaneousExamination,
@@ -75,10 +76,12 @@ class Assessment:
     choice: MethodChoice | None
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
+    credible_heights: CredibleHeights | None  # None where points have no heights
     # whether the stated precision stands: nothing contradicts it, no finding is grave
     claim_is_supported: bool
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
     claim: Claim  # tests of the stated precision against the measurements
+    height_claim: Claim  # the same of heights
     known_points: KnownPointFacts
     flights: tuple[FlightFacts, ...]
     approximations: ApproximationFacts
@@ -107,8 +110,10 @@ def assess(result) -> Assessment:
         block=block_facts(examined),
         choice=result.choice,
         credible=examined.credible,
+        credible_heights=examined.credible_heights,
         claim_is_supported=not (examined.credible.is_lower_bound or is_grave),
         claim=examined.claim,
+        height_claim=examined.height_claim,
         known_points=known_point_facts(examined),
         flights=flight_facts(examined),
         approximations=approximation_facts(examined),

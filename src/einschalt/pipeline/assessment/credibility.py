@@ -12,6 +12,7 @@ import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.evidence.frame import Doubt
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.significance import (
@@ -82,6 +83,10 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
         if stated > value:
             value, reason = stated, Reason.STATED
+    moved, copied = moved_by_control(examined), examined.copies.enlargement
+    if moved > 0.0 or copied > 1.0:
+        value = np.hypot(copied * value, moved)
+        reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_contradicted = reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)
     column, doubt = examined.claimed_column, examined.frame.doubt
     claimed = total if column == TOTAL else paper
@@ -133,9 +138,12 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     )
     if is_large:
         ratios.append(s_0)
-    enlargement = max([1.0, *ratios])
+    moved, copied = moved_by_control(examined), examined.copies.enlargement
+    value = np.hypot(copied * total * max([1.0, *ratios]), moved)
+    enlargement = value / total if total > 0.0 else 1.0
+    is_refuted = is_refuted or moved > 0.0 or copied > 1.0
     return CredibleFigure(
-        value=float(np.hypot(total * enlargement, examined.figures.shared_error)),
+        value=float(np.hypot(value, examined.figures.shared_error)),
         is_lower_bound=is_refuted,
         column=examined.claimed_column,
         # s_0 never makes a figure smaller
@@ -143,6 +151,17 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         reason=_reason(total, is_refuted=is_refuted, is_enlarged=enlargement > 1.0),
         doubt=examined.frame.doubt,
     )
+
+
+def moved_by_control(examined):
+    """What control that is wrong together does to the new points, TOTAL, RMS [m].
+
+    A single wrong point is told by what it makes of its own differences.
+    """
+    pattern = examined.control_patterns.plan
+    if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
+        return 0.0
+    return float(np.nan_to_num(pattern.moved))
 
 
 def _reason(total, *, is_refuted, is_enlarged):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
 
 
@@ -78,7 +79,8 @@ def judged_points(examined):
     """Judge every point: what its figure is worth, and whether it is to be doubted.
 
     With ``standard_error_checked`` (the figure to believe, TOTAL [m], enlarged where
-    measurements exceed it; a lower bound where the claim does not stand);
+    measurements exceed it; a lower bound where the claim does not stand), and
+    ``standard_error_height_checked`` where heights have standard errors;
     ``is_suspect`` holds the points of ``suspects`` as well; with a tolerance in the
     settings ``is_within_tolerance``. Nothing passes where the claim does not stand, and
     no suspect passes.
@@ -93,6 +95,9 @@ def judged_points(examined):
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     checked = used.factor * figure
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
+    if HEIGHT in points:
+        factor = examined.credible_heights.factor
+        judged[f"{HEIGHT}_checked"] = factor * points[HEIGHT]
     if tolerance is None:
         return judged
     # a figure that is not known passes nothing: nan <= limit is False

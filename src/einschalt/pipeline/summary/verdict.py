@@ -32,11 +32,19 @@ def verdict_on(assessment) -> str:
     n_new, block = assessment.precision.n_new, assessment.block
     new = count(n_new, "new point") if n_new else "no new points"
     credible = assessment.credible
-    said = f"{new}{_how_good(assessment.precision, credible)}{DOUBTS[credible.doubt]}"
+    said = f"{new}{_how_good(assessment.precision, credible)}"
+    said += f"{_heights(assessment.credible_heights)}{DOUBTS[credible.doubt]}"
     if not block.n_failed_models:
         return said
     n_all = count(block.n_models, "model")
     return f"{said}; {block.n_failed_models} of {n_all} failed"
+
+
+def _heights(credible):
+    """Heights are told where they are not as good as stated."""
+    if credible is None or not credible.is_lower_bound:
+        return ""
+    return f"; heights {length(credible.value)} or worse"
 
 
 @singledispatch
