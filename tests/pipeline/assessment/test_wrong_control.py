@@ -31,6 +31,15 @@ def exchanged_axes(control):
     return control.assign(easting=north, northing=east)
 
 
+def with_a_thousands_point(control):
+    """326.802 for 326 802."""
+    return control.assign(northing=control["northing"] / 1000.0)
+
+
+def with_an_axis_of_one_per_cent(control):
+    return control.assign(northing=1.01 * control["northing"])
+
+
 def in_the_neighbouring_strip(control):
     return control.assign(easting=control["easting"] + 223_000.0)
 
@@ -92,6 +101,8 @@ def test_wrong_names_enlarge_the_headline(demo_block, method, spoil):
     ("spoil", "doubt", "said"),
     [
         (in_feet, Doubt.LARGER_THAN_FILM, "control not in metres?"),
+        (with_a_thousands_point, Doubt.STRETCHED, "a wrong unit or decimal point?"),
+        (with_an_axis_of_one_per_cent, Doubt.STRETCHED, "unit or decimal point?"),
         (mirrored, Doubt.MIRRORED, "easting and northing exchanged?"),
         (exchanged_axes, Doubt.MIRRORED, "easting and northing exchanged?"),
     ],

@@ -17,6 +17,7 @@ from einschalt.pipeline.summary.wording import mean_of
 DOUBTS = {
     Doubt.NONE: "",
     Doubt.MIRRORED: "; all models are mirrored: easting and northing exchanged?",
+    Doubt.STRETCHED: "; one axis has another scale: a wrong unit or decimal point?",
     Doubt.UPSIDE_DOWN: "; models are upside down: easting and northing exchanged?",
     Doubt.LARGER_THAN_FILM: "; models larger than film: control not in metres?",
 }

@@ -69,3 +69,13 @@ def test_a_few_models_upside_down_are_no_doubt_of_the_frame(good_result):
     assert few.doubt is Doubt.NONE
     over = changed(good_result, models=models.assign(omega=np.pi)).examination.frame
     assert over.doubt is Doubt.UPSIDE_DOWN
+
+
+def test_an_axis_that_is_stretched_more_than_film(good_result):
+    assert good_result.examination.frame.stretch < 0.001
+    models = good_result.models.copy()
+    models[["a2", "b2"]] *= 1.01
+    frame = changed(good_result, models=models).examination.frame
+    assert frame.doubt is Doubt.STRETCHED
+    # beside the affinity that measuring errors make of single models
+    assert frame.stretch == pytest.approx(0.01, rel=0.1)

@@ -15,6 +15,9 @@ from einschalt.foundations.projections import extent_of
 DETERMINANT = ["a1", "a2", "b1", "b2"]
 # no aerial camera has a larger photograph than 30 x 30 cm: its diagonal
 LARGEST_DIAGONAL_M = 0.30 * np.sqrt(2.0)
+# film and paper shrink by less, one way more than the other
+LARGEST_STRETCH = 0.005
+FEWEST_MODELS = 3
 # flat terrain fits nearly as well either way: a few may be so by chance
 MOST_UPSIDE_DOWN = 0.9
 # directions in which a model's width is taken: the widest is its diameter within 4 %
@@ -26,6 +29,7 @@ class Doubt(StrEnum):
 
     NONE = ""
     MIRRORED = "mirrored"  # all models, where no reference system tells the axes
+    STRETCHED = "stretched"  # one axis against the other, more than film or paper is
     UPSIDE_DOWN = "upside_down"  # nearly all spatial models
     LARGER_THAN_FILM = "larger_than_film"  # models, with the scale that is given
 
@@ -58,6 +62,7 @@ class Frame:
     n_mirrored: int  # of these
     n_spatial: int  # usable spatial models
     n_upside_down: int  # of these
+    stretch: float  # of one axis against the other, median of the affine models
     # whether a reference system says which axis is which, and where the block lies
     has_system: bool
 
@@ -65,6 +70,11 @@ class Frame:
     def is_mirrored(self):
         """Whether all affine models are mirrored."""
         return 0 < self.n_affine == self.n_mirrored
+
+    @property
+    def is_stretched(self):
+        """Whether affine models have an affinity that is not one of film."""
+        return self.n_affine >= FEWEST_MODELS and self.stretch > LARGEST_STRETCH
 
     @property
     def impossible_films(self):
@@ -76,6 +86,8 @@ class Frame:
         """The gravest reason not to believe the frame, if there is one."""
         if self.impossible_films:
             return Doubt.LARGER_THAN_FILM
+        if self.is_stretched:
+            return Doubt.STRETCHED
         if self.n_upside_down > MOST_UPSIDE_DOWN * self.n_spatial:
             return Doubt.UPSIDE_DOWN
         if self.is_mirrored and not self.has_system:
@@ -98,6 +110,7 @@ def frame_of(examined) -> Frame:
         n_mirrored=int(mirrored["is_mirrored"].sum()),
         n_spatial=len(over),
         n_upside_down=int(over["is_upside_down"].sum()),
+        stretch=_stretch(mirrored),
         has_system=_has_system(examined.block.crs),
     )
 
@@ -115,6 +128,16 @@ def are_mirrored(models):
     affine = models[is_affine.astype(bool)]
     a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
     return affine.assign(is_mirrored=a1 * b2 - a2 * b1 < 0.0)
+
+
+def _stretch(affine):
+    """Median over models of the larger scale by the smaller one, less 1."""
+    if affine.empty:
+        return 0.0
+    matrices = affine[DETERMINANT].to_numpy(dtype=float).reshape(-1, 2, 2)
+    largest, smallest = np.linalg.svd(matrices, compute_uv=False).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.nanmedian(largest / smallest) - 1.0)
 
 
 def are_upside_down(models):

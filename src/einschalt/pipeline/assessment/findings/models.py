@@ -3,6 +3,7 @@
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.frame import (
     LARGEST_DIAGONAL_M,
+    LARGEST_STRETCH,
     are_mirrored,
 )
 from einschalt.pipeline.assessment.finding import Gravity
@@ -141,6 +142,25 @@ def models_larger_than_film(examined):
     )
 
 
+def stretched_models(examined):
+    """Affine models of which one axis is stretched more than film can be."""
+    frame = examined.frame
+    if not frame.is_stretched:
+        return None
+    return finding(
+        "stretched_models",
+        statistic="larger scale of an affine model by the smaller one, less 1",
+        observed=frame.stretch,
+        expected=0.0,
+        remedy="look_at_units_of_each_axis",
+        facts={
+            "n_affine": frame.n_affine,
+            "per_cent": 100.0 * frame.stretch,
+            "largest_per_cent": 100.0 * LARGEST_STRETCH,
+        },
+    )
+
+
 def points_in_one_coverage(examined):
     """Points that no second coverage confirms, where the flight has one."""
     if examined.block.low_flight.n_coverages == 1:
@@ -180,6 +200,7 @@ TWO_STEP = SIMULTANEOUS = (
     models_with_large_m_0,
     mirrored_models,
     models_larger_than_film,
+    stretched_models,
     points_in_one_coverage,
     points_in_one_model,
     models_without_redundancy,

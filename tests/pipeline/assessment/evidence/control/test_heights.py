@@ -125,7 +125,7 @@ def test_the_principal_distance_of_another_camera(image_block, method):
     true_scale = -3.0 / image_block.low_flight.principal_distance_mm
     assert found.amplitude[0] == pytest.approx(true_scale, rel=0.2)
     assert "heights_out_of_scale" in codes(result)
-    assert "% out of scale against those of control" in result.summary()
+    assert "% out of scale against" in " ".join(result.summary().split())
     true = true_height_error(result)
     assert true > 0.2
     assert result.assessment.credible_heights.value > 0.5 * true
