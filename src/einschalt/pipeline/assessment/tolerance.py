@@ -56,7 +56,7 @@ def checked_figure_of_two_steps(examined) -> CheckedFigure:
     return CheckedFigure(
         figure.column,
         figure.factor,
-        is_supported=not figure.is_lower_bound,
+        is_supported=examined.claim.is_supported and not figure.is_lower_bound,
         is_tested=bool(examined.claim.tests),
     )
 
