@@ -62,6 +62,8 @@ def _figures(result):
     """Figures of the block; null where one is not known."""
     figures = {key: _plain(value) for key, value in asdict(result.figures).items()}
     figures["n_suspects"] = _n_suspects(result)
+    figures["credible"] = result.assessment.credible.value
+    figures["claim_is_supported"] = result.assessment.claim_is_supported
     return {
         key: value if math.isfinite(value) else None for key, value in figures.items()
     }

@@ -296,7 +296,9 @@ def densify_many(
         One row per block: block, outcome (done, skipped, failed), stage, reason,
         remedy, n_points, standard_error_total, standard_error_paper,
         standard_error_internal (RMS over the new points, TOTAL [m]), seconds,
-        n_suspects, n_failed_models, n_moved, largest_move [m].
+        n_suspects, n_failed_models, n_moved, largest_move [m],
+        standard_error_credible (the figure to believe [m]), claim_is_supported (False
+        where it is a lower bound, since something contradicts the claim).
 
     Raises
     ------

@@ -12,7 +12,7 @@ import pandas as pd
 from einschalt.pipeline.assessment.assess import assess
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.examination import Examination, examine
-from einschalt.pipeline.assessment.tolerance import with_tolerance
+from einschalt.pipeline.assessment.tolerance import judged_points
 from einschalt.pipeline.block.output_system import output_system_of
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution
@@ -155,13 +155,16 @@ class DensificationResult(Result):
 
     @cached_property
     def points(self):
-        """Points of the solution, judged where a tolerance is set: DataFrame.
+        """Points of the solution, each of them judged: DataFrame.
 
         See :class:`einschalt.pipeline.densification.solution.Solution`; with
-        ``standard_error_checked`` [m] and ``is_within_tolerance`` where a tolerance is
-        set. In the system of the results (``output_crs``).
+        ``standard_error_checked`` (the figure to believe, TOTAL [m]: enlarged where
+        measurements exceed it), and ``is_within_tolerance`` where a tolerance is set.
+        ``is_suspect`` holds points as well that were measured under another name, and
+        known points that contradict the claim. In the system of the results
+        (``output_crs``).
         """
-        found = with_tolerance(self.examination)
+        found = judged_points(self.examination)
         return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property

@@ -11,6 +11,7 @@ import pytest
 
 from einschalt.interfaces.cli.progress import batch_line
 from einschalt.interfaces.files.folder_lock import locked
+from einschalt.pipeline.batch.block_table import blocks_table
 
 
 @pytest.fixture(scope="module")
@@ -181,3 +182,35 @@ def test_line_of_progress():
         )
         said = f"  (until about {until})" if until else ""
         assert batch_line(news, now) == f"2/3  a\\nb failed: is gone{said}"
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "claims", "status"),
+    [
+        (["done", "done"], [True, True], 0),
+        (["done", "skipped"], [True, False], 3),
+        (["done", "skipped"], [True, None], 0),
+        # a failure is told before a claim
+        (["failed", "done"], [None, False], 1),
+    ],
+)
+def test_strict_ends_with_3_where_a_claim_does_not_stand(
+    invoke, monkeypatch, tmp_path, blocks, outcomes, claims, status
+):
+    rows = (
+        {"block": f"b{k}", "outcome": outcome, "claim_is_supported": claim}
+        | {"standard_error_credible": 1.5}
+        for k, (outcome, claim) in enumerate(zip(outcomes, claims, strict=True))
+    )
+    table = blocks_table(rows)
+    python_api = "einschalt.interfaces.python_api.densify_many"
+    monkeypatch.setattr(python_api, lambda *_args, **_options: table)
+    done = invoke("batch", blocks, "-o", tmp_path / "out", "--strict")
+    assert done.exit_code == status
+    is_refuted = False in claims
+    assert ("b1: 1.5 m or worse (total)" in done.stdout) == is_refuted
+    if status == 3:
+        assert invoke("batch", blocks, "-o", tmp_path / "out").exit_code == 0
+        quiet = invoke("batch", blocks, "-o", tmp_path / "out", "--strict", "-q")
+        assert (quiet.exit_code, quiet.stdout) == (3, "")
+        assert "b1: 1.5 m or worse (total)" in quiet.stderr

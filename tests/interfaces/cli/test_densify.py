@@ -215,3 +215,33 @@ def test_a_tolerance_is_an_option_and_stands_in_the_tables(
     shown = invoke(*call, "-1")
     assert shown.exit_code == 2
     assert "[settings] tolerance = '-1'; expected none, vermv_1994" in shown.stderr
+
+
+@pytest.fixture
+def refuted_folder(tmp_path, block_folder):
+    """The demo block with check points that lie two metres off."""
+    folder = tmp_path / "refuted"
+    shutil.copytree(block_folder, folder)
+    file = folder / "control_points.csv"
+    control = pd.read_csv(file, dtype={"point_id": str})
+    control.loc[control["role"] == "check", "easting"] += 2.0
+    control.to_csv(file, index=False)
+    return folder
+
+
+def test_strict_ends_with_3_where_the_claim_does_not_stand(
+    invoke, block_folder, refuted_folder, tmp_path
+):
+    output = tmp_path / "out"
+    done = invoke("densify", refuted_folder, "-o", output, "--strict", "--quiet")
+    assert (done.exit_code, done.stdout) == (3, "")
+    assert "or worse" in done.stderr
+    assert {path.name for path in output.iterdir()} >= FILES
+    assert "or worse" in (output / "summary.txt").read_text(encoding="utf-8")
+    points = pd.read_csv(output / "points.csv").set_index("role")
+    figure = points.loc["new", "standard_error_checked"]
+    assert (figure > 10.0 * points.loc["new", "standard_error_total"]).all()
+    again = invoke("densify", refuted_folder, "-o", output, "--quiet")
+    assert again.exit_code == 0
+    sound = invoke("densify", block_folder, "-o", tmp_path / "b", "--strict", "--quiet")
+    assert sound.exit_code == 0

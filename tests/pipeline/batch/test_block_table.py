@@ -160,3 +160,18 @@ def test_summary_says_numbers_failures_and_moves():
     assert "    Find it" in lines
     assert "  and 2 more" in lines
     assert lines[-1] == "  north: 1 point, at most 30 cm"
+
+
+def test_the_figure_to_believe_and_whether_the_claim_stands():
+    figures = {"n_points": 4, "credible": 0.2, "claim_is_supported": False}
+    of_earlier_version = {"n_points": 4}
+    table = blocks_table(
+        row_of_figures(name, "done", facts, 1.0)
+        for name, facts in (("now", figures), ("then", of_earlier_version))
+    )
+    assert table["standard_error_credible"].tolist()[0] == 0.2
+    assert table["claim_is_supported"].tolist() == [False, None]
+    said = summarize_batch(table, 2.0)
+    assert "Claims that do not stand: see their reports" in said
+    assert "  now: 20 cm or worse (total)" in said
+    assert "then" not in said

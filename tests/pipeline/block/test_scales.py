@@ -5,7 +5,12 @@ from dataclasses import replace
 import pytest
 
 import einschalt as es
-from einschalt.foundations.errors import ConsistencyError, SettingsError, TableError
+from einschalt.foundations.errors import (
+    BlockError,
+    ConsistencyError,
+    SettingsError,
+    TableError,
+)
 from einschalt.pipeline.simulation.simulate_block import PRESETS
 
 
@@ -106,3 +111,16 @@ def test_weights_by_row_and_by_point():
     renamed = ground.assign(point_id=ground["point_id"].map(ids))
     with pytest.raises(TableError, match=r"names points as well.*Give an array"):
         es.transform_models(numbered, renamed, weights=weights)
+
+
+@pytest.mark.parametrize(
+    "column",
+    ["standard_error_easting", "standard_error_northing", "standard_error_height"],
+)
+def test_standard_errors_of_each_axis_in_millimetres(block, column):
+    names = ["standard_error_easting", "standard_error_northing"]
+    errors = dict.fromkeys([*names, column], 0.021) | {column: 21.0}
+    control = block.control_points.assign(**errors)
+    with pytest.raises((TableError, BlockError), match=f"{column} 21.*millimetres"):
+        replace(block, control_points=control)
+    replace(block, control_points=control.assign(**{column: 0.021}))

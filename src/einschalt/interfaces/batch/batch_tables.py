@@ -20,6 +20,7 @@ DECIMALS_OF_BLOCKS = {
     "standard_error_total": ERROR,
     "standard_error_paper": ERROR,
     "standard_error_internal": ERROR,
+    "standard_error_credible": ERROR,
     "largest_move": DECIMALS["difference"],
     "seconds": 3,
 }

@@ -6,7 +6,13 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
-from einschalt.interfaces.cli.options import Overwrite, Quiet, Results, given_path
+from einschalt.interfaces.cli.options import (
+    Overwrite,
+    Quiet,
+    Results,
+    Strict,
+    given_path,
+)
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -60,6 +66,7 @@ def batch(
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
     dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
     overwrite: Overwrite = False,
+    strict: Strict = False,
     given: dict,
     quiet: Quiet = False,
 ):
@@ -73,5 +80,6 @@ def batch(
 
     Exit status: 0 when every block that was asked for has its result, 1 when some
     failed, 2 when the call is wrong or the folder cannot be written, 130 when
-    interrupted.
+    interrupted; with --strict 3 when none failed, but something contradicts the stated
+    precision of some.
     """

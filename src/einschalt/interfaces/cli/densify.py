@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
-from einschalt.interfaces.cli.options import Block, Overwrite, Quiet, Results
+from einschalt.interfaces.cli.options import Block, Overwrite, Quiet, Results, Strict
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
@@ -31,6 +31,7 @@ def densify(
         ),
     ] = None,
     overwrite: Overwrite = False,
+    strict: Strict = False,
     quiet: Quiet = False,
 ):
     """Compute a block's points, and how good they are.
@@ -38,6 +39,9 @@ def densify(
     Writes points, models, residuals, orientations (each .csv and .parquet),
     failures.csv, block.gpkg, report.html, summary.txt, assessment.json and
     provenance.json. Results of the same block are replaced; a folder with anything else
-    is refused. Models that fail do not stop the others; they are said, and the exit
-    status is 0.
+    is refused.
+
+    Exit status: 0 when the work was done (models that failed are said), 2 when input or
+    call are wrong, 130 when interrupted; with --strict 3 when all was written, but
+    something contradicts the stated precision.
     """

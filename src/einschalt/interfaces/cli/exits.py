@@ -11,6 +11,7 @@ from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
 
 WRONG = 2
+REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130
 
 

@@ -110,7 +110,8 @@ def einschalt(
     """Photogrammetric densification of control points, with honest precision.
 
     Exit status: 0 when the work was done (models that failed are said), 1 when a batch
-    has failed blocks, 2 when the input or the call is wrong, 130 when interrupted.
+    has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
+    something contradicts the stated precision, 130 when interrupted.
     """
 
 

@@ -57,3 +57,10 @@ SourceCRS = Annotated[
         help="System of the model coordinates, where they are those of an old frame.",
     ),
 ]
+Strict = Annotated[
+    bool,
+    typer.Option(
+        "--strict",
+        help="End with status 3 where the stated precision does not stand.",
+    ),
+]

@@ -58,16 +58,23 @@ def _moved(moved):
 
 
 def _blocks(table):
-    kinds = [table[f"standard_error_{k}"] for k in ("total", "paper", "internal")]
+    shown = {
+        "total": "propagated",
+        "paper": "paper",
+        "internal": "internal",
+        "credible": "to believe",
+    }
+    kinds = [table[f"standard_error_{kind}"] for kind in shown]
     unit, texts = length_column(np.concatenate(kinds))
-    names = [f"{name} [{unit}]" for name in ("propagated", "paper", "internal")]
-    parts = [texts[k * len(table) : (k + 1) * len(table)] for k in range(3)]
+    names = [f"{name} [{unit}]" for name in shown.values()]
+    parts = [texts[k * len(table) : (k + 1) * len(table)] for k in range(len(shown))]
     times = [MISSING if np.isnan(time) else seconds(time) for time in table["seconds"]]
     columns = {
         "block": map(_link, table.itertuples()),
         "outcome": table["outcome"],
         "points": map(_whole, table["n_points"]),
         **dict(zip(names, parts, strict=True)),
+        "claim": map(_claim, table["claim_is_supported"]),
         "suspects": map(_whole, table["n_suspects"]),
         "failed models": map(_whole, table["n_failed_models"]),
         "time": times,
@@ -80,6 +87,12 @@ def _link(row):
     """Name of a block, and where its report lies; nowhere, where it has none."""
     has_report = row.outcome != FAILED and not np.isnan(row.seconds)
     return printable(row.block), quote(f"{row.block}/report.html") * has_report
+
+
+def _claim(is_supported):
+    if pd.isna(is_supported):
+        return MISSING
+    return "stands" if is_supported else "does not stand"
 
 
 def _whole(value):

@@ -6,6 +6,7 @@ from functools import singledispatch
 from einschalt.pipeline.assessment.causes import with_causes
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.credibility import CredibleFigure
+from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.claim import Claim
 from einschalt.pipeline.assessment.examination import (
     SimultaneousExamination,
@@ -56,7 +57,7 @@ from einschalt.pipeline.assessment.facts.tolerance import (
     ToleranceFacts,
     tolerance_facts,
 )
-from einschalt.pipeline.assessment.finding import Finding
+from einschalt.pipeline.assessment.finding import Finding, Gravity
 from einschalt.pipeline.assessment.findings.catalogue import (
     SIMULTANEOUS,
     TWO_STEP,
@@ -75,8 +76,12 @@ class Assessment:
     choice: MethodChoice | None
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
+    credible_heights: CredibleHeights | None  # None where points have no heights
+    # whether the stated precision stands: nothing contradicts it, no finding is grave
+    claim_is_supported: bool
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
     claim: Claim  # tests of the stated precision against the measurements
+    height_claim: Claim  # the same of heights
     known_points: KnownPointFacts
     flights: tuple[FlightFacts, ...]
     approximations: ApproximationFacts
@@ -99,11 +104,16 @@ class Assessment:
 def assess(result) -> Assessment:
     """Judge a result."""
     examined = result.examination
+    of_its_way = _of_its_way(examined)
+    is_grave = any(found.gravity is Gravity.GRAVE for found in of_its_way["findings"])
     return Assessment(
         block=block_facts(examined),
         choice=result.choice,
         credible=examined.credible,
+        credible_heights=examined.credible_heights,
+        claim_is_supported=not (examined.credible.is_lower_bound or is_grave),
         claim=examined.claim,
+        height_claim=examined.height_claim,
         known_points=known_point_facts(examined),
         flights=flight_facts(examined),
         approximations=approximation_facts(examined),
@@ -117,7 +127,7 @@ def assess(result) -> Assessment:
         tolerance=tolerance_facts(
             result.points, tolerance_of(examined.settings), examined.checked
         ),
-        **_of_its_way(examined),
+        **of_its_way,
     )
 
 

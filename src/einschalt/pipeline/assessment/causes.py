@@ -28,9 +28,21 @@ OF_BLOCK = {
     "control_points_beyond_claim",
     "contradicted_propagation",
     "contradicted_budget",
+    "broken_network",
+    "broken_heights",
+    "heights_beyond_claim",
 }
 # and of the flight that the model belongs to
 OF_FLIGHT = {"wrong_measuring_errors", "high_flight_that_misfits"}
+
+# what copies make: sizes of errors, and tests that rest on them
+OF_COPIES = {
+    "wrong_measuring_errors",
+    "coverages_that_agree_too_well",
+    "strained_network",
+    "broken_network",
+    "contradicting_control",
+}
 
 
 def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
@@ -39,18 +51,30 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     Where ``is_coupled``, every model reaches every point, as in one adjustment that
     keeps gross errors: consequences are then not bound to the points of the model.
     """
+    findings = _without_what_copies_make(findings)
     if not exchanges:
-        return tuple(findings)
+        return findings
     points = {point for exchange in exchanges for point in exchange.model_points}
     models = {(exchange.flight, exchange.model_id) for exchange in exchanges}
     marked = tuple(
         replace(each, explained_by="exchanged_names")
-        if _follows(each, points, models, is_coupled=is_coupled)
+        if not each.explained_by
+        and _follows(each, points, models, is_coupled=is_coupled)
         else each
         for each in findings
     )
     explained = tuple(f.code for f in marked if f.explained_by)
     return (_exchanged_names(exchanges, explained), *marked)
+
+
+def _without_what_copies_make(findings):
+    cause = "measurements_given_twice"
+    if all(found.code != cause for found in findings):
+        return tuple(findings)
+    return tuple(
+        replace(found, explained_by=cause) if found.code in OF_COPIES else found
+        for found in findings
+    )
 
 
 def _follows(found, points, models, *, is_coupled):

@@ -12,6 +12,8 @@ import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.frame import Doubt
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.significance import (
     CLAIM_SIGNIFICANCE,
@@ -50,10 +52,11 @@ class CredibleFigure:
     # whether the points are as good as that or worse, by an unknown amount
     is_lower_bound: bool
     column: str  # of ``points``: the standard error that is claimed for single points
-    # by which that column is enlarged for a tolerance: what the measurements exceed it
-    # by at least, or s_0 of an adjustment where that is larger; never below 1
+    # by which that column is enlarged for single points: as the figure is, or s_0 of an
+    # adjustment where that is larger; never below 1
     factor: float
     reason: Reason
+    doubt: Doubt = Doubt.NONE  # of the whole frame, which no figure can hold
 
 
 def figure_of_two_steps(examined) -> CredibleFigure:
@@ -80,15 +83,23 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
         if stated > value:
             value, reason = stated, Reason.STATED
-    factor, column = claim.enlargement, examined.claimed_column
-    if reason is Reason.STATED:
-        factor = float(value / (total if column == TOTAL else paper))
+    moved, copied = moved_by_control(examined), examined.copies.enlargement
+    if moved > 0.0 or copied > 1.0:
+        value = np.hypot(copied * value, moved)
+        reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
+    is_contradicted = reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)
+    column, doubt = examined.claimed_column, examined.frame.doubt
+    claimed = total if column == TOTAL else paper
+    # single points are enlarged as their root mean square is
+    is_enlarged = is_contradicted or reason is Reason.STATED
+    ratio = value / claimed if is_enlarged and claimed > 0.0 else 1.0
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
-        is_lower_bound=reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED),
+        is_lower_bound=is_contradicted or bool(doubt),
         column=column,
-        factor=factor,
+        factor=float(max(claim.enlargement, ratio)),
         reason=reason,
+        doubt=doubt,
     )
 
 
@@ -123,18 +134,34 @@ def figure_of_adjustment(examined) -> CredibleFigure:
         or (is_large and s_0 > LARGEST_S_0)
         or examined.keeps_wrong_control
         or examined.is_deformed
+        or bool(examined.frame.doubt)
     )
     if is_large:
         ratios.append(s_0)
-    enlargement = max([1.0, *ratios])
+    moved, copied = moved_by_control(examined), examined.copies.enlargement
+    value = np.hypot(copied * total * max([1.0, *ratios]), moved)
+    enlargement = value / total if total > 0.0 else 1.0
+    is_refuted = is_refuted or moved > 0.0 or copied > 1.0
     return CredibleFigure(
-        value=float(np.hypot(total * enlargement, examined.figures.shared_error)),
+        value=float(np.hypot(value, examined.figures.shared_error)),
         is_lower_bound=is_refuted,
         column=examined.claimed_column,
         # s_0 never makes a figure smaller
         factor=float(np.nanmax([enlargement, s_0])),
         reason=_reason(total, is_refuted=is_refuted, is_enlarged=enlargement > 1.0),
+        doubt=examined.frame.doubt,
     )
+
+
+def moved_by_control(examined):
+    """What control that is wrong together does to the new points, TOTAL, RMS [m].
+
+    A single wrong point is told by what it makes of its own differences.
+    """
+    pattern = examined.control_patterns.plan
+    if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
+        return 0.0
+    return float(np.nan_to_num(pattern.moved))
 
 
 def _reason(total, *, is_refuted, is_enlarged):

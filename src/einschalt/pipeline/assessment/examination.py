@@ -4,7 +4,7 @@ An examination computes when it is asked; :func:`einschalt.pipeline.assessment.a
 judges what comes out. Each way of densification is examined in its own way.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from operator import attrgetter
 
@@ -18,8 +18,25 @@ from einschalt.pipeline.assessment.credibility import (
     figure_of_adjustment,
     figure_of_two_steps,
 )
-from einschalt.pipeline.assessment.evidence.claim import UNTESTED, examine_claim
+from einschalt.pipeline.assessment.credible_heights import (
+    control_height_parts,
+    credible_heights,
+)
+from einschalt.pipeline.assessment.evidence.claim import (
+    LEFT_OUT,
+    UNTESTED,
+    examine_claim,
+)
+from einschalt.pipeline.assessment.evidence.control.heights import examine_height_claim
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    NO_PATTERNS,
+    ControlPatterns,
+    Kind,
+    find_control_patterns,
+)
+from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
+from einschalt.pipeline.assessment.evidence.frame import frame_of
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -37,7 +54,11 @@ from einschalt.pipeline.assessment.facts.model_deformation import (
     FOR_TWO_STEPS,
     deformation_facts,
 )
-from einschalt.pipeline.assessment.known_points import check_points, control_points
+from einschalt.pipeline.assessment.known_points import (
+    check_points,
+    contradicting_points,
+    control_points,
+)
 from einschalt.pipeline.assessment.tolerance import (
     checked_figure_of_adjustment,
     checked_figure_of_two_steps,
@@ -82,8 +103,29 @@ class Examination(PrecisionTables):
 
     solution: TwoStepSolution | SimultaneousSolution
 
+    frame = cached_property(frame_of)
+    copies = cached_property(find_copies)
+    credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)
+
+    @cached_property
+    def suspects(self):
+        """Names of points that more than the solution itself contradicts: a set.
+
+        Check points by themselves, control points that were left out, and points that
+        were measured under each other's name.
+        """
+        left_out = self.control_left_out
+        exchanged = (exchange.points for exchange in self.exchanged_names)
+        patterns = (self.control_patterns.plan, self.control_patterns.height)
+        alone = (
+            p.point_ids for p in patterns if p is not None and p.kind is Kind.POINT
+        )
+        return set(contradicting_points(self)).union(
+            left_out.loc[left_out["is_suspect"].astype(bool), "point_id"],
+            *(*exchanged, *alone),
+        )
 
     @cached_property
     def repeated_settings(self):
@@ -153,6 +195,9 @@ class TwoStepExamination(Examination):
         """Tests of the claimed figure against the measurements: Claim."""
         return examine_claim(self)
 
+    height_claim = cached_property(examine_height_claim)
+    control_height_parts = cached_property(control_height_parts)
+
     @cached_property
     def components(self):
         """Sizes of errors that the measurements show, BlockComponents or None.
@@ -175,6 +220,11 @@ class TwoStepExamination(Examination):
         return leave_out_control(self)
 
     @cached_property
+    def control_patterns(self):
+        """Control that is wrong together: ControlPatterns."""
+        return find_control_patterns(self)
+
+    @cached_property
     def exchanged_names(self):
         """Pairs of points measured under each other's name: tuple of ExchangedNames."""
         return find_exchanged_names(self.solution)
@@ -187,6 +237,7 @@ class TwoStepExamination(Examination):
 
 
 @forwarding("two_step", "exchanged_names", "components", "patterns")
+@forwarding("two_step", "control_height_parts")
 class SimultaneousExamination(Examination):
     """What can be asked of one adjustment of all models.
 
@@ -219,9 +270,33 @@ class SimultaneousExamination(Examination):
     def held_control(self):
         """Control points without those that were set aside, rows of ``points``."""
         control = self.points[self.points["role"] == "control"]
-        given = self.adjustment.control
-        aside = given.loc[given["is_set_aside"], "point_id"]
-        return control[~control["point_id"].isin(aside)]
+        return control[~control["point_id"].isin(self._set_aside)]
+
+    @cached_property
+    def control_patterns(self):
+        """Those of the two steps, unless what makes them was set aside."""
+        found, aside = self.two_step.control_patterns, self._set_aside
+        return ControlPatterns(
+            *(
+                None
+                if part and part.point_ids and aside.issuperset(part.point_ids)
+                else part
+                for part in (found.plan, found.height)
+            )
+        )
+
+    @cached_property
+    def height_claim(self):
+        """That of the two steps, but for control where some was set aside."""
+        claim = self.two_step.height_claim
+        if not self._set_aside:
+            return claim
+        return replace(claim, tests=tuple(t for t in claim.tests if t.name != LEFT_OUT))
+
+    @cached_property
+    def _set_aside(self):
+        control = self.adjustment.control
+        return set(control.loc[control["is_set_aside"], "point_id"])
 
     @property
     def claimed_column(self):
@@ -257,6 +332,9 @@ class NothingExamined:
     components = None
     patterns = SystematicPatterns((), None)
     exchanged_names = ()
+    control_patterns = NO_PATTERNS
+    height_claim = UNTESTED
+    control_height_parts = (np.nan, np.nan)
 
 
 EXAMINATIONS = {

@@ -6,9 +6,11 @@ import numpy as np
 
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
+ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,15 +76,44 @@ def _compared(examined, rows):
     return KnownPoints(names, differences, _claimed(examined, rows))
 
 
+def contradicting_points(examined) -> np.ndarray:
+    """Names of check points that contradict the claim, each by itself.
+
+    Normal errors of the covariances that are claimed for the points, and of those of
+    the given coordinates: χ² with 2 degrees of freedom, Holm over all check points.
+    """
+    known = examined.known_check
+    points = examined.points
+    rows = points[points["role"] == "check"]
+    if not known.count or not set(ERRORS) <= set(rows):
+        return known.point_ids[:0]
+    east, north, both = rows[ERRORS].to_numpy(dtype=float).T
+    given = _given_errors(examined, rows["point_id"]) ** 2 / 2.0
+    shared = examined.figures.shared_error**2 / 2.0
+    east, north = (v**2 + given - shared for v in (east, north))
+    d_east, d_north = known.differences.T
+    determinant = east * north - both**2
+    squares = north * d_east**2 - 2.0 * both * d_east * d_north + east * d_north**2
+    p_value = np.exp(-squares / determinant / 2.0)
+    family = np.array([0, len(p_value)])
+    return known.point_ids[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
+
+
+def _given_errors(examined, point_ids):
+    """TOTAL errors of given coordinates [m]; 0 where none is stated."""
+    given = examined.block.control_points
+    if given is None or "standard_error_m" not in given:
+        return np.zeros(len(point_ids))
+    errors = given.set_index("point_id")["standard_error_m"].astype(float)
+    return np.nan_to_num(errors.reindex(point_ids).to_numpy())
+
+
 def _claimed(examined, rows):
     """Total figure claimed for densified - given: both have an error."""
-    given = examined.block.control_points
     variance = rows[examined.claimed_column].to_numpy(dtype=float) ** 2
     if examined.claimed_column == TOTAL:
         # given and densified share it, so that their difference is without
         variance = np.maximum(variance - examined.figures.shared_error**2, 0.0)
-    if given is not None and "standard_error_m" in given:
-        errors = given.set_index("point_id")["standard_error_m"].astype(float)
-        variance = variance + np.nan_to_num(errors.reindex(rows["point_id"])) ** 2
+    variance = variance + _given_errors(examined, rows["point_id"]) ** 2
     variance = variance[np.isfinite(variance)]
     return float(np.sqrt(variance.mean())) if len(variance) else np.nan

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.credibility import TOTAL
+from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
 
 
@@ -51,9 +52,12 @@ def tolerance_of(settings):
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:
     """The propagated figure, or the larger one of the budget, as it was tested."""
-    figure, claim = examined.credible, examined.claim
+    figure = examined.credible
     return CheckedFigure(
-        figure.column, figure.factor, claim.is_supported, is_tested=bool(claim.tests)
+        figure.column,
+        figure.factor,
+        is_supported=examined.claim.is_supported and not figure.is_lower_bound,
+        is_tested=bool(examined.claim.tests),
     )
 
 
@@ -71,23 +75,31 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     )
 
 
-def with_tolerance(examined):
-    """Judge every point by the tolerance of the settings; the same points without one.
+def judged_points(examined):
+    """Judge every point: what its figure is worth, and whether it is to be doubted.
 
-    With ``standard_error_checked`` (the figure that was used, TOTAL [m], enlarged where
-    measurements exceed it) and ``is_within_tolerance``. Nothing passes where the claim
-    does not stand, and no suspect passes.
+    With ``standard_error_checked`` (the figure to believe, TOTAL [m], enlarged where
+    measurements exceed it; a lower bound where the claim does not stand), and
+    ``standard_error_height_checked`` where heights have standard errors;
+    ``is_suspect`` holds the points of ``suspects`` as well; with a tolerance in the
+    settings ``is_within_tolerance``. Nothing passes where the claim does not stand, and
+    no suspect passes.
     """
-    tolerance = tolerance_of(examined.settings)
-    if tolerance is None or examined.points.empty:
-        return examined.points
-    used, points = examined.checked, examined.points
+    points = examined.points
+    if points.empty:
+        return points
+    is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
+    used, tolerance = examined.checked, tolerance_of(examined.settings)
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
+    checked = used.factor * figure
+    judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
+    if HEIGHT in points:
+        factor = examined.credible_heights.factor
+        judged[f"{HEIGHT}_checked"] = factor * points[HEIGHT]
+    if tolerance is None:
+        return judged
     # a figure that is not known passes nothing: nan <= limit is False
-    is_small = used.factor * figure <= tolerance.point
-    return points.assign(
-        standard_error_checked=used.factor * figure,
-        is_within_tolerance=is_small & used.is_supported & ~points["is_suspect"],
-    )
+    is_small = checked <= tolerance.point
+    return judged.assign(is_within_tolerance=is_small & used.is_supported & ~is_suspect)

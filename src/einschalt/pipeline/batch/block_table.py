@@ -15,6 +15,7 @@ from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
+CLAIM = "claim_is_supported"
 TEXT_COLUMNS = ("block", "outcome", "stage", "reason", "remedy")
 FIGURES = {
     "n_points": "n_points",
@@ -22,10 +23,12 @@ FIGURES = {
     "standard_error_paper": "mean_paper",
     "standard_error_internal": "mean_internal",
 }
+# of what the result is judged by
+JUDGED = {"standard_error_credible": "credible", "claim_is_supported": CLAIM}
 COUNTS = ("n_points", "n_suspects", "n_failed_models", "n_moved")
 COLUMNS = (
     *(*TEXT_COLUMNS, *FIGURES, "seconds"),
-    *("n_suspects", "n_failed_models", "n_moved", "largest_move"),
+    *("n_suspects", "n_failed_models", "n_moved", "largest_move", *JUDGED),
 )
 POSITION = ("point_id", "easting", "northing", "height")
 SAME = 1e-3  # coordinates that differ by less are the same [m]
@@ -42,7 +45,8 @@ def row_of_figures(name, outcome, figures, seconds, changes=None) -> dict:
     ``figures`` as provenance.json has them; ``changes`` of :func:`compare_points`, left
     out where there was nothing to compare with.
     """
-    row = {column: figures.get(key) for column, key in FIGURES.items()}
+    # results of an earlier version were not judged
+    row = {column: figures.get(key) for column, key in (FIGURES | JUDGED).items()}
     if changes is not None:
         is_moved = changes["change"] == MOVED
         row["n_moved"] = int(is_moved.sum())
@@ -98,7 +102,8 @@ def blocks_table(rows) -> pd.DataFrame:
 
     Standard errors are RMS over the new points, TOTAL [m]. n_moved counts the points
     that moved by more than their standard error since the run before, by largest_move
-    [m].
+    [m]. standard_error_credible is the figure to believe, a lower bound where
+    claim_is_supported is False: something contradicts the claim.
     """
     rows = list(rows)
     columns = {}
@@ -107,6 +112,8 @@ def blocks_table(rows) -> pd.DataFrame:
         if name in TEXT_COLUMNS:
             texts = [as_unicode(value or "") for value in values]
             columns[name] = pd.Series(texts, dtype=object)
+        elif name == CLAIM:  # true, false, or nothing where there is no result
+            columns[name] = pd.Series(values, dtype=object)
         else:
             kind = "Int64" if name in COUNTS else float
             columns[name] = pd.Series(values, dtype=float).astype(kind)
@@ -199,6 +206,7 @@ def summarize_batch(table, seconds) -> str:
             if row.remedy:
                 lines.append(f"    {printable(row.remedy)}")
         lines += _rest(failed)
+    lines += _refuted(table)
     moved = table[table["n_moved"].fillna(0) > 0]
     moved = moved.sort_values("largest_move", ascending=False, kind="stable")
     if len(moved):
@@ -209,6 +217,24 @@ def summarize_batch(table, seconds) -> str:
             lines.append(f"  {printable(row.block)}: {points}, at most {most}")
         lines += _rest(moved)
     return "\n".join(lines)
+
+
+def refuted(table):
+    """Rows of blocks whose claim does not stand, the worst first."""
+    rows = table[table[CLAIM].isin([False])]
+    return rows.sort_values("standard_error_credible", ascending=False, kind="stable")
+
+
+def _refuted(table):
+    rows = refuted(table)
+    if rows.empty:
+        return []
+    lines = ["", "Claims that do not stand: see their reports"]
+    for row in rows.head(MOST_SAID).itertuples():
+        figure = row.standard_error_credible
+        known = f"{length(figure)} or worse" if np.isfinite(figure) else "not known"
+        lines.append(f"  {printable(row.block)}: {known} (total)")
+    return lines + _rest(rows)
 
 
 def _rest(rows):

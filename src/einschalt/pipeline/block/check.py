@@ -122,7 +122,7 @@ class _Check:
 
     def _standard_errors(self):
         control = self.checked.get("control_points")
-        if not self._sound("control_points") or "standard_error_m" not in control:
+        if not self._sound("control_points"):
             return
         file = self._file("control_points")
         self.problems += standard_error_problems(control, file)

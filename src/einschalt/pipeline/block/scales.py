@@ -13,6 +13,10 @@ from einschalt.foundations.units import METRES_PER_UNIT
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
+STANDARD_ERRORS = (
+    *("standard_error_m", *tables.PLAN_ERRORS),
+    "standard_error_height",
+)
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
 USUAL_MODEL_MM = (20.0, 2000.0)
@@ -108,12 +112,17 @@ def _row(frame, place):
 
 
 def standard_error_problems(control, file):
-    """Standard errors of control points that no survey has."""
-    values = control["standard_error_m"].to_numpy()
+    """Standard errors of control points that no survey has, in whichever column."""
+    columns = [name for name in STANDARD_ERRORS if name in control]
+    return [problem for name in columns for problem in _too_large(control, name, file)]
+
+
+def _too_large(control, column, file):
+    values = control[column].to_numpy()
 
     def problem(place):
         return TableError(
-            f"standard_error_m {values[place]:g}",
+            f"{column} {values[place]:g}",
             expected=f"metres, at most {LARGEST_STANDARD_ERROR_M:g}",
             remedy="Did you give millimetres?",
             file=file,

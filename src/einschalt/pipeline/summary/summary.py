@@ -29,6 +29,7 @@ def sections(assessment) -> dict[str, Section]:
         "precision": precision.section(told.precision, told.credible),
         "ways": precision.ways(told.choice),
         "claim": claim.section(told.claim),
+        "height_claim": claim.heights(told.height_claim),
         "error_sources": error_sources.section(told.error_sources),
         "iterations": moves.iterations(told.iterations),
         "neighbours": neighbours.section(told.neighbours),

@@ -6,11 +6,21 @@ from functools import singledispatch
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length
 from einschalt.pipeline.assessment.credibility import Reason
+from einschalt.pipeline.assessment.evidence.frame import Doubt
 from einschalt.pipeline.assessment.facts.precision import (
     SimultaneousPrecision,
     TwoStepPrecision,
 )
 from einschalt.pipeline.summary.wording import mean_of
+
+# what makes every figure worthless
+DOUBTS = {
+    Doubt.NONE: "",
+    Doubt.MIRRORED: "; all models are mirrored: easting and northing exchanged?",
+    Doubt.STRETCHED: "; one axis has another scale: a wrong unit or decimal point?",
+    Doubt.UPSIDE_DOWN: "; models are upside down: easting and northing exchanged?",
+    Doubt.LARGER_THAN_FILM: "; models larger than film: control not in metres?",
+}
 
 
 def verdict(assessment) -> str:
@@ -22,11 +32,20 @@ def verdict_on(assessment) -> str:
     """Say the verdict without the name of the block."""
     n_new, block = assessment.precision.n_new, assessment.block
     new = count(n_new, "new point") if n_new else "no new points"
-    said = f"{new}{_how_good(assessment.precision, assessment.credible)}"
+    credible = assessment.credible
+    said = f"{new}{_how_good(assessment.precision, credible)}"
+    said += f"{_heights(assessment.credible_heights)}{DOUBTS[credible.doubt]}"
     if not block.n_failed_models:
         return said
     n_all = count(block.n_models, "model")
     return f"{said}; {block.n_failed_models} of {n_all} failed"
+
+
+def _heights(credible):
+    """Heights are told where they are not as good as stated."""
+    if credible is None or not credible.is_lower_bound:
+        return ""
+    return f"; heights {length(credible.value)} or worse"
 
 
 @singledispatch

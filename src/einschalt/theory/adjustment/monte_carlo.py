@@ -48,7 +48,23 @@ def tail_of_squares(observed, drawn):
         Upper tail of the multiple of χ² that has the mean and the variance of the
         draws (Satterthwaite 1946); NaN where they do not vary.
     """
-    mean, variance = np.mean(drawn), np.var(drawn, ddof=1)
+    return _tail_by_moments(observed, np.mean(drawn), np.var(drawn, ddof=1))
+
+
+def tail_of_correlated_squares(observed, covariance):
+    """Probability of a sum of squares as large as this, by their covariance.
+
+    The same of normal errors whose covariance, (n, n), is known: the sum has the mean
+    tr C and the variance 2 tr C².
+
+    >>> round(tail_of_correlated_squares(18.31, np.eye(10)), 3)
+    0.05
+    """
+    mean, variance = np.trace(covariance), 2.0 * np.sum(covariance**2)
+    return _tail_by_moments(observed, mean, variance)
+
+
+def _tail_by_moments(observed, mean, variance):
     if not (mean > 0.0 and variance > 0.0):
         return np.nan
     degrees = 2.0 * mean**2 / variance

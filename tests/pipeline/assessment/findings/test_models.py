@@ -12,7 +12,7 @@ from einschalt.pipeline.assessment.findings import models as judges
 
 def with_points(result, **columns):
     """The result with columns of its points replaced by functions of the points."""
-    points = result.points.copy()
+    points = result.solution.points.copy()
     for name, change in columns.items():
         points[name] = change(points)
     return changed(result, points=points).examination

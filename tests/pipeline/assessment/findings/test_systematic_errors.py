@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from einschalt.pipeline.assessment.evidence.control.patterns import NO_PATTERNS
 from einschalt.pipeline.assessment.evidence.systematic_errors import (
     FilmAffinity,
     NetworkStrain,
@@ -27,6 +28,7 @@ def examined_with(*affinities, strain=None, mean_total=0.05, is_suspect=None):
         adjusted = SimpleNamespace(control=control)
     return SimpleNamespace(
         patterns=SystematicPatterns(affinities, strain),
+        control_patterns=NO_PATTERNS,
         figures=SimpleNamespace(mean_within=mean_total),
         adjustment=adjusted,
     )

@@ -8,16 +8,18 @@ from einschalt.foundations.display_names import printable
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
-from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
+from einschalt.interfaces.cli.exits import REFUTED, WRONG, print_error, print_out
 from einschalt.interfaces.cli.progress import batch_progress
-from einschalt.pipeline.batch.block_table import summarize_batch
+from einschalt.pipeline.batch.block_table import refuted, summarize_batch
 from einschalt.pipeline.progress import Stage
 
 SOME_FAILED = 1
 MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
 
 
-def batch(folder, output, *, given, overwrite, dry_run, quiet, memory, **options):
+def batch(
+    folder, output, *, given, overwrite, strict, dry_run, quiet, memory, **options
+):
     """Compute the blocks below a folder, and print the outcome of each."""
     started = perf_counter()
     where = {name: options[name] for name in ("scheduler", "workers")}
@@ -31,7 +33,9 @@ def batch(folder, output, *, given, overwrite, dry_run, quiet, memory, **options
     with batch_progress(is_quiet=quiet) as progress:
         how |= {"settings": given, "progress": progress}
         table = python_api.densify_many(blocks, output, **where, **how)
-    _end(table, perf_counter() - started, output, is_quiet=quiet)
+    is_refuted = strict and len(refuted(table)) > 0
+    duration = perf_counter() - started
+    _end(table, duration, output, is_refuted=is_refuted, is_quiet=quiet)
 
 
 def _which(options):
@@ -44,15 +48,17 @@ def _which(options):
     return MODES[asked[0]] if asked else "changed"
 
 
-def _end(table, seconds, output, *, is_quiet):
+def _end(table, duration, output, *, is_refuted, is_quiet):
     has_failed = (table["outcome"] == "failed").any()
-    if has_failed or not is_quiet:
+    if has_failed or is_refuted or not is_quiet:
         # blocks that failed are errors: whoever asks for nothing else is told of them
         say = print_error if is_quiet else print_out
-        say(summarize_batch(table, seconds))
+        say(summarize_batch(table, duration))
         say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
     if has_failed:
         raise typer.Exit(SOME_FAILED)
+    if is_refuted:
+        raise typer.Exit(REFUTED)
 
 
 def _tell_plan(plan):

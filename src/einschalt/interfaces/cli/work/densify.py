@@ -1,7 +1,9 @@
 """What ``einschalt densify`` does."""
 
+import typer
+
 from einschalt.interfaces import python_api
-from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
@@ -9,7 +11,16 @@ from einschalt.interfaces.files.result_folder import output_of, write_result
 from einschalt.pipeline.progress import Stage, stage_reporter
 
 
-def densify(block, output, given, *, ellipse_scale=None, overwrite=False, quiet=False):
+def densify(
+    block,
+    output,
+    given,
+    *,
+    ellipse_scale=None,
+    overwrite=False,
+    strict=False,
+    quiet=False,
+):
     """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
@@ -29,3 +40,7 @@ def densify(block, output, given, *, ellipse_scale=None, overwrite=False, quiet=
     if not quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")
+    if strict and not result.assessment.claim_is_supported:
+        if quiet:  # whoever asks for nothing else is told why
+            print_error(result.summary().splitlines()[0])
+        raise typer.Exit(REFUTED)

@@ -92,6 +92,23 @@ class Claim:
             if p_value <= CLAIM_SIGNIFICANCE
         )
 
+    @cached_property
+    def too_small(self):
+        """Tests whose quantity is smaller than chance explains, by Holm over all.
+
+        The claim does not fall by it; what was measured may not be independent.
+        """
+        lengths = [test for test in self.tests if test.name in OF_INDEPENDENCE]
+        p_values = np.array([1.0 - test.p_value for test in lengths])
+        if not np.isfinite(p_values).any():
+            return ()
+        adjusted = holm(p_values, np.array([0, len(p_values)]))
+        return tuple(
+            test
+            for test, p_value in zip(lengths, adjusted, strict=True)
+            if p_value <= CLAIM_SIGNIFICANCE
+        )
+
     @property
     def is_supported(self):
         """Whether no test contradicts the claim."""
@@ -141,6 +158,8 @@ RESIDUALS = "residuals of the low flight"
 NEIGHBOURS = "correlation of neighbouring residuals"
 LEFT_OUT = "control points, each left out"
 KNOWN = {"check": "check points", "control": "control points"}
+# differences of what was measured apart: tested for being too small as well
+OF_INDEPENDENCE = (COVERAGES, COVERAGES_HIGH)
 
 
 def examine_claim(examined) -> Claim:

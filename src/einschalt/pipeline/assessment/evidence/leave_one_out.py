@@ -14,10 +14,12 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 from scipy import sparse
+from scipy.special import ndtr  # scipy.stats takes a second to import
 
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import (
     CONTROL,
+    HIGH,
     LOW,
     add_flight_sources,
 )
@@ -28,6 +30,7 @@ from einschalt.theory.adjustment.point_operator import on_diagonal, selection
 # what is left of a residual where the other points alone just determine the model
 LEAST_REDUNDANCY = 1e-6
 PLAN = ["easting", "northing"]
+HEIGHT = 2
 COLUMNS = [
     *("difference_easting", "difference_northing"),
     *("standard_error_easting", "standard_error_northing", "covariance_en"),
@@ -40,10 +43,32 @@ class LeftOutControl:
     """Control points predicted without themselves."""
 
     point_ids: np.ndarray  # shape (n_points,)
-    # shape (n_points, 2); densified without the point, less given [m]
-    differences: np.ndarray
+    # shape (n_points, n_axes); densified without the point, less given [m]
+    all_differences: np.ndarray
     chains: dict  # the differences from the errors of all sources
-    covariance: np.ndarray  # shape (n_points, 2, 2); of the differences [m²]
+    of_flights: dict  # the same from those of each flight's measured coordinates
+    all_covariance: np.ndarray  # shape (n_points, n_axes, n_axes); of the differences
+
+    @property
+    def differences(self):
+        """In plan, shape (n_points, 2) [m]."""
+        return self.all_differences[:, : len(PLAN)]
+
+    @property
+    def covariance(self):
+        """Of the differences in plan, shape (n_points, 2, 2) [m²]."""
+        return self.all_covariance[:, : len(PLAN), : len(PLAN)]
+
+    @property
+    def has_heights(self):
+        """Whether heights were predicted as well."""
+        return self.all_differences.shape[1] > HEIGHT
+
+    @property
+    def of_heights(self):
+        """Differences in height, and their standard errors, (n_points,) each [m]."""
+        variance = self.all_covariance[:, HEIGHT, HEIGHT]
+        return self.all_differences[:, HEIGHT], np.sqrt(variance)
 
     @cached_property
     def squares(self):
@@ -72,15 +97,17 @@ def leave_out_control(examined):
     names = examined.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
     chains = parts.chains()
     found = propagate(names, chains, model.standard_errors)
-    covariance = found.covariance[:, : len(PLAN), : len(PLAN)]
-    return LeftOutControl(names, parts.differences(), chains, covariance)
+    return LeftOutControl(
+        names, parts.differences(), chains, parts.of_flights(), found.covariance
+    )
 
 
 def left_out_table(left_out, significance):
     """Differences of control points that were left out, with their tests.
 
     point_id, COLUMNS: differences, their standard errors and covariance [m, m²], w
-    (length by standard errors), p_value; is_suspect (Holm over all points). No rows
+    (length by standard errors), p_value; is_suspect (Holm over all points); of spatial
+    models also difference_height, standard_error_height [m], p_value_height. No rows
     where nothing was left out.
     """
     if left_out is None:
@@ -96,10 +123,16 @@ def left_out_table(left_out, significance):
     )
     family = np.array([0, len(p_value)])
     table = pd.DataFrame({"point_id": left_out.point_ids})
-    return table.assign(
+    table = table.assign(
         **dict(zip(COLUMNS, columns, strict=True)),
         is_suspect=is_rejected_by_holm(p_value, family, significance),
     )
+    if not left_out.has_heights:
+        return table
+    height, error = left_out.of_heights
+    table["difference_height"], table["standard_error_height"] = height, error
+    table["p_value_height"] = 2.0 * ndtr(-np.abs(height / error))
+    return table
 
 
 class _Prediction:
@@ -159,26 +192,32 @@ class _Prediction:
         own_effect = effect.masked(is_own)
         self.of_misfits = (own_effect @ self.high_fit.enlarging()).tocsr()
 
+    def of_flights(self):
+        """Of the measured coordinates of each flight, the differences."""
+        return {
+            HIGH: (self._of_high_values @ self.model.high.operator.measured).formed(),
+            LOW: (self.of_values @ self.model.low.measured).formed(),
+        }
+
+    @cached_property
+    def _of_high_values(self):
+        picked = (self.of_misfits @ self.high_fit.picked).formed()
+        return ((self.through @ self.model.high.mean).formed() + picked).tocsr()
+
     def chains(self):
         """Of each source, the differences as one product."""
         model, misfits = self.model, self.of_misfits
-        high = model.high.operator
         on_control = selection(self.control_of_fitted, self.n_control, self.axes)
         given = selection(self.rows, self.n_control, self.axes)
-        picked = (misfits @ self.high_fit.picked).formed()
-        of_high = ((self.through @ model.high.mean).formed() + picked).tocsr()
-        of_fits = (of_high @ high.ground).formed() - (misfits @ on_control).formed()
-        of_flights = (
-            (of_high, high.measured, model.high.own),
-            (self.of_values, model.low.measured, model.own),
-        )
-        chains = {CONTROL: (of_fits - given).tocsr()}
-        for left, measured, own in of_flights:
-            chains = add_flight_sources(chains, (left @ measured).formed(), own)
+        of_fits = (self._of_high_values @ model.high.operator.ground).formed()
+        of_fits = of_fits - (misfits @ on_control).formed()
+        chains, measured = {CONTROL: (of_fits - given).tocsr()}, self.of_flights()
+        for name, own in ((HIGH, model.high.own), (LOW, model.own)):
+            chains = add_flight_sources(chains, measured[name], own)
         return chains
 
     def differences(self):
-        """Predicted less given coordinates, shape (n_points, 2) [m]."""
+        """Predicted less given coordinates, shape (n_points, n_axes) [m]."""
         examined = self.examined
         names = list(self.axes.names)
         given = examined.block.control_points[names].to_numpy(dtype=float)[self.rows]
@@ -195,7 +234,7 @@ class _Prediction:
             + self.of_ground.of_vectors(ground)
             + self.of_misfits.of_vectors(misfits)
         )
-        return (found - (given - origin))[:, : len(PLAN)]
+        return found - (given - origin)
 
 
 class _Fitted:

@@ -6,7 +6,7 @@ of the control points when all models of both flights are adjusted together with
 since the residuals of five control points in a model hardly show it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
@@ -57,6 +57,15 @@ class FilmAffinity:
 
 
 @dataclass(frozen=True, eq=False)
+class ControlScores:
+    """What the adjustment of everything knows of the errors of control points."""
+
+    places: np.ndarray  # rows of the table of control
+    values: np.ndarray  # shape (n, 2); weight times error [1/m]
+    information: np.ndarray  # shape (n, n); of either coordinate [1/m²]
+
+
+@dataclass(frozen=True, eq=False)
 class NetworkStrain:
     """A pattern in the errors of the control points."""
 
@@ -68,6 +77,8 @@ class NetworkStrain:
     # point_id, easting, northing of the displacement of each control point as it is
     # estimated [m], the largest first; what is common to all of them is not seen
     displacements: pd.DataFrame
+    # that it was found in
+    scores: ControlScores | None = field(default=None, repr=False)
 
     @property
     def is_significant(self):
@@ -82,6 +93,11 @@ class SystematicPatterns:
     affinities: tuple[FilmAffinity, ...]  # of the flights, as far as they can be tested
     # None where the control points do not check each other, or are too many
     strain: NetworkStrain | None
+
+    @property
+    def scores(self):
+        """What all models know of the control points: ControlScores, or None."""
+        return None if self.strain is None else self.strain.scores
 
 
 def find_patterns(examined):
@@ -216,7 +232,8 @@ def _strain(examined, transformations, errors, affine):
         errors["control"][is_used] ** -2.0,
     )
     scores, information = control_information(flights, given)
-    found = smooth_pattern(np.column_stack([scores.real, scores.imag]), information, xy)
+    scores = np.column_stack([scores.real, scores.imag])
+    found = smooth_pattern(scores, information, xy)
     if not np.isfinite(found.p_value):
         return None
     moved = pd.DataFrame(found.field, columns=["easting", "northing"])
@@ -229,6 +246,7 @@ def _strain(examined, transformations, errors, affine):
         is_smooth=found.p_value_if_scaled < SURELY_NOT_SCALED,
         n_control=int(is_used.sum()),
         displacements=moved.iloc[order].reset_index(drop=True),
+        scores=ControlScores(np.flatnonzero(is_used), scores, information),
     )
 
 

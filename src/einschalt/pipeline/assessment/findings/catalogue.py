@@ -3,6 +3,7 @@
 from einschalt.pipeline.assessment.finding import Finding
 from einschalt.pipeline.assessment.findings import (
     claim,
+    heights,
     iterations,
     known_points,
     models,
@@ -21,6 +22,7 @@ MODULES = (
     precision,
     iterations,
     known_points,
+    heights,
     suspects,
     systematic_errors,
     notes,

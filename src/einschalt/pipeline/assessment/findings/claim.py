@@ -10,6 +10,7 @@ from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
 from einschalt.pipeline.assessment.findings.kinds import finding
 
 DOUBT = "doubt_independence"
+MOST_PAIRS = 10
 KIND_OF_TEST = {NEIGHBOURS: "correlation", RESIDUALS: "residuals"}
 
 
@@ -41,6 +42,49 @@ def _rejected(test):
         "n_points": int(test.n_points),
         **{name: float(getattr(test, name)) for name in numbers},
     }
+
+
+def coverages_that_agree_too_well(two_step):
+    """Coverages that differ by less than independent measurements would."""
+    found = [
+        test
+        for test in two_step.claim.too_small
+        if test.observed < test.predicted / MIN_REPORTED_RATIO
+    ]
+    if not found:
+        return None
+    worst = max(found, key=lambda test: test.p_value)
+    return finding(
+        "coverages_that_agree_too_well",
+        statistic=worst.name,
+        observed=worst.observed,
+        expected=worst.predicted,
+        probability=1.0 - worst.p_value,
+        remedy="look_for_copies_or_lower_m_g",
+        facts={"tests": tuple(map(_rejected, found))},
+    )
+
+
+def measurements_given_twice(examined):
+    """Models or photographs that are copies of others."""
+    copies = examined.copies
+    if not copies.pairs:
+        return None
+    largest = sorted(copies.pairs, key=lambda pair: -pair.n_equal)
+    return finding(
+        "measurements_given_twice",
+        names=[pair.second[2] for pair in largest],
+        statistic="points with the same coordinates to the last digit",
+        observed=largest[0].n_equal,
+        expected=0.0,
+        remedy="take_copies_out",
+        facts={
+            "n_pairs": len(copies.pairs),
+            "n_points": sum(pair.n_equal for pair in copies.pairs),
+            "pairs": tuple((pair.first, pair.second) for pair in largest[:MOST_PAIRS]),
+            "enlargement": copies.enlargement,
+        },
+    )
 
 
 def high_flight_that_misfits(examined):
@@ -129,11 +173,17 @@ def figure_left_out(examined):
     )
 
 
-FOR_BOTH = (high_flight_that_misfits, no_check_points, figure_left_out)
+FOR_BOTH = (
+    measurements_given_twice,
+    high_flight_that_misfits,
+    no_check_points,
+    figure_left_out,
+)
 TWO_STEP = (
     claim_that_does_not_stand,
     contradicted_propagation,
     contradicted_budget,
+    coverages_that_agree_too_well,
     *FOR_BOTH,
 )
 SIMULTANEOUS = FOR_BOTH

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding
 from einschalt.theory.adjustment.global_tests import (
     mean_differs_from_zero,
@@ -86,6 +87,8 @@ def _shifted(role, known, shift):
     facts = {"n_points": known.count, "easting": easting, "northing": northing}
     return finding(
         "shifted_block",
+        # within what is claimed it spoils nothing
+        gravity=Gravity.GRAVE if known.are_beyond else Gravity.WARNING,
         statistic=f"mean difference at {role} points",
         observed=np.hypot(*shift),
         expected=0.0,

@@ -1,5 +1,12 @@
 """Models that failed or are weak, and points that hang on them."""
 
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.assessment.evidence.frame import (
+    LARGEST_DIAGONAL_M,
+    LARGEST_STRETCH,
+    are_mirrored,
+)
+from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
     finding,
@@ -14,7 +21,6 @@ from einschalt.theory.adjustment.least_squares import pool_standard_errors
 LARGE_M_0 = 3.0
 MOST_REASONS = 20
 MOST_NAMED_OF_A_REASON = 10
-DETERMINANT = ["a1", "a2", "b1", "b2"]
 
 
 def failed_models(examined):
@@ -87,27 +93,71 @@ def models_with_large_m_0(examined):
 
 
 def mirrored_models(examined):
-    """Affine models with a negative determinant, which no camera makes by itself."""
-    models = examined.models
-    if not set(DETERMINANT) <= set(models.columns):
+    """Affine models with a negative determinant, which no camera makes by itself.
+
+    All of them may be mirrored by a left-handed machine. Where no reference system has
+    let the coordinates pass, it may as well be control with its axes exchanged.
+    """
+    frame = examined.frame
+    if not frame.n_mirrored:
         return None
-    models = models[(models["transformation"] == "affine") & models["is_usable"]]
-    a1, a2, b1, b2 = models[DETERMINANT].to_numpy(dtype=float).T
-    mirrored = models[a1 * b2 - a2 * b1 < 0.0]
-    if mirrored.empty:
-        return None
-    facts = {"n_mirrored": len(mirrored), "n_affine": len(models)}
-    if len(mirrored) == len(models):
+    facts = {"n_mirrored": frame.n_mirrored, "n_affine": frame.n_affine}
+    if frame.is_mirrored:
         return finding(
             "all_models_mirrored",
+            gravity=Gravity.NOTE if frame.has_system else Gravity.GRAVE,
             remedy="exchange_axes_unless_left_handed",
             facts=facts,
         )
+    models = are_mirrored(examined.models)
+    mirrored = models[models["is_mirrored"]]
     return finding(
         "mirrored_models",
         names=mirrored["model_id"],
         remedy="look_for_exchanged_names",
         facts={**facts, "models": row_keys(mirrored, MODEL)},
+    )
+
+
+def models_larger_than_film(examined):
+    """Flights whose models no photograph of their scale holds: wrong units."""
+    found = examined.frame.impossible_films
+    if not found:
+        return None
+    worst = max(found, key=lambda film: film.on_film)
+    return finding(
+        "models_larger_than_film",
+        names=[film.flight for film in found],
+        statistic="diameter of the median model in its photograph",
+        observed=worst.on_film,
+        expected=LARGEST_DIAGONAL_M,
+        remedy="look_at_units_and_scale_number",
+        facts={
+            "flight": worst.flight,
+            "diameter": worst.diameter,
+            "scale_number": worst.scale_number,
+            "on_film_mm": worst.on_film / METRES_PER_MM,
+            "largest_mm": LARGEST_DIAGONAL_M / METRES_PER_MM,
+        },
+    )
+
+
+def stretched_models(examined):
+    """Affine models of which one axis is stretched more than film can be."""
+    frame = examined.frame
+    if not frame.is_stretched:
+        return None
+    return finding(
+        "stretched_models",
+        statistic="larger scale of an affine model by the smaller one, less 1",
+        observed=frame.stretch,
+        expected=0.0,
+        remedy="look_at_units_of_each_axis",
+        facts={
+            "n_affine": frame.n_affine,
+            "per_cent": 100.0 * frame.stretch,
+            "largest_per_cent": 100.0 * LARGEST_STRETCH,
+        },
     )
 
 
@@ -149,6 +199,8 @@ TWO_STEP = SIMULTANEOUS = (
     points_without_coordinates,
     models_with_large_m_0,
     mirrored_models,
+    models_larger_than_film,
+    stretched_models,
     points_in_one_coverage,
     points_in_one_model,
     models_without_redundancy,

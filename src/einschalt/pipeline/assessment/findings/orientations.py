@@ -3,6 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
+from einschalt.pipeline.assessment.evidence.frame import are_upside_down
 from einschalt.pipeline.assessment.evidence.image_precision import image_component
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
@@ -169,12 +170,8 @@ def _spoilt(flight, corrected, uncorrected):
 
 def models_upside_down(examined):
     """Spatial models that had to be turned over: mirror images of flat terrain."""
-    models = examined.models
-    if not {"omega", "phi"} <= set(models.columns):
-        return None
-    models = models[models["is_usable"].astype(bool)]
-    angles = models[["omega", "phi"]].astype(float)
-    over = models[np.cos(angles["omega"]) * np.cos(angles["phi"]) < 0.0]
+    models = are_upside_down(examined.models)
+    over = models[models["is_upside_down"]]
     return weak_models("models_upside_down", over, remedy="turn_sign_of_x_or_y")
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.findings.kinds import finding
 
 # of the figure that is claimed: a smaller bias adds half a per cent to it
@@ -82,9 +83,39 @@ def _smooth_strain(examined, remedy):
     )
 
 
+def broken_network(examined):
+    """Control of which one part lies apart from the other, or that is bent."""
+    pattern, strain = examined.control_patterns.plan, examined.patterns.strain
+    if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
+        return None
+    if strain is not None and strain.is_significant and strain.is_smooth:
+        return None  # which says more
+    easting, northing = pattern.amplitude
+    return finding(
+        "broken_network",
+        names=pattern.point_ids,
+        statistic="pattern in the corrections of the control points",
+        observed=pattern.size,
+        expected=0.0,
+        probability=pattern.p_value,
+        remedy="check_network_in_parts",
+        facts={
+            "kind": str(pattern.kind),
+            "n_points": len(pattern.point_ids),
+            "n_control": pattern.n_control,
+            "easting": easting,
+            "northing": northing,
+            "size": pattern.size,
+            "moved": float(pattern.moved),
+        },
+    )
+
+
 def contradicting_control(examined):
     """Control points that contradict each other by more than their errors."""
     strain = examined.patterns.strain
+    if broken_network(examined) is not None:
+        return None  # which says how
     if strain is None or not strain.is_significant or strain.is_smooth:
         return None
     return finding(
@@ -103,9 +134,10 @@ def contradicting_control_of_adjustment(adjusted):
     return contradicting_control(adjusted)
 
 
-TWO_STEP = (film_affinity, strained_network, contradicting_control)
+TWO_STEP = (film_affinity, strained_network, broken_network, contradicting_control)
 SIMULTANEOUS = (
     film_affinity,
     strained_network_of_adjustment,
+    broken_network,
     contradicting_control_of_adjustment,
 )

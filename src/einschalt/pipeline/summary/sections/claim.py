@@ -1,9 +1,10 @@
 """Whether the claimed figure stands against what was measured."""
 
 from einschalt.foundations.typesetting import fixed, length, lengths
-from einschalt.pipeline.summary.section import Section
+from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import probability
 
+HEADER = ("", "points", "measured", "predicted", "P")
 P = (
     "P: probability of as much where the claim holds; below 0.01 for all tests "
     "together (Holm) it does not stand."
@@ -19,6 +20,19 @@ ASSUMED = {
 
 def section(claim) -> Section:
     """Set measured quantities beside what the claim predicts."""
+    assumed = (ASSUMED[claim.assumption],) if claim.is_assumed else ()
+    said = (*assumed, P, *_three_figures(claim))
+    return Section("Does the claim stand? (total, RMS)", HEADER, _rows(claim), said)
+
+
+def heights(claim) -> Section:
+    """The same of heights, where they were tested."""
+    if not claim.tests:
+        return NO_SECTION
+    return Section("Do the heights stand? (RMS)", HEADER, _rows(claim), (P,))
+
+
+def _rows(claim):
     measured = lengths([t.observed for t in claim.tests if t.is_length])
     predicted = lengths([t.predicted for t in claim.tests if t.is_length])
     texts = iter(zip(measured, predicted, strict=True))
@@ -32,13 +46,7 @@ def section(claim) -> Section:
         rows.append(
             (test.name, f"{test.n_points:d}", *shown, probability(test.p_value))
         )
-    assumed = (ASSUMED[claim.assumption],) if claim.is_assumed else ()
-    return Section(
-        "Does the claim stand? (total, RMS)",
-        ("", "points", "measured", "predicted", "P"),
-        tuple(rows),
-        (*assumed, P, *_three_figures(claim)),
-    )
+    return tuple(rows)
 
 
 def _three_figures(claim):

@@ -4,6 +4,7 @@ from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.suggestions import (
     causes,
     claim,
+    heights,
     iterations,
     known_points,
     models,
@@ -22,6 +23,7 @@ MODULES = (
     precision,
     iterations,
     known_points,
+    heights,
     suspects,
     systematic_errors,
     notes,

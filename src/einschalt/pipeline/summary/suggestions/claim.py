@@ -1,6 +1,7 @@
 """What to say of a claimed figure that does not stand, or that nothing checks."""
 
-from einschalt.foundations.typesetting import fixed, length
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.typesetting import count, fixed, length
 
 REMEDIES = {
     "doubt_independence": (
@@ -22,6 +23,14 @@ REMEDIES = {
         "Look for gross errors in high flight and control, or give larger errors"
     ),
     "raise_m_g": "Raise m_g_um of the low flight, or look for gross errors",
+    "look_for_copies_or_lower_m_g": (
+        "Look for measurements that were copied or transferred; if there are none, "
+        "m_g_um is too large"
+    ),
+    "take_copies_out": (
+        "Take the copies out: their mean is no better than one of them, and no "
+        "difference between them checks anything"
+    ),
     "give_check_points": 'Give some known points role = "check"',
     "give_standard_errors_of_control": (
         "Give standard_error_m, TOTAL in metres, in [control_points]"
@@ -48,7 +57,29 @@ def _rejected(test):
     return f"{what} {verb} {length(observed)}, predicted {length(predicted)}"
 
 
+def coverages_that_agree_too_well(finding):
+    """What differs by less than it should."""
+    said = "; ".join(map(_rejected, finding.facts["tests"]))
+    return f"Coverages agree better than independent measurements would: {said}"
+
+
+def measurements_given_twice(finding):
+    """How many models or photographs are copies, and the first of them."""
+    first, second = (
+        ", ".join(printable(part).replace("_", " ") for part in names if part)
+        for names in finding.facts["pairs"][0]
+    )
+    facts = finding.facts
+    points, pairs = count(facts["n_points"], "point"), count(facts["n_pairs"], "pair")
+    return (
+        f"Measurements were given twice: {points} in {pairs} of models or photographs "
+        f"have the same coordinates to the last digit, such as {first} and {second}"
+    )
+
+
 WORDS = {
+    "coverages_that_agree_too_well": coverages_that_agree_too_well,
+    "measurements_given_twice": measurements_given_twice,
     "claim_that_does_not_stand": claim_that_does_not_stand,
     "high_flight_that_misfits": (
         "m_0 of the high flight is {m_0:length}, {ratio:factor} the "

@@ -17,6 +17,13 @@ REMEDIES = {
         "Right where the machine's axes are left-handed; otherwise exchange easting "
         "and northing"
     ),
+    "look_at_units_and_scale_number": (
+        "Give control in metres, and scale_number as the denominator"
+    ),
+    "look_at_units_of_each_axis": (
+        "Right where the machine's axes have different scales; otherwise look at the "
+        "decimal points and units of easting and northing, and of x and y"
+    ),
     "look_for_exchanged_names": "Look for exchanged names of points in them",
     "nothing_confirms_them": "Nothing confirms a point in one model",
     "gross_errors_cannot_be_seen": (
@@ -58,6 +65,16 @@ WORDS = {
         "the flight: {models:models of n_models}; up to {largest_m_0:length}"
     ),
     "all_models_mirrored": "All {n_affine:count affine model} are mirrored",
+    "stretched_models": (
+        "One axis has another scale than the other: the {n_affine:count affine model} "
+        "are stretched by {per_cent:.3g} % (median), and film by no more than "
+        "{largest_per_cent:.1f} %"
+    ),
+    "models_larger_than_film": (
+        "The models of the {flight:flight} measure {diameter:length} on the ground, "
+        "which is {on_film_mm:.0f} mm in photographs 1:{scale_number:.0f}; no film is "
+        "larger than {largest_mm:.0f} mm across"
+    ),
     "mirrored_models": (
         "{n_mirrored} of {n_affine:count affine model} mirrored: "
         "{models:models of n_mirrored}"

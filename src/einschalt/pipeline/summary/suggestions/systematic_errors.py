@@ -17,6 +17,9 @@ REMEDIES = {
         "Check the network there, and give control from another one, since more of "
         'the same shares it. method = "simultaneous" suffers less from it'
     ),
+    "check_network_in_parts": (
+        "Check whether its parts come from the same network, survey and system"
+    ),
     "look_for_wrong_control_or_raise_errors": (
         "Look for wrong ones, or raise standard_error_m"
     ),
@@ -57,8 +60,24 @@ def strained_network(finding):
     )
 
 
+def broken_network(finding):
+    """Which part lies apart, and where to; or by how much control is bent."""
+    bent = (
+        "The control network is bent: a quadratic strain of its "
+        "{n_control:count control point} has {size:length} (total, RMS)"
+    )
+    apart = (
+        "The control network is broken in two: on one side of a line {n_points} of its "
+        "{n_control:count control point} lie apart from the others, by easting "
+        "{easting:length}, northing {northing:length}: {names:names of n_points}"
+    )
+    so = bent if finding.facts["kind"] == "bend" else apart
+    return filled(f"{so}. It moves the new points by {{moved:length}} (RMS)", finding)
+
+
 WORDS = {
     "film_affinity": film_affinity,
+    "broken_network": broken_network,
     "strained_network": strained_network,
     "contradicting_control": (
         "The {n_control} control points contradict each other by more than their "

@@ -1,0 +1,82 @@
+"""Which figure of the heights to believe: the propagated one, or a larger bound."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.stages.error_propagation.error_model import CONTROL
+
+COLUMN = "standard_error_height"
+
+
+@dataclass(frozen=True)
+class CredibleHeights:
+    """The figure of the new points' heights to believe."""
+
+    value: float  # RMS [m]; NaN where none is known
+    # whether the heights are as good as that or worse, by an unknown amount
+    is_lower_bound: bool
+    factor: float  # by which the height error of single points is enlarged; at least 1
+
+
+def credible_heights(examined) -> CredibleHeights | None:
+    """Enlarge the propagated figure by what measurements show; None without heights.
+
+    Each of these by itself, the largest counts: what check heights are missed by beyond
+    the prediction, the control heights' errors as their left-out differences show them,
+    and what a pattern in control or in models does to the points.
+    """
+    points = examined.solution.points
+    if "height" not in points:
+        return None
+    total = np.nan
+    if COLUMN in points:
+        new = points.loc[points["role"] == "new", COLUMN].to_numpy(dtype=float)
+        total = float(np.sqrt(np.mean(new**2))) if len(new) else np.nan
+    shown = [_excess_of(examined, test) for test in examined.height_claim.rejected] + [
+        _moved(examined)
+    ]
+    extra = max([0.0, *(size for size in shown if np.isfinite(size))])
+    is_refuted = bool(examined.height_claim.rejected) or _moved(examined) > 0.0
+    value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
+    factor = value / total if is_refuted and total > 0.0 else 1.0
+    return CredibleHeights(value, is_refuted, float(factor))
+
+
+def _moved(examined):
+    pattern = examined.control_patterns.height
+    return 0.0 if pattern is None else pattern.moved
+
+
+def _excess_of(examined, test):
+    """What a test shows beyond the prediction, at the new points, RMS [m]."""
+    excess = np.sqrt(max(test.observed**2 - test.predicted**2, 0.0))
+    if test.name != LEFT_OUT:
+        return excess
+    # differences of left-out control hold its own errors: they are larger by a factor,
+    # and so is what they do to the points
+    of_differences, of_points = examined.control_height_parts
+    if not of_differences > 0.0:
+        return 0.0
+    return excess / of_differences * of_points
+
+
+def control_height_parts(two_step) -> tuple[float, float]:
+    """What control of the given errors does, in height, RMS [m].
+
+    To the differences of control that was left out, and to the new points.
+    """
+    left_out, errors = two_step.left_out_control, two_step.errors
+    if left_out is None or errors is None or CONTROL not in errors.parts:
+        return np.nan, np.nan
+    sizes = two_step.error_model.standard_errors[CONTROL]
+    of_differences = left_out.chains[CONTROL].covariances(sizes)[:, 2, 2]
+    points = two_step.solution.points
+    new = points.loc[points["role"] == "new", "point_id"]
+    is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
+    of_points = errors.parts[CONTROL][is_new, 2, 2]
+    of_both = (of_differences, of_points)
+    return tuple(
+        float(np.sqrt(np.mean(part))) if len(part) else np.nan for part in of_both
+    )

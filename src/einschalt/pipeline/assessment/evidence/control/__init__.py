@@ -1,0 +1,1 @@
+"""Control that is wrong together, and heights of known points."""

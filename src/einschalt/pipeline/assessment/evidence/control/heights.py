@@ -1,0 +1,75 @@
+"""Do the claimed heights stand? What was measured, against what they predict.
+
+The same question as of the plan, asked of heights by themselves: control points that
+are predicted without themselves, and check points. Their covariances are known from
+the operators of the propagation, so that nothing has to be drawn.
+
+See docs/theory/claim.md.
+"""
+
+import numpy as np
+
+from einschalt.foundations.names import encode
+from einschalt.pipeline.assessment.evidence.claim import (
+    LEFT_OUT,
+    UNTESTED,
+    Claim,
+    ClaimTest,
+)
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    HEIGHT,
+    covariance_of,
+)
+from einschalt.stages.error_propagation.error_model import control_errors
+from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
+from einschalt.theory.adjustment.point_operator import Axes, selection
+
+HEIGHT_OF_CHECK = "check points"
+# of more points the covariance would be too large: the first of them stand for all
+MOST_POINTS = 2000
+
+
+def examine_height_claim(examined) -> Claim:
+    """Test heights of known points against what the claimed heights predict."""
+    if examined.errors is None or examined.errors.axes is not Axes.SPACE:
+        return UNTESTED
+    tests = (_left_out(examined), _check(examined))
+    return Claim(tuple(test for test in tests if test is not None), None)
+
+
+def _left_out(examined):
+    left_out = examined.left_out_control
+    if left_out is None or len(left_out.point_ids) > MOST_POINTS:
+        return None
+    sizes = examined.error_model.standard_errors
+    covariance = covariance_of(left_out.chains, sizes, HEIGHT)
+    return _test(LEFT_OUT, left_out.of_heights[0], covariance)
+
+
+def _check(examined):
+    """Check points: densified less given, both with errors."""
+    points, errors = examined.solution.points, examined.errors
+    missed = points["difference_height"].notna() & (points["role"] == "check")
+    rows = points[missed].head(MOST_POINTS)
+    if rows.empty:
+        return None
+    ids = rows["point_id"].to_numpy(dtype=object)
+    places = encode(errors.point_ids).locate(encode(ids))
+    pick = selection(places, len(errors.point_ids), errors.axes)
+    chains = {name: (pick @ chain).formed() for name, chain in errors.chains.items()}
+    covariance = covariance_of(chains, errors.standard_errors, HEIGHT)
+    given = examined.block.control_points
+    of_given = Axes.SPACE.each(control_errors(given, Axes.SPACE))[:, HEIGHT[0]]
+    at = encode(given["point_id"]).locate(encode(ids))
+    covariance = covariance + np.diag(of_given[at] ** 2)
+    differences = rows["difference_height"].to_numpy(dtype=float)
+    return _test(HEIGHT_OF_CHECK, differences, covariance)
+
+
+def _test(name, differences, covariance):
+    if not len(differences):
+        return None
+    predicted = float(np.sqrt(np.trace(covariance) / len(differences)))
+    p_value = tail_of_correlated_squares(float(np.sum(differences**2)), covariance)
+    observed = float(np.sqrt(np.mean(differences**2)))
+    return ClaimTest(name, len(differences), observed, predicted, p_value)

@@ -1,0 +1,198 @@
+"""Control that is wrong together: a network broken in two, or bent.
+
+Each control point is predicted without itself (see ``leave_one_out``). What a step
+along a line, a low-order strain or one wrong point makes of these differences is known
+from the operators of the propagation, and so is their full covariance: the pattern
+that explains them best is tested among all of them (Bonferroni). Plan and heights are
+tested apart. What moves, turns or stretches everything alike shows in no difference.
+
+See docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    HEIGHT,
+    PLAN,
+    Signatures,
+)
+from einschalt.pipeline.assessment.evidence.systematic_errors import SURELY_NOT_SCALED
+from einschalt.theory.adjustment.pattern_tests import examine_patterns, examine_scores
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
+
+# fewer points tell no pattern; of more the covariance would be too large
+FEWEST_CONTROL, MOST_CONTROL = 6, 500
+N_DIRECTIONS = 8
+MOST_STEPS_PER_DIRECTION = 24
+FEWEST_ON_A_SIDE = 2
+
+
+class Kind(StrEnum):
+    """What kind of pattern it is."""
+
+    POINT = "point"  # one point by itself
+    STEP = "step"  # all points on one side of a line
+    BEND = "bend"  # a quadratic strain
+    SCALE = "scale"  # heights of models against those of control
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Errors of control, for an amplitude of one; or of the heights of models."""
+
+    kind: Kind
+    of_control: np.ndarray  # shape (n_control,)
+    flights: tuple[str, ...] = ()  # whose heights are out of scale
+
+
+@dataclass(frozen=True, eq=False)
+class FoundPattern:
+    """The pattern that explains the differences best, where chance does not."""
+
+    kind: Kind
+    flights: tuple[str, ...]
+    # the points that it displaces, or those on the smaller side of a step
+    point_ids: tuple[str, ...]
+    n_control: int
+    # of each axis: easting and northing, or height [m]; of a scale, a ratio
+    amplitude: tuple[float, ...]
+    p_value: float  # of all patterns together
+    moved: float  # what it does to the new points, TOTAL in plan or height, RMS [m]
+
+    @property
+    def size(self):
+        """Length of the amplitude."""
+        return float(np.linalg.norm(self.amplitude))
+
+
+@dataclass(frozen=True)
+class ControlPatterns:
+    """Patterns in the control of a block; None where chance explains everything."""
+
+    plan: FoundPattern | None
+    height: FoundPattern | None
+
+
+NO_PATTERNS = ControlPatterns(None, None)
+
+
+def find_control_patterns(examined) -> ControlPatterns:
+    """Look for patterns in control points that are predicted without themselves.
+
+    In plan in the corrections of an adjustment of everything, where it was made: they
+    show smaller ones.
+    """
+    control, left_out = examined.block.control_points, examined.left_out_control
+    if left_out is None:
+        return NO_PATTERNS
+    if not FEWEST_CONTROL <= len(left_out.point_ids) <= MOST_CONTROL:
+        return NO_PATTERNS
+    signatures = Signatures(examined, left_out)
+    patterns = _patterns(control, left_out.point_ids)
+    scores, heights = examined.patterns.scores, None
+    plan = (
+        _of_differences(signatures, patterns, PLAN)
+        if scores is None
+        else _of_scores(scores, patterns)
+    )
+    if left_out.has_heights:
+        found = [*patterns, *_scales(examined.block, len(control))]
+        heights = _worst(signatures, found, HEIGHT, _of_differences(signatures, found))
+    return ControlPatterns(_worst(signatures, patterns, PLAN, plan), heights)
+
+
+def _scales(block, n_control):
+    """Heights of the models of one flight, or of all, out of scale."""
+    flights = tuple(block.flights)
+    each = (*((name,) for name in flights), *([flights] if len(flights) > 1 else []))
+    return [Pattern(Kind.SCALE, np.zeros(n_control), names) for names in each]
+
+
+def _of_differences(signatures, patterns, axes=HEIGHT):
+    """Test patterns in control that was left out, PatternTests or None."""
+    try:
+        return examine_patterns(
+            signatures.observed(axes),
+            signatures.covariance(axes),
+            signatures.of(patterns, axes),
+        )
+    except np.linalg.LinAlgError:  # points without errors of their own
+        return None
+
+
+def _of_scores(scores, patterns):
+    """Test patterns in what all models know of control, PatternTests."""
+    rows = np.stack([pattern.of_control for pattern in patterns])
+    rows = rows[:, scores.places]
+    return examine_scores(scores.values, scores.information, rows)
+
+
+def _worst(signatures, patterns, axes, tests):
+    """The clearest of all patterns in some axes, if chance does not explain it."""
+    place = None if tests is None else tests.worst
+    if place is None:
+        return None
+    n_tests = np.isfinite(tests.squares).sum()
+    p_value, if_scaled = (
+        float(min(values[place] * n_tests, 1.0))
+        for values in (tests.p_values, tests.p_values_if_scaled)
+    )
+    # errors that are all larger than given are no pattern
+    if p_value > SYSTEMATIC_SIGNIFICANCE or if_scaled > SURELY_NOT_SCALED:
+        return None
+    pattern, amplitude = patterns[place], tests.amplitudes[place]
+    names = signatures.control["point_id"].to_numpy(dtype=object)
+    return FoundPattern(
+        kind=pattern.kind,
+        flights=pattern.flights,
+        point_ids=tuple(names[pattern.of_control != 0.0]),
+        n_control=int((signatures.control["role"] != "check").sum()),
+        amplitude=tuple(map(float, amplitude)),
+        p_value=p_value,
+        moved=signatures.moved(pattern, amplitude, axes),
+    )
+
+
+def _patterns(control, left_out):
+    """Single points, steps along lines, and quadratic strains, of given control."""
+    is_used = (control["role"] != "check").to_numpy()
+    places = np.flatnonzero(is_used)
+    offset = control[["easting", "northing"]].to_numpy(dtype=float)[places]
+    offset = offset - offset.mean(axis=0)
+    is_left_out = control["point_id"].isin(left_out).to_numpy()
+    parts = [(Kind.POINT, np.eye(len(control))[is_left_out & is_used])]
+    for kind, rows in ((Kind.STEP, _steps(offset)), (Kind.BEND, _bends(offset))):
+        whole = np.zeros((len(rows), len(control)))
+        whole[:, places] = rows
+        parts.append((kind, whole))
+    return [Pattern(kind, row) for kind, rows in parts for row in rows]
+
+
+def _steps(offset):
+    """Points on the smaller side of lines in many directions, each division once."""
+    sides = set()
+    n = len(offset)
+    for angle in np.arange(N_DIRECTIONS) * np.pi / N_DIRECTIONS:
+        order = np.argsort(offset @ [np.cos(angle), np.sin(angle)], kind="stable")
+        last = n - FEWEST_ON_A_SIDE
+        n_steps = min(max(last - FEWEST_ON_A_SIDE + 1, 0), MOST_STEPS_PER_DIRECTION)
+        for first in np.linspace(FEWEST_ON_A_SIDE, last, n_steps).astype(int):
+            small = order[:first] if 2 * first <= n else order[first:]
+            sides.add(tuple(sorted(small.tolist())))
+    rows = np.zeros((len(sides), n))
+    for row, side in zip(rows, sorted(sides), strict=True):
+        row[list(side)] = 1.0
+    return rows
+
+
+def _bends(offset):
+    """The three quadratic forms of the position, of size one (RMS)."""
+    size = np.sqrt(np.mean(np.sum(offset**2, axis=1)))
+    x, y = (offset / size).T if size > 0.0 else np.zeros((2, len(offset)))
+    rows = np.stack([x * x, x * y, y * y])
+    rows = rows - rows.mean(axis=1, keepdims=True)
+    size = np.sqrt(np.mean(rows**2, axis=1, keepdims=True))
+    return rows / np.where(size > 0.0, size, 1.0)

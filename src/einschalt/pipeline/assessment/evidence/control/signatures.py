@@ -1,0 +1,123 @@
+"""What errors of control, and of model heights, make of control that is left out."""
+
+import numpy as np
+
+from einschalt.stages.error_propagation.error_model import CONTROL, HIGH, LOW
+from einschalt.theory.adjustment.point_operator import Axes
+
+PLAN, HEIGHT = (0, 1), (2,)
+
+
+def covariance_of(chains, sizes, axes):
+    """Covariance of quantities in some axes, (n_axes · n_points, n_axes · n_points).
+
+    ``chains`` lead from each source, whose errors have the ``sizes``.
+    """
+    found, kind = 0.0, next(iter(chains.values())).axes
+    for source, chain in chains.items():
+        variance = kind.each(sizes[source]).ravel() ** 2
+        rows = chain.matrix.tocsr()
+        found = found + (rows.multiply(variance) @ rows.conj().T).toarray()
+    if kind is Axes.COMPLEX:  # errors of both coordinates are alike
+        return np.block([[found.real, -found.imag], [found.imag, found.real]])
+    places = [np.arange(axis, len(found), kind.value) for axis in axes]
+    rows = np.concatenate(places)
+    return found[np.ix_(rows, rows)]
+
+
+class Signatures:
+    """Differences of control points that were left out, and where they come from.
+
+    Arrays have all points of the first axis, then all of the next one.
+    """
+
+    def __init__(self, examined, left_out):
+        self.examined, self.left_out = examined, left_out
+        self.model = examined.error_model
+        self.axes = self.model.axes
+        self.control = examined.block.control_points
+
+    def observed(self, axes):
+        """Differences [m], shape (n_axes · n_points,)."""
+        return self.left_out.all_differences[:, list(axes)].T.ravel()
+
+    def covariance(self, axes):
+        """Covariance of the differences [m²], of as many rows as ``observed``."""
+        return covariance_of(self.left_out.chains, self.model.standard_errors, axes)
+
+    def of(self, patterns, axes):
+        """Differences that each pattern makes for amplitudes of one.
+
+        Shape (n_patterns, n_axes · n_points, n_amplitudes): an amplitude for each axis.
+        """
+        of_control = np.stack([pattern.of_control for pattern in patterns], axis=1)
+        chain = self.left_out.chains[CONTROL]
+        columns = []
+        for axis in axes:
+            given = self.axes.unpacked(chain.apply(self._packed(of_control, axis)))
+            columns.append(np.concatenate([given[:, a] for a in axes]))
+        found = np.stack(columns, axis=-1).swapaxes(0, 1)
+        for place, pattern in enumerate(patterns):
+            if pattern.flights:
+                found[place, :, 0] = self._out_of_scale(pattern.flights)
+        return found
+
+    def moved(self, pattern, amplitude, axes):
+        """What a pattern does to the new points, TOTAL of the axes, RMS [m]."""
+        if pattern.flights:
+            of_flights = self._points_from_flights()
+            errors = sum(
+                (self._through(of_flights, name) for name in pattern.flights), start=0.0
+            )
+            found = amplitude[0] * self.axes.unpacked(errors)
+        else:
+            rows = pattern.of_control[:, None]
+            packed = sum(
+                a * self._packed(rows, axis)
+                for a, axis in zip(amplitude, axes, strict=True)
+            )
+            found = self.axes.unpacked(self.model.chains[CONTROL].apply(packed)[:, 0])
+        points = self.examined.means.points["point_id"]
+        new = self.examined.points
+        new = new.loc[new["role"] == "new", "point_id"]
+        is_new = points.isin(new).to_numpy()
+        squares = np.sum(found[is_new][:, list(axes)] ** 2, axis=1)
+        return float(np.sqrt(np.nanmean(squares))) if is_new.any() else np.nan
+
+    def _points_from_flights(self):
+        """Final points from the measured coordinates of each flight."""
+        model = self.model
+        through = model.final @ model.low.ground @ model.high.mean
+        return {
+            HIGH: through @ model.high.operator.measured,
+            LOW: model.final @ model.low.measured,
+        }
+
+    def _packed(self, columns, axis):
+        """Errors of one axis, (n_control, n_patterns), as numbers of the operators."""
+        if self.axes is Axes.COMPLEX:
+            return columns * (1.0, 1j)[axis]
+        packed = np.zeros((columns.shape[0] * self.axes.value, columns.shape[1]))
+        packed[axis :: self.axes.value] = columns
+        return packed
+
+    def _out_of_scale(self, flights):
+        """Differences in height where those of models are too large by themselves."""
+        found = sum(
+            (self._through(self.left_out.of_flights, name) for name in flights),
+            start=0.0,
+        )
+        return self.axes.unpacked(found)[:, HEIGHT[0]]
+
+    def _through(self, operators, flight):
+        """What heights of a flight do that are larger by their own size."""
+        return operators[flight].apply(self._heights_of(flight))
+
+    def _heights_of(self, flight):
+        """Heights of a flight's model points above their mean, as errors, packed."""
+        points = self.examined.model_points[flight]
+        fit = self.examined.low if flight == LOW else self.examined.high.transformation
+        height = fit.values(points)["height"].to_numpy(dtype=float)
+        errors = np.zeros((len(points), self.axes.value))
+        errors[:, HEIGHT[0]] = np.nan_to_num(height - np.nanmean(height))
+        return self.axes.packed(errors)

@@ -1,0 +1,93 @@
+"""Whether heights are as good as stated, and what is wrong where they are not."""
+
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.findings.kinds import finding
+
+
+def heights_beyond_claim(examined):
+    """Heights of known points that are missed by more than the claim predicts."""
+    rejected = examined.height_claim.rejected
+    if not rejected:
+        return None
+    worst = min(rejected, key=lambda test: test.p_value)
+    believed = examined.credible_heights
+    return finding(
+        "heights_beyond_claim",
+        statistic=f"heights of {worst.name}",
+        observed=worst.observed,
+        expected=worst.predicted,
+        probability=worst.p_value,
+        remedy="check_heights",
+        facts={
+            "rejected": tuple(
+                {
+                    "quantity": test.name,
+                    "n_points": int(test.n_points),
+                    "observed": float(test.observed),
+                    "predicted": float(test.predicted),
+                }
+                for test in rejected
+            ),
+            "believed": float(believed.value),
+        },
+    )
+
+
+def wrong_control_height(examined):
+    """The height of one control point that the others contradict."""
+    pattern = _pattern(examined, Kind.POINT)
+    if pattern is None:
+        return None
+    known = _told(pattern, names=pattern.point_ids)
+    return finding("wrong_control_height", remedy="check_that_height", **known)
+
+
+def broken_heights(examined):
+    """Control heights of which one part lies apart from the other, or bent ones."""
+    pattern = _pattern(examined, Kind.STEP, Kind.BEND)
+    if pattern is None:
+        return None
+    known = _told(pattern, names=pattern.point_ids)
+    return finding("broken_heights", remedy="check_height_network", **known)
+
+
+def heights_out_of_scale(examined):
+    """Flights whose model heights do not have the scale of control."""
+    pattern = _pattern(examined, Kind.SCALE)
+    if pattern is None:
+        return None
+    known = _told(pattern, names=pattern.flights)
+    return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
+
+
+def _pattern(examined, *kinds):
+    pattern = examined.control_patterns.height
+    return pattern if pattern is not None and pattern.kind in kinds else None
+
+
+def _told(pattern, names):
+    """What all patterns have to say."""
+    return {
+        "names": names,
+        "statistic": "pattern in the heights of control points that were left out",
+        "observed": pattern.size,
+        "expected": 0.0,
+        "probability": pattern.p_value,
+        "facts": {
+            "kind": str(pattern.kind),
+            "n_points": len(pattern.point_ids),
+            "n_control": pattern.n_control,
+            "size": pattern.size,
+            "moved": float(pattern.moved),
+            # of heights out of scale
+            "per_cent": 100.0 * pattern.amplitude[0],
+        },
+    }
+
+
+TWO_STEP = SIMULTANEOUS = (
+    wrong_control_height,
+    broken_heights,
+    heights_out_of_scale,
+    heights_beyond_claim,
+)

@@ -1,0 +1,132 @@
+"""Whether one of several patterns is hidden in correlated errors.
+
+Each pattern has amplitudes that are estimated by least squares with the full covariance
+of the errors, and tested against zero: χ² where the sizes of the errors are known, F
+where they are only known but for a common factor.
+
+Source: Teunissen 2006, Testing theory, ch. 4 (the w-test for several dimensions); see
+docs/theory/claim.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
+
+# of the largest information on an amplitude: below it nothing is known of a pattern
+LEAST_INFORMATION = 1e-8
+# of the largest eigenvalue of an information: what is smaller is rounding
+LEAST_RANK = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class PatternTests:
+    """Patterns, each tested as if it were the only one; NaN where nothing is known."""
+
+    amplitudes: np.ndarray  # shape (n_patterns, n_amplitudes)
+    squares: np.ndarray  # shape (n_patterns,); χ² with n_amplitudes degrees of freedom
+    p_values: np.ndarray  # shape (n_patterns,)
+    # shape (n_patterns,); if all errors were larger by an unknown common factor
+    p_values_if_scaled: np.ndarray
+
+    @property
+    def worst(self):
+        """Place of the clearest pattern; None where nothing could be tested."""
+        is_known = np.isfinite(self.squares)
+        return int(np.nanargmax(self.squares)) if is_known.any() else None
+
+
+def examine_patterns(observed, covariance, signatures) -> PatternTests:
+    """Estimate and test the amplitudes of each pattern by itself.
+
+    Parameters
+    ----------
+    observed : ndarray, shape (n,)
+        Errors, of expectation zero where there is no pattern.
+    covariance : ndarray, shape (n, n)
+        Of these errors, positive definite.
+    signatures : ndarray, shape (n_patterns, n, n_amplitudes)
+        What a pattern makes of the errors for amplitudes of one.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        The covariance is not positive definite.
+
+    Examples
+    --------
+    >>> step = np.array([[[0.0], [0.0], [1.0], [1.0]]])
+    >>> found = examine_patterns(np.array([0.1, 0.0, 5.0, 5.2]), np.eye(4), step)
+    >>> found.amplitudes.round(2).tolist(), found.squares.round(1).tolist()
+    ([[5.1]], [52.0])
+    """
+    n_patterns, n, n_amplitudes = signatures.shape
+    root = np.linalg.cholesky(covariance)
+    white = solve_triangular(root, observed, lower=True)
+    flat = np.moveaxis(signatures, 1, 0).reshape(n, -1)
+    shown = solve_triangular(root, flat, lower=True)
+    shown = shown.reshape(n, n_patterns, n_amplitudes)
+    information = np.einsum("npa,npb->pab", shown, shown)
+    right = np.einsum("npa,n->pa", shown, white)
+    least = np.linalg.eigvalsh(information)[:, 0] if n_patterns else np.zeros(0)
+    is_known = least > LEAST_INFORMATION * information.max(initial=0.0)
+    amplitudes = np.full((n_patterns, n_amplitudes), np.nan)
+    solved = np.linalg.solve(information[is_known], right[is_known][:, :, None])
+    amplitudes[is_known] = solved[:, :, 0]
+    squares = np.einsum("pa,pa->p", right, amplitudes)
+    total = white @ white
+    return _tested(amplitudes, squares, total, n)
+
+
+def examine_scores(scores, information, patterns) -> PatternTests:
+    """Test patterns of displacements by the scores of an adjustment.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (n, n_axes)
+        Weight times displacement of each point; their covariance is ``information``
+        in each axis, apart from patterns, and axes are independent.
+    information : ndarray, shape (n, n)
+        Of each axis, of any rank.
+    patterns : ndarray, shape (n_patterns, n)
+        Displacements for amplitudes of one; each axis has an amplitude of its own.
+
+    Examples
+    --------
+    >>> w = np.eye(4) - 0.25
+    >>> displaced = np.array([[0.0, 0.0], [0.1, 0.0], [6.0, 0.1], [6.1, 0.0]])
+    >>> found = examine_scores(w @ displaced, w, np.array([[0.0, 0.0, 1.0, 1.0]]))
+    >>> found.amplitudes.round(2).tolist()
+    [[6.0, 0.05]]
+    """
+    values, vectors = np.linalg.eigh((information + information.T) / 2.0)
+    is_known = values > LEAST_RANK * max(values.max(initial=0.0), 0.0)
+    kept = vectors[:, is_known]
+    white = (kept / np.sqrt(values[is_known])).T @ scores
+    known = np.sum(((patterns @ kept) * np.sqrt(values[is_known])) ** 2, axis=1)
+    # a pattern of which hardly anything shows could be of any size
+    whole = np.sum(patterns**2, axis=1) * values.max(initial=0.0)
+    is_told = known > LEAST_INFORMATION * whole
+    right = patterns @ (kept @ (kept.T @ scores))
+    known = np.where(is_told, known, np.nan)[:, None]
+    amplitudes = right / known
+    squares = np.sum(right * amplitudes, axis=1)
+    return _tested(amplitudes, squares, float(np.sum(white**2)), white.size)
+
+
+def _tested(amplitudes, squares, total, n):
+    """Probabilities of patterns by their squares, and by those of all ``n`` errors."""
+    n_amplitudes = amplitudes.shape[1]
+    degrees = n - n_amplitudes
+    rest = np.maximum(total - squares, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (squares / n_amplitudes) / (rest / degrees)
+    return PatternTests(
+        amplitudes,
+        squares,
+        chdtrc(n_amplitudes, squares),
+        fdtrc(n_amplitudes, degrees, ratio)
+        if degrees > 0
+        else np.ones(len(amplitudes)),
+    )

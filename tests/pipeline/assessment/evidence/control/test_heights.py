@@ -1,0 +1,154 @@
+"""Heights have the tests that plan has: one blunder each in a clean simulated block."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.densify import densify
+
+METHODS = ("two_step", "simultaneous")
+
+
+def check_heights_off(control):
+    is_check = control["role"] == "check"
+    return control["height"] + 100.0 * is_check
+
+
+def one_height_off(control):
+    place = control.index[control["role"] == "control"][3]
+    return control["height"] + 1.0 * (control.index == place)
+
+
+def three_heights_off(control):
+    places = control.index[control["role"] == "control"][[2, 7, 12]]
+    return control["height"] + 5.0 * control.index.isin(places)
+
+
+def heights_of_one_metre(control):
+    rng = np.random.default_rng(5)
+    return control["height"] + rng.normal(0.0, 1.0, len(control))
+
+
+def half_of_the_heights_up(control):
+    east = control["easting"] > control["easting"].median()
+    return control["height"] + 0.5 * east
+
+
+def densified(block, method, change=None):
+    if change is not None:
+        control = block.control_points
+        block = replace(block, control_points=control.assign(height=change(control)))
+    return densify(block, block.settings.updated({"method": method}))
+
+
+def true_height_error(result):
+    new = result.points[result.points["role"] == "new"]
+    truth = result.block.truth.set_index("point_id").loc[new["point_id"], "height"]
+    return float(np.sqrt(np.mean((new["height"].to_numpy() - truth.to_numpy()) ** 2)))
+
+
+def codes(result):
+    return {found.code for found in result.assessment.findings}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        (one_height_off, "wrong_control_height"),
+        (three_heights_off, "heights_beyond_claim"),
+        (heights_of_one_metre, "heights_beyond_claim"),
+        (half_of_the_heights_up, "broken_heights"),
+    ],
+)
+def test_wrong_control_heights_are_told(spatial_block, method, change, code):
+    result = densified(spatial_block, method, change)
+    assert code in codes(result)
+    assert not result.assessment.claim_is_supported
+    believed = result.assessment.credible_heights
+    assert believed.is_lower_bound
+    assert believed.value > 0.5 * true_height_error(result)
+    assert "; heights " in result.summary().splitlines()[0]
+    new = result.points[result.points["role"] == "new"]
+    checked = np.sqrt(np.mean(new["standard_error_height_checked"] ** 2))
+    assert checked == pytest.approx(believed.value)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_check_heights_that_are_missed_are_told(spatial_block, method):
+    result = densified(spatial_block, method, check_heights_off)
+    assert "heights_beyond_claim" in codes(result)
+    assert result.assessment.credible_heights.value == pytest.approx(100.0, rel=0.01)
+    assert "100 m or worse" in result.summary().splitlines()[0]
+    # plan is as it was
+    assert result.assessment.credible.is_lower_bound is False
+
+
+def test_the_wrong_height_is_named_and_its_point_a_suspect(spatial_block):
+    result = densified(spatial_block, "two_step", one_height_off)
+    control = spatial_block.control_points
+    wrong = control.loc[control["role"] == "control", "point_id"].iloc[3]
+    found = result.examination.control_patterns.height
+    assert (found.kind, found.point_ids) == (Kind.POINT, (wrong,))
+    assert found.size == pytest.approx(1.0, abs=0.15)
+    points = result.points.set_index("point_id")
+    assert points.loc[wrong, "is_suspect"]
+    table = result.control_left_out.set_index("point_id")
+    assert table.loc[wrong, "p_value_height"] < 1e-4
+    assert abs(table.loc[wrong, "difference_height"] + 1.0) < 0.3
+
+
+def test_a_wrong_height_that_was_set_aside_spoils_nothing(spatial_block):
+    control = spatial_block.control_points
+    block = replace(
+        spatial_block, control_points=control.assign(height=one_height_off(control))
+    )
+    settings = {"method": "simultaneous", "outliers": "snoop"}
+    result = densify(block, block.settings.updated(settings))
+    assert result.simultaneous.control["is_set_aside"].sum() == 1
+    assert not codes(result) & {"wrong_control_height", "heights_beyond_claim"}
+    assert not result.assessment.credible_heights.is_lower_bound
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_principal_distance_of_another_camera(image_block, method):
+    """150 mm given for 153: heights 2 % too small, plan as it was."""
+    flights = {
+        name: replace(flight, principal_distance_mm=flight.principal_distance_mm - 3.0)
+        for name, flight in image_block.flights.items()
+    }
+    result = densified(replace(image_block, **flights), method)
+    found = result.examination.control_patterns.height
+    assert found.kind is Kind.SCALE
+    true_scale = -3.0 / image_block.low_flight.principal_distance_mm
+    assert found.amplitude[0] == pytest.approx(true_scale, rel=0.2)
+    assert "heights_out_of_scale" in codes(result)
+    assert "% out of scale against" in " ".join(result.summary().split())
+    true = true_height_error(result)
+    assert true > 0.2
+    assert result.assessment.credible_heights.value > 0.5 * true
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_clean_heights_keep_their_claim(spatial_block, image_block, method):
+    for block in (spatial_block, image_block):
+        result = densified(block, method)
+        assert result.examination.height_claim.rejected == ()
+        assert not result.assessment.credible_heights.is_lower_bound
+        assert "; heights " not in result.summary().splitlines()[0]
+
+
+def test_a_block_in_plan_has_no_figure_of_heights(good_result):
+    assert good_result.assessment.credible_heights is None
+    assert good_result.examination.height_claim.tests == ()
+    assert "Do the heights stand?" not in good_result.summary()
+
+
+def test_the_summary_sets_both_comparisons(spatial_result):
+    said = spatial_result.summary()
+    assert "Do the heights stand? (RMS)" in said
+    section = said.partition("Do the heights stand?")[2]
+    assert "control points, each left out" in section
+    assert "check points" in section

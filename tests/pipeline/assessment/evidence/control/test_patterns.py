@@ -1,0 +1,151 @@
+"""Control that is wrong together, each the way it is found: one blunder, clean else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    FEWEST_ON_A_SIDE,
+    Kind,
+    Pattern,
+    _patterns,
+    find_control_patterns,
+)
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    HEIGHT,
+    PLAN,
+    Signatures,
+)
+from einschalt.pipeline.densify import densify
+from einschalt.theory.adjustment.pattern_tests import examine_patterns
+from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
+
+METHODS = ("two_step", "simultaneous")
+
+
+def is_east(control):
+    return (control["easting"] > control["easting"].median()).to_numpy()
+
+
+def with_control(block, **changes):
+    control = block.control_points
+    changed = {name: change(control) for name, change in changes.items()}
+    return replace(block, control_points=control.assign(**changed))
+
+
+def true_error(result, axes):
+    new = result.points[result.points["role"] == "new"]
+    truth = result.block.truth.set_index("point_id").loc[new["point_id"], axes]
+    miss = new[axes].to_numpy() - truth.to_numpy()
+    return float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
+
+
+def densified(block, method):
+    return densify(block, block.settings.updated({"method": method}))
+
+
+def codes(result):
+    return [found.code for found in result.assessment.findings]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_network_broken_in_two(demo_block, method):
+    block = with_control(
+        demo_block, northing=lambda c: c["northing"] + 0.2 * is_east(c)
+    )
+    result = densified(block, method)
+    found = result.examination.control_patterns.plan
+    assert found.kind is Kind.STEP
+    # one part against the other: either may be the one that is wrong
+    assert found.size == pytest.approx(0.2, abs=0.08)
+    used = block.control_points["role"] == "control"
+    east = set(
+        block.control_points.loc[used & is_east(block.control_points), "point_id"]
+    )
+    west = set(block.control_points.loc[used, "point_id"]) - east
+    assert set(found.point_ids) in (east, west)
+    assert "broken_network" in codes(result)
+    assert "contradicting_control" not in codes(result)
+    true = true_error(result, ["easting", "northing"])
+    assert true > 0.15
+    credible = result.assessment.credible
+    assert credible.is_lower_bound
+    assert 0.5 * true < credible.value < 2.0 * true
+
+
+def test_a_quadratic_strain(demo_block):
+    def bent(control):
+        x = control["easting"] - control["easting"].mean()
+        return control["northing"] + 0.15 * ((x / x.std()) ** 2 - 1.0) / np.sqrt(2.0)
+
+    result = densified(with_control(demo_block, northing=bent), "two_step")
+    assert result.examination.control_patterns.plan.kind is Kind.BEND
+    assert "broken_network" in codes(result)
+    true = true_error(result, ["easting", "northing"])
+    assert result.assessment.credible.value > 0.5 * true
+
+
+def test_a_clean_block_has_no_pattern(demo_block, good_result, spatial_result):
+    for result in (good_result, spatial_result):
+        found = result.examination.control_patterns
+        assert (found.plan, found.height) == (None, None)
+        assert result.assessment.claim_is_supported
+
+
+def test_every_division_is_made_once_and_leaves_points_on_either_side(demo_block):
+    control = demo_block.control_points
+    used = control.loc[control["role"] == "control", "point_id"]
+    patterns = _patterns(control, used)
+    steps = [p.of_control.astype(int) for p in patterns if p.kind is Kind.STEP]
+    n_sides = [(row.sum(), len(used) - row.sum()) for row in steps]
+    assert min(map(min, n_sides)) >= FEWEST_ON_A_SIDE
+    assert len({tuple(row) for row in steps}) == len(steps) > 50
+    is_check = (control["role"] == "check").to_numpy()
+    assert not any(pattern.of_control[is_check].any() for pattern in patterns)
+
+
+@pytest.mark.parametrize("axes", [PLAN, HEIGHT])
+def test_false_alarms_do_not_exceed_alpha(spatial_result, axes):
+    """400 draws of all errors of a block, with the family of patterns that it has."""
+    examined = spatial_result.examination
+    left_out = examined.left_out_control
+    signatures = Signatures(examined, left_out)
+    patterns = _patterns(examined.block.control_points, left_out.point_ids)
+    model = examined.error_model
+    drawn = model.draw(400, seed=5).sources
+    of_draws = sum(
+        chain.apply(drawn[source]) for source, chain in left_out.chains.items()
+    )
+    vectors = model.axes.unpacked(of_draws)
+    covariance, shown = signatures.covariance(axes), signatures.of(patterns, axes)
+    n_alarms = 0
+    for draw in range(400):
+        observed = vectors[:, list(axes), draw].T.ravel()
+        smallest = np.nanmin(examine_patterns(observed, covariance, shown).p_values)
+        n_alarms += len(patterns) * smallest <= SYSTEMATIC_SIGNIFICANCE
+    assert n_alarms <= binom.isf(0.001, 400, SYSTEMATIC_SIGNIFICANCE)
+
+
+def test_signatures_are_what_an_error_of_control_does(spatial_block, spatial_result):
+    """Densified again with the error: the differences change by the signature."""
+    place, size = 4, 0.01
+    row = np.zeros(len(spatial_block.control_points))
+    row[place] = size
+    examined = spatial_result.examination
+    before = examined.left_out_control
+    expected = Signatures(examined, before).of([Pattern(Kind.POINT, row)], HEIGHT)
+    moved = with_control(spatial_block, height=lambda c: c["height"] + row)
+    after = densify(moved).examination.left_out_control
+    change = after.of_heights[0] - before.of_heights[0]
+    np.testing.assert_allclose(change, expected[0, :, 0], atol=0.02 * size)
+
+
+def test_few_control_points_tell_no_pattern(good_result):
+    class Few:
+        block = good_result.block
+        left_out_control = None
+
+    found = find_control_patterns(Few)
+    assert (found.plan, found.height) == (None, None)

@@ -1,0 +1,81 @@
+"""Film and the way round that it shows the ground: what residuals cannot tell."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.changed_results import changed
+
+from einschalt.pipeline.assessment.evidence.frame import (
+    LARGEST_DIAGONAL_M,
+    Doubt,
+    are_mirrored,
+    are_upside_down,
+)
+
+
+def without_system(result):
+    return changed(result, block=replace(result.block, crs=None))
+
+
+def test_a_good_block_is_not_doubted(good_result):
+    frame = good_result.examination.frame
+    assert frame.doubt is Doubt.NONE
+    assert without_system(good_result).examination.frame.doubt is Doubt.NONE
+    for film in frame.films:
+        # 60 % overlap of 23 cm film, and the points that lie beyond it
+        assert 0.1 < film.on_film < 0.3
+
+
+def test_the_diameter_does_not_depend_on_the_direction_of_the_strips(good_result):
+    frame = good_result.examination.frame
+    points = good_result.solution.points.copy()
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    points[["easting", "northing"]] = points[["easting", "northing"]] @ turn.T
+    turned = changed(good_result, points=points).examination.frame
+    for before, after in zip(frame.films, turned.films, strict=True):
+        assert after.diameter == pytest.approx(before.diameter, rel=0.04)
+
+
+@pytest.mark.parametrize("has_system", [True, False])
+def test_mirrored_models_are_doubted_where_no_system_tells(good_result, has_system):
+    models = good_result.models.copy()
+    models[["a1", "b1"]] *= -1.0
+    mirrored = changed(good_result, models=models)
+    mirrored = mirrored if has_system else without_system(mirrored)
+    assert are_mirrored(models)["is_mirrored"].all()
+    assert mirrored.examination.frame.is_mirrored
+    doubt = mirrored.examination.frame.doubt
+    assert doubt is (Doubt.NONE if has_system else Doubt.MIRRORED)
+    assert mirrored.examination.credible.is_lower_bound != has_system
+
+
+def test_models_larger_than_film(good_result):
+    low = good_result.block.low_flight
+    small = replace(low, scale_number=low.scale_number / 2.5)
+    block = replace(good_result.block, low_flight=small)
+    frame = changed(good_result, block=block).examination.frame
+    assert frame.doubt is Doubt.LARGER_THAN_FILM
+    (film,) = frame.impossible_films
+    assert film.flight == "low_flight"
+    assert film.on_film > LARGEST_DIAGONAL_M
+
+
+def test_a_few_models_upside_down_are_no_doubt_of_the_frame(good_result):
+    models = good_result.models.assign(omega=0.1, phi=0.0, is_usable=True)
+    models.loc[models.index[:3], "omega"] = np.pi
+    assert are_upside_down(models)["is_upside_down"].sum() == 3
+    few = changed(good_result, models=models).examination.frame
+    assert few.doubt is Doubt.NONE
+    over = changed(good_result, models=models.assign(omega=np.pi)).examination.frame
+    assert over.doubt is Doubt.UPSIDE_DOWN
+
+
+def test_an_axis_that_is_stretched_more_than_film(good_result):
+    assert good_result.examination.frame.stretch < 0.001
+    models = good_result.models.copy()
+    models[["a2", "b2"]] *= 1.01
+    frame = changed(good_result, models=models).examination.frame
+    assert frame.doubt is Doubt.STRETCHED
+    # beside the affinity that measuring errors make of single models
+    assert frame.stretch == pytest.approx(0.01, rel=0.1)
