@@ -62,9 +62,10 @@ def errors_behind(before, after):
 @pytest.fixture(
     scope="module",
     params=[
-        ("affine", Settings()),
-        ("helmert", Settings()),
-        ("affine", Settings(iterations=3)),
+        # weights of least variance move a little too
+        ("affine", Settings(weighting="plain")),
+        ("helmert", Settings(weighting="plain")),
+        ("affine", Settings(weighting="plain", iterations=3)),
     ],
     ids=["affine", "helmert", "iterated"],
 )
@@ -112,7 +113,9 @@ def test_true_errors_are_those_that_are_claimed(y_parallax_um):
 
 def test_twice_the_error_of_parallaxes_doubles_its_part():
     def parts(size):
-        table = densify(block_of(seed=2, y_parallax_um=size)).block_error_sources
+        block = block_of(seed=2, y_parallax_um=size)
+        # weights of least variance would follow the errors
+        table = densify(block, Settings(weighting="plain")).block_error_sources
         return table.set_index("source")["standard_error_total"]
 
     ratio = parts(10.0) / parts(5.0)

@@ -304,7 +304,10 @@ def test_five_points_have_no_sigma(image_pairs):
     ("change", "message"),
     [
         (lambda t: t.drop(columns="x_left"), "column 'x_left' is missing"),
-        (lambda t: t.assign(y_left=np.nan), "y_left is missing; expected millimetres"),
+        (
+            lambda t: t.assign(y_left=np.nan),
+            "y_left is missing; .* expected millimetres",
+        ),
         (lambda t: pd.concat([t, t.head(1)]), "the row repeats row 0"),
         (
             lambda t: t.assign(**{name: t[name] / 0.006 for name in COORDINATES}),
