@@ -30,6 +30,12 @@ def way(value, n_models=10, *, is_lower_bound=False):
         (way(0.03), way(0.05), "two_step", ChoiceReason.SMALLER),
         (way(0.05), way(0.03, is_lower_bound=True), "two_step", "supported"),
         (way(0.05, is_lower_bound=True), way(0.3), "simultaneous", "supported"),
+        (
+            way(0.09, is_lower_bound=True),
+            way(0.03, is_lower_bound=True),
+            "two_step",
+            ChoiceReason.CONTRADICTED,
+        ),
         (way(0.050), way(0.051), "two_step", ChoiceReason.SMALLER),
         (way(0.050, 8), way(0.051), "simultaneous", ChoiceReason.MORE_MODELS),
         (way(np.nan), way(0.05), "simultaneous", ChoiceReason.ONLY_FIGURE),
@@ -49,6 +55,14 @@ def test_a_sound_block_is_adjusted_at_once(demo_block):
     assert result.assessment.to_dict()["choice"]["reason"] == "smaller"
     assert "Taken: the simultaneous adjustment" in result.summary()
     assert "method = auto" in result.summary()
+
+
+def test_what_only_one_adjustment_needs_stops_nothing(demo_block):
+    """Covariances of control that no errors can have: two steps do not read them."""
+    control = demo_block.control_points.assign(covariance_en=0.01)
+    result = densify(replace(demo_block, control_points=control), AUTO)
+    assert result.choice.method == "two_step"
+    assert "contradict each other" in result.choice.obstacle
 
 
 def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_block):

@@ -40,7 +40,7 @@ def test_points_and_centres_move_as_when_the_images_are_measured_otherwise(block
     n_rows, n_points = len(tables.row), solution.observations.n_points
     everything = np.arange(n_rows), before.kept, np.arange(n_points)
     part = Part(solution.observations, *everything)
-    ((start, measured, chain),) = image_chains(tables, part, solution)
+    ((_, start, measured, chain),) = image_chains(tables, part, solution)
     assert start == 0
     on_ground = moves * METRES_PER_MM * measured.scale_number
     sources = np.column_stack([on_ground, np.zeros(len(moves))])

@@ -221,6 +221,37 @@ def test_gross_errors_are_no_deformation():
     assert not own.p_value < 0.01
 
 
+def test_a_gross_error_hides_no_deformation():
+    observations, ground = strip(9, 12, quadratic=0.04)
+    xy = observations.xy.copy()
+    xy[len(xy) // 2] += 5.0
+    own = estimated(replace(observations, xy=xy), ground)
+    assert own.p_value < 1e-4
+    assert own.size[own.family.index("quadratic")] == pytest.approx(0.04, rel=0.4)
+
+
+def test_drawn_errors_are_those_that_the_adjustment_takes_for_given():
+    """Of orientations and deformations that all points of a model share, too."""
+    observations, _ = strip(3, 4, spacing=25.0)
+    rng = np.random.default_rng(2)
+    n_rows = len(observations.model)
+    shared = 0.05 * rng.standard_normal((n_rows, 2, 3))
+    bent = 0.04 * (
+        rng.standard_normal((n_rows, 2)) + 1j * rng.standard_normal((n_rows, 2))
+    )
+    given = replace(observations, orientation=shared, bent=bent)
+    linear = np.tile([[0.0, -1.0], [1.0, 0.0]], (4, 1, 1))
+    drawn = given.drawn_errors(rng, 20_000, linear)
+    rows = np.flatnonzero(given.model == 1)[:2]
+    found = np.einsum("acn,bdn->acbd", drawn[rows], drawn[rows]) / drawn.shape[2]
+    turned = linear[0] @ shared[rows]
+    turns = np.stack([bent[rows], 1j * bent[rows]], -1).reshape(2, -1)
+    columns = np.concatenate([turned, np.stack([turns.real, turns.imag], 1)], axis=2)
+    expected = np.einsum("ack,bdk->acbd", columns, columns)
+    expected[[0, 0, 1, 1], [0, 1, 0, 1], [0, 0, 1, 1], [0, 1, 0, 1]] += SIGMA**2
+    np.testing.assert_allclose(found, expected, atol=0.05 * expected.max())
+
+
 def test_heights_have_sizes_of_their_own():
     plane, ground = strip(8, 10)
     rng = np.random.default_rng(8)

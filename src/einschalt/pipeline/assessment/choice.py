@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
@@ -24,6 +24,7 @@ class ChoiceReason(StrEnum):
     SUPPORTED = "supported"  # measurements contradict the other one's figure
     SMALLER = "smaller"  # its figure is the smaller one
     MORE_MODELS = "more_models"  # figures are alike, and it determines more models
+    CONTRADICTED = "contradicted"  # measurements contradict both figures: the default
     ONLY_FIGURE = "only_figure"  # the other one has no figure at all
     NO_FIGURE = "no_figure"  # neither has
 
@@ -52,7 +53,7 @@ def solve_the_better_way(
     if not obstacle:
         try:
             examined = examine(solve_in_one_adjustment(*arguments))
-        except GeometryError as error:
+        except (GeometryError, TableError) as error:  # what two steps do not need
             obstacle = str(error)
     if obstacle:
         examined = examine(solve_in_two_steps(*arguments))
@@ -103,6 +104,8 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
         reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
         return (known or [TWO_STEP])[0], reason
     sound = [name for name in both if not both[name].credible.is_lower_bound]
+    if not sound:
+        return TWO_STEP, ChoiceReason.CONTRADICTED
     if len(sound) == 1:
         return sound[0], ChoiceReason.SUPPORTED
     n_models = {

@@ -84,7 +84,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         if stated > value:
             value, reason = stated, Reason.STATED
     moved, copied = moved_by_control(examined), examined.copies.enlargement
-    if moved > 0.0 or copied > 1.0:
+    if np.isfinite(value) and (moved > 0.0 or copied > 1.0):
         value = np.hypot(copied * value, moved)
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_contradicted = reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)

@@ -10,7 +10,7 @@ from einschalt.foundations.arguments import (
     require_choice,
     require_kind,
 )
-from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.pipeline.block.block import Block
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
@@ -382,7 +382,7 @@ def own_deformation_of(block, settings, flights, approximations):
     try:
         tables = block_tables(block, flights, kinds)
         part, _ = determined_part(tables)
-    except GeometryError:  # control cannot hold all models
+    except (GeometryError, TableError):  # control cannot hold all models at once
         return None
     names = tables.point_id[part.points]
     axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]

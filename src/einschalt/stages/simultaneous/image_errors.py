@@ -41,17 +41,18 @@ def centres_behind(errors, centres):
     return np.column_stack([found["pair"], is_right]).astype(np.int64)
 
 
-def point_covariances(tables, part, solution):
+def point_covariances(tables, weighed, solution):
     """Covariances of the adjusted points, (n_points, d, d) [m²].
 
     Those of the adjustment where no model was formed from images.
     """
-    if not any(images is not None for images in tables.images):
+    if not has_images(tables):
         return solution.point_cofactors
     observations = solution.observations
-    draw = _drawing(tables, part, solution)
+    draw = _drawing(tables, weighed, solution)
     n_axes = observations.control.shape[1]
-    at_once = int(np.clip(MOST_DRAWN // (n_axes * len(part.rows)), 1, N_DRAWS))
+    n_rows = len(observations.model)
+    at_once = int(np.clip(MOST_DRAWN // (n_axes * n_rows), 1, N_DRAWS))
     rng = np.random.default_rng(1971)
     total = np.zeros((observations.n_points, n_axes, n_axes))
     for n_draws in np.diff([*range(0, N_DRAWS, at_once), N_DRAWS]):
@@ -61,23 +62,29 @@ def point_covariances(tables, part, solution):
     return total / N_DRAWS
 
 
-def _drawing(tables, part, solution):
+def has_images(tables):
+    """Whether any model was formed from images."""
+    return any(images is not None for images in tables.images)
+
+
+def _drawing(tables, weighed, solution):
     """Function that draws errors of all measured points of a part on the ground."""
-    n_axes = solution.observations.control.shape[1]
-    rows = tables.row[part.rows]
-    chains = image_chains(tables, part, solution)
-    error = np.zeros((len(tables.row), n_axes, 1))
-    error[rows] = solution.observations.standard_error.reshape(len(rows), -1, 1)
-    for start, _, chain in chains:  # here image points are measured
-        error[start : start + chain.n_points] = 0.0
+    observations = solution.observations
+    row = tables.row[weighed.part.rows]
+    # groups of a flight follow each other, that of its points in plan first
+    n_groups = (len(weighed.factors) - 1) // len(tables.flights)
+    chains = []
+    for k, start, images, chain in image_chains(tables, weighed.part, solution):
+        rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
+        error = images.standard_error * weighed.factors[k * n_groups]
+        chains.append((rows, row[rows] - start, error, chain))
 
     def draw(rng, n_draws):
-        every = error * rng.standard_normal((len(error), n_axes, n_draws))
-        for start, images, chain in chains:
-            drawn = chain.axes.draw(rng, images.standard_error, n_draws)
-            moved = chain.apply(drawn).reshape(-1, n_axes, n_draws)
-            every[start : start + len(moved)] = moved
-        return every[rows]
+        every = observations.drawn_errors(rng, n_draws, solution.linear)
+        for rows, of_chain, error, chain in chains:
+            moved = chain.apply(chain.axes.draw(rng, error, n_draws))
+            every[rows] = moved.reshape(chain.n_points, -1, n_draws)[of_chain]
+        return every
 
     return draw
 
@@ -85,8 +92,9 @@ def _drawing(tables, part, solution):
 def image_chains(tables, part, solution):
     """Operators from image points to model points, of the flights that have images.
 
-    List of the first row of the flight among those of all flights, one table after the
-    other, its MeasuredImages, and the operator, see :func:`image_chain`.
+    List of the number of the flight, its first row among those of all flights, one
+    table after the other, its MeasuredImages, and the operator, see
+    :func:`image_chain`.
     """
     linear = solution.linear
     model = np.full(len(tables.row), len(linear))
@@ -95,10 +103,10 @@ def image_chains(tables, part, solution):
     linear = np.append(linear, np.zeros((1, *linear.shape[1:])), axis=0)[model]
     ends = np.cumsum(tables.n_rows)
     found = []
-    for end, n_rows, images in zip(ends, tables.n_rows, tables.images, strict=True):
+    for k, images in enumerate(tables.images):
         if images is not None:
-            scale, start = images.scale_number, end - n_rows
-            of_rows = linear[start:end]
+            start = ends[k] - tables.n_rows[k]
+            of_rows, scale = linear[start : ends[k]], images.scale_number
             chain = image_chain(images.errors, of_rows, scale, images.centres)
-            found.append((start, images, chain))
+            found.append((k, start, images, chain))
     return found

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.stages.simultaneous.image_errors import has_images
 from einschalt.stages.simultaneous.variance_components import weigh_groups
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
@@ -36,8 +37,8 @@ def find_own_deformation(tables, weighed, solution, deformation):
     ``solution`` is one without own deformations, ``weighed`` the part with the errors
     that its groups have.
     """
-    # photographs that models share bend them together, and projection centres hold them
-    if deformation == "ignored" or tables.is_centre.any():
+    # photographs that models share bend them together
+    if deformation == "ignored" or has_images(tables):
         return None
     sample = sampled_part(weighed.part, solution.points)
     return estimate_for(tables, sample, getattr(solution, "terms", ()))

@@ -33,9 +33,9 @@ COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
-def point_table(tables, part, solution) -> pd.DataFrame:
+def point_table(tables, weighed, solution) -> pd.DataFrame:
     """Coordinates of all adjusted points with their covariances."""
-    covariance = point_covariances(tables, part, solution)
+    part, covariance = weighed.part, point_covariances(tables, weighed, solution)
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     observations = solution.observations
     is_control = observations.is_control

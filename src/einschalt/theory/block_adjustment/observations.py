@@ -74,6 +74,27 @@ class ObservedBlock:
         root[is_observed] = np.linalg.cholesky(self.control_covariance[is_observed])
         return root @ rng.standard_normal((*self.control.shape, n_draws))
 
+    def drawn_errors(self, rng, n_draws, linear):
+        """Draw errors of all measured points on the ground, (n_rows, d, n_draws) [m].
+
+        Those of the points, and those that all points of a model share; ``linear``
+        (n_models, d, d) leads from the models to the ground.
+        """
+        error = self.standard_error.reshape(len(self.model), -1, 1)
+        shape = (len(self.model), self.control.shape[1], n_draws)
+        return error * rng.standard_normal(shape) + self._shared(rng, n_draws, linear)
+
+    def _shared(self, rng, n_draws, linear):  # noqa: ARG002 - plane models need all
+        """Errors that all points of a model share."""
+        return self._drawn_by_model(rng, n_draws, self.bent)
+
+    def _drawn_by_model(self, rng, n_draws, columns):
+        """What coefficients of each model do, of variance 1; columns (n_rows, d, k)."""
+        if columns is None:
+            return 0.0
+        size = (self.n_models, columns.shape[2], n_draws)
+        return columns @ rng.standard_normal(size)[self.model]
+
     def of_models(self, is_kept):
         """Leave models out, and the points that only these hold."""
         rows = np.flatnonzero(is_kept[self.model])
@@ -118,6 +139,16 @@ class BlockObservations(ObservedBlock):
     def xy_in_model(self):
         """Model coordinates in plan, (n_rows, 2)."""
         return self.xy
+
+    def _shared(self, rng, n_draws, linear):
+        turned, bent = None, None
+        if self.orientation is not None:
+            turned = linear[self.model] @ self.orientation
+        if self.bent is not None:  # by one coefficient for each axis
+            turns = np.concatenate([self.bent, 1j * self.bent], axis=1)
+            bent = np.stack([turns.real, turns.imag], axis=1)
+        parts = (self._drawn_by_model(rng, n_draws, part) for part in (turned, bent))
+        return sum(parts)
 
     @property
     def is_coupled(self):

@@ -79,7 +79,8 @@ def estimate_own_deformation(plain) -> OwnDeformation:
     guess = _first_guess(plain.observations)
     if plain.redundancy <= len(guess.size) or not plain.sum_of_squares > 0.0:
         return _nothing(guess)
-    p_value = chance_of_residuals(plain, guess)
+    # the largest residual alone would be the pattern
+    p_value = chance_of_residuals(_without_gross(plain, plain), guess)
     if not p_value < WORTH_A_LOOK:
         return _nothing(guess, p_value)
     own = _estimated(plain, guess, plain)
@@ -120,10 +121,9 @@ def chance_of_residuals(plain, own):
 def _drawn_residuals(plain, rng, n_draws):
     """Residuals of errors as they were given, (n_rows, d, n_draws)."""
     observations = plain.observations
-    error = observations.standard_error.reshape(len(observations.model), -1, 1)
-    shape = (len(error), observations.control.shape[1], n_draws)
     control = observations.drawn_control(rng, n_draws)
-    return plain.answer_to(error * rng.standard_normal(shape), control)[1]
+    errors = observations.drawn_errors(rng, n_draws, plain.linear)
+    return plain.answer_to(errors, control)[1]
 
 
 def _scores(observations, own, residuals):

@@ -103,6 +103,7 @@ WHY = {
     ChoiceReason.SUPPORTED: "the measurements contradict the figure of the other one",
     ChoiceReason.SMALLER: "its figure is the smaller one",
     ChoiceReason.MORE_MODELS: "the figures are alike, and it determines more models",
+    ChoiceReason.CONTRADICTED: "measurements contradict both figures",
     ChoiceReason.ONLY_FIGURE: "the size of an error of the other one is not known",
     ChoiceReason.NO_FIGURE: "sizes of errors are not known in either way",
 }
