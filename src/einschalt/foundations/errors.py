@@ -174,8 +174,11 @@ def _spread(problems):
 
 
 def raise_problems(problems: Sequence[EinschaltError]):
-    """Raise nothing, the one problem, or all of them as a BlockError."""
-    if len(problems) == 1:
+    """Raise nothing, the one problem, or all of them as a BlockError.
+
+    One that stands for many rows is many.
+    """
+    if len(problems) == 1 and problems[0].stands_for == 1:
         raise problems[0]
     if problems:
         raise BlockError(problems)

@@ -68,7 +68,8 @@ def _in_flight(solution, name, kind):
         m_0=_m_0(_variants(measured, pairs), ground, kind),
         before=pairs[MODEL].merge(_by_model(worst, before), on=MODEL)["m_0"],
     )
-    best = trials.loc[trials.groupby(MODEL)["m_0"].idxmin().dropna()]
+    trials = trials.dropna(subset="m_0")  # models that no exchange leaves redundancy
+    best = trials.loc[trials.groupby(MODEL)["m_0"].idxmin()]
     usual = _usual_m_0(solution, name, worst)
     is_found = (best["m_0"] <= LARGE_M_0 * usual) & (
         best["before"] >= LEAST_IMPROVEMENT * best["m_0"]
