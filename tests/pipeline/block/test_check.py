@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.foundations.errors import ConsistencyError, EinschaltError
+from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import check_block
 
@@ -211,5 +211,5 @@ def test_many_lost_points_make_a_short_message(demo_block):
             "role": "control",
         }
     )
-    with pytest.raises(ConsistencyError, match=r"point LOST0: .* in 4999 more rows"):
+    with pytest.raises(BlockError, match=r"point LOST0: .* in 4999 more rows"):
         with_control(demo_block, lambda table: pd.concat([table, lost]))
