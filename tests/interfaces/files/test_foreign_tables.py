@@ -376,6 +376,18 @@ def test_attributes_that_contradict_the_geometry_are_asked_about(tmp_path):
     assert frame["northing"].tolist() == [322e3, 322e3]
 
 
+@pytest.mark.parametrize("crs", ["EPSG:31255", "EPSG:4326"])
+def test_named_columns_are_not_in_the_system_of_the_geometry(tmp_path, crs):
+    table = austrian_of_two().drop(columns=["Höhe", "Art"])
+    places = [[13.5, 48.25], [13.6, 48.5]]
+    write_layer(table, np.array(places), tmp_path / "t.gpkg", crs)
+    said = Said({"easting": "Rechtswert", "northing": "Hochwert"})
+    read = understand_table(tmp_path / "t.gpkg", CONTROL_POINTS, said)
+    assert read.crs is None
+    assert read.frame[PLANE].to_numpy().tolist() == [[13e3, 322e3], [14e3, 322e3]]
+    assert {"longitude", "latitude"}.isdisjoint(read.frame)
+
+
 def test_points_are_read_by_one_call_and_say_how(tmp_path):
     import einschalt as es
 
