@@ -159,6 +159,13 @@ def read_odm(path, source=None) -> Markers:
         for row, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    if not numbered:
+        raise FileError(
+            "holds no line but comments",
+            expected="the system in the first line, then X Y Z px py image [name]",
+            remedy="Export the list again",
+            file=source,
+        )
     crs = _crs_of_line(numbered[0], source)
     is_bad = [k for k, (_, words) in enumerate(numbered) if k and not _is_row(words)]
 
