@@ -228,6 +228,10 @@ def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
 def test_a_length_in_another_unit_is_not_taken_for_metres(tmp_path):
     frame = read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n").frame
     assert list(frame) == ["point_id", "Rechtswert [mm]", "northing"]
+    feet = LETTERS.replace("Y;X", "Y [ft];X [ft]")
+    assert list(read_text(tmp_path, feet).frame) == ["point_id", "Y [ft]", "X [ft]"]
+    metres = read_text(tmp_path, feet.replace("ft", "m"), Said(crs=AUSTRIA)).frame
+    assert set(metres) == {"point_id", *PLANE}
 
 
 def test_comments_are_said_and_names_that_look_like_them_are_kept(tmp_path):
