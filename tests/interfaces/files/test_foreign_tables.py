@@ -205,6 +205,19 @@ def test_a_comma_of_two_meanings_is_asked_about_and_can_be_answered(tmp_path):
     assert "'1,234' has a comma" in faults[0].found
 
 
+@pytest.mark.parametrize(
+    ("row", "said"), [("13,5;1.234", Said()), ("13.000;7", Said(decimal=","))]
+)
+def test_points_beside_decimal_commas_are_asked_about(tmp_path, row, said):
+    text = f"point_id;easting;northing\nA;{row}\n"
+    with pytest.raises(TableError, match=r"row 2: .*: is it 1\d?\.\d+ or 1\d+\?"):
+        read_text(tmp_path, text, said)
+    # another number of the column can be nothing but decimal
+    if said == Said():
+        frame = read_text(tmp_path, f"{text}B;1,5;0.5\n").frame
+        assert frame["northing"].astype(float).tolist() == [1.234, 0.5]
+
+
 def test_two_columns_that_could_be_meant_are_asked_about(tmp_path):
     text = "Punktnr;Rechtswert;Ostwert;Hochwert\nA;1.0;2.0;3.0\n"
     with pytest.raises(TableError, match="'Rechtswert' and 'Ostwert' could both be"):
