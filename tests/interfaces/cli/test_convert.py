@@ -1,5 +1,6 @@
 """``einschalt convert``."""
 
+import json
 import re
 
 import pandas as pd
@@ -58,3 +59,19 @@ def test_a_list_without_system_or_heights_is_refused(invoke, tmp_path):
     assert other.exit_code == 2
     assert "is in EPSG:4326, not in EPSG:31255" in other.stderr
     assert not (tmp_path / "gcp_list_2.txt").exists()
+
+
+def test_a_layer_keeps_its_system_and_says_what_it_loses(invoke, tmp_path):
+    point = {"type": "Point", "coordinates": [13.5, 48.25]}
+    one = {"geometry": point, "properties": {"Punktnr": "7", "Farbe": "rot"}}
+    text = json.dumps({"type": "FeatureCollection", "features": [one]})
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "t.geojson", tmp_path / "plain.csv")
+    assert shown.exit_code == 0, shown.output
+    assert 'crs = "OGC:CRS84"' in shown.stdout
+    assert "left out Farbe" in shown.stderr
+    text = text.replace("48.25", "NaN")
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    bad = invoke("convert", tmp_path / "t.geojson", tmp_path / "bad.csv")
+    assert bad.exit_code == 2
+    assert not (tmp_path / "bad.csv").exists()

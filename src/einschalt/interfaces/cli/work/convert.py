@@ -4,9 +4,8 @@ import os
 from dataclasses import replace
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.errors import FileError, OutputError, raise_problems
+from einschalt.foundations.errors import FileError, OutputError, name_some
 from einschalt.foundations.projections import code_of, read_source_crs
-from einschalt.foundations.tables import check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.files import marker_files
@@ -109,14 +108,16 @@ def _convert_table(found, given, output):
         )
     schema = KINDS[table.kind]
     names = [name for name in schema.names if name in table.frame]
-    if "longitude" not in table.frame:
-        raise_problems(check_table(table.frame, schema, source=given.name).problems)
-    else:
+    if "longitude" in table.frame:  # checked as such when it was looked at
         names = ["point_id", "longitude", "latitude", *names[1:]]
+    if table.left_out:
+        print_error(f"note: {given.name}: left out {name_some(table.left_out, 8)}")
     _require_free(output)
     make_folder(output.absolute().parent)
     write_table(table.frame[list(dict.fromkeys(names))], output)
     print_out(f"{table.title} ({table.description}) in {output}")
+    if table.crs is not None:
+        print_out(f'In block.toml, for this table: crs = "{table.crs}"')
 
 
 def _require_free(path):
