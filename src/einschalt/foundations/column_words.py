@@ -244,9 +244,9 @@ def _candidates(names, rest, schema, name):
     unit = next(column.unit for column in schema.columns if column.name == name)
     found = []
     for place in rest:
-        word, said = _parted(names[place])
-        if said is not None and UNITS.get(said) != unit:
-            continue  # a length in another unit than expected is none that is known
+        word = _word_in(names[place], unit)
+        if word is None:
+            continue
         key = (name, word)
         if key in COLUMN_WORDS:
             found.append((COLUMN_WORDS[key][0], place, COLUMN_WORDS[key][1]))
@@ -257,12 +257,16 @@ def _candidates(names, rest, schema, name):
     return strong or [one for one in found if one[2] == best]
 
 
-def _parted(name):
-    """A folded word, and the unit in brackets behind it, or None."""
-    unit = UNIT.search(name)
-    if unit is None:
-        return folded(name), None
-    return folded(name[: unit.start()]), unit[1].strip()
+def _word_in(name, unit):
+    """Folded word before the unit in brackets; None where that is another unit.
+
+    A length in another unit than expected is none that is known.
+    """
+    said = UNIT.search(name)
+    if said is None:
+        return folded(name)
+    is_other = UNITS.get(said[1].strip()) != unit
+    return None if is_other else folded(name[: said.start()])
 
 
 def _letters(names, rest, schema, taken):
@@ -270,8 +274,9 @@ def _letters(names, rest, schema, taken):
     has_plane = any(name in names or name in taken for name in PLANE)
     if has_plane or not set(PLANE) <= set(schema.names):
         return None
+    unit = next(c.unit for c in schema.columns if c.name in PLANE)
     found = {
-        letter: [k for k in rest if _parted(names[k])[0] in words.split()]
+        letter: [k for k in rest if _word_in(names[k], unit) in words.split()]
         for letter, words in LETTERS.items()
     }
     if any(len(places) != 1 for places in found.values()):

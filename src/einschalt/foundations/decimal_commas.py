@@ -11,6 +11,7 @@ import pyarrow.compute as pc
 
 DECIMAL = r"^[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?$"
 OF_TWO_MEANINGS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
+PARTED = r"^[+-]?[1-9]\d{0,2}\.\d{3}$"  # by a decimal point, or into thousands
 POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
 
 
@@ -54,6 +55,29 @@ def meaning_of_commas(columns) -> Commas:
     if is_proven:
         return Commas("decimal")
     return Commas("none") if has_points or first is None else first
+
+
+def point_of_two_meanings(columns):
+    """Column, place and text of a point that may part thousands; None without one.
+
+    ``columns`` as :func:`meaning_of_commas` takes them, of a table with decimal commas.
+    Another number of the column that only a decimal point can part, such as ``0.5``,
+    speaks for the column.
+
+    >>> import pyarrow as pa
+    >>> point_of_two_meanings({"x": pa.array(["7,5"]), "y": pa.array(["13.000"])})
+    ('y', 0, '13.000')
+    >>> point_of_two_meanings({"y": pa.array(["13.000", "0.5"])})
+    """
+    for name, texts in columns.items():
+        if not _has_points(texts):
+            continue
+        is_parted = pc.match_substring_regex(texts, PARTED)
+        is_point = pc.match_substring_regex(texts, POINT)
+        if not pc.any(pc.and_not(is_point, is_parted), min_count=0).as_py():
+            place = pc.index(is_parted, True).as_py()
+            return name, place, texts[place].as_py()
+    return None
 
 
 def with_points(texts):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from dataclasses import replace
 
 import pytest
@@ -118,6 +119,18 @@ def test_a_result_of_before_is_computed_again_where_it_is_asked_for(
     # and a newer one of other input is none
     small_block.replace("low_flight.csv", ",10.0000,", ",10.0010,", count=1)
     assert result_since(replace(task, former=None)) is None
+
+
+def test_results_in_another_system_are_not_compared(small_block, tmp_path):
+    folder = tmp_path / "out"
+    for crs in ('crs = "EPSG:31255"', 'crs = "EPSG:31256"'):
+        toml = re.sub(r"(?m)^crs = .*\n", "", small_block.read("block.toml"))
+        small_block.write("block.toml", toml.replace("[block]", f"[block]\n{crs}"))
+        row = run_block(look_at("a", small_block.path, folder).task)
+        assert row["outcome"] == "done", row
+    assert "that was in EPSG:31255, this one is in EPSG:31256" in row["reason"]
+    assert "n_moved" not in row
+    assert not (folder / "changes.csv").exists()
 
 
 def test_a_block_whose_grid_changed_is_computed_again(small_block, tmp_path):

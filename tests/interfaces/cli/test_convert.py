@@ -1,5 +1,8 @@
 """``einschalt convert``."""
 
+import json
+import re
+
 import pandas as pd
 from tests.interfaces.files.test_marker_files import XML
 
@@ -35,3 +38,40 @@ def test_a_table_becomes_a_plain_one(invoke, tmp_path):
     )
     wrong = invoke("convert", tmp_path / "t.csv", tmp_path / "plain.dxf")
     assert wrong.exit_code == 2
+
+
+def test_a_list_without_system_or_heights_is_refused(invoke, tmp_path):
+    plain = re.sub(r"<reference>.*?</reference>", "", XML, flags=re.DOTALL)
+    given, to = tmp_path / "m.xml", tmp_path / "gcp_list.txt"
+    given.write_text(plain, encoding="utf-8")
+    unknown = invoke("convert", given, to)
+    assert unknown.exit_code == 2
+    assert "system of the points is unknown" in unknown.stderr
+    assert "--crs" in unknown.stderr
+    said = invoke("convert", given, to, "--crs", "EPSG:4258")
+    assert said.exit_code == 0, said.output
+    assert to.read_text(encoding="utf-8").startswith("EPSG:4258\n")
+    given.write_text(XML.replace(' z="412"', ""), encoding="utf-8")
+    flat = invoke("convert", given, tmp_path / "gcp_list_2.txt")
+    assert flat.exit_code == 2
+    assert "1 point without height: P2" in flat.stderr
+    other = invoke("convert", given, tmp_path / "new", "--crs", "EPSG:31255")
+    assert other.exit_code == 2
+    assert "is in EPSG:4326, not in EPSG:31255" in other.stderr
+    assert not (tmp_path / "gcp_list_2.txt").exists()
+
+
+def test_a_layer_keeps_its_system_and_says_what_it_loses(invoke, tmp_path):
+    point = {"type": "Point", "coordinates": [13.5, 48.25]}
+    one = {"geometry": point, "properties": {"Punktnr": "7", "Farbe": "rot"}}
+    text = json.dumps({"type": "FeatureCollection", "features": [one]})
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    shown = invoke("convert", tmp_path / "t.geojson", tmp_path / "plain.csv")
+    assert shown.exit_code == 0, shown.output
+    assert 'crs = "OGC:CRS84"' in shown.stdout
+    assert "left out Farbe" in shown.stderr
+    text = text.replace("48.25", "NaN")
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    bad = invoke("convert", tmp_path / "t.geojson", tmp_path / "bad.csv")
+    assert bad.exit_code == 2
+    assert not (tmp_path / "bad.csv").exists()

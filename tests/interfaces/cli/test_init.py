@@ -76,6 +76,22 @@ def test_what_no_file_tells_is_named_where_nobody_can_be_asked(
     assert "# crs = …" in text
 
 
+@pytest.mark.parametrize("name", ["Punkte.csv", "low_flight.csv"])
+def test_a_bad_cell_is_said_before_anything_is_guessed(invoke, export, tmp_path, name):
+    for path in export.iterdir():
+        lines = path.read_text(encoding="cp1252").splitlines()
+        if path.name == name:
+            cells = lines[1].split(";" if name == "Punkte.csv" else ",")
+            cells[-2] = "abc"
+            lines[1] = (";" if name == "Punkte.csv" else ",").join(cells)
+        (tmp_path / path.name).write_text("\n".join(lines), encoding="cp1252")
+    refused = invoke("init", tmp_path / "new", *files_of(tmp_path), "--yes")
+    assert refused.exit_code == 2
+    assert f"{name}, row 2" in refused.stderr
+    assert "'abc'" in refused.stderr
+    assert not (tmp_path / "new").exists()
+
+
 def test_a_terminal_is_asked(export, tmp_path, monkeypatch):
     monkeypatch.setattr(work, "_is_terminal", lambda: True)
     call = ["init", tmp_path / "new", *files_of(export), "--high-m-g-um", "7.5"]

@@ -205,6 +205,19 @@ def test_a_comma_of_two_meanings_is_asked_about_and_can_be_answered(tmp_path):
     assert "'1,234' has a comma" in faults[0].found
 
 
+@pytest.mark.parametrize(
+    ("row", "said"), [("13,5;1.234", Said()), ("13.000;7", Said(decimal=","))]
+)
+def test_points_beside_decimal_commas_are_asked_about(tmp_path, row, said):
+    text = f"point_id;easting;northing\nA;{row}\n"
+    with pytest.raises(TableError, match=r"row 2: .*: is it 1\d?\.\d+ or 1\d+\?"):
+        read_text(tmp_path, text, said)
+    # another number of the column can be nothing but decimal
+    if said == Said():
+        frame = read_text(tmp_path, f"{text}B;1,5;0.5\n").frame
+        assert frame["northing"].astype(float).tolist() == [1.234, 0.5]
+
+
 def test_two_columns_that_could_be_meant_are_asked_about(tmp_path):
     text = "Punktnr;Rechtswert;Ostwert;Hochwert\nA;1.0;2.0;3.0\n"
     with pytest.raises(TableError, match="'Rechtswert' and 'Ostwert' could both be"):
@@ -228,6 +241,10 @@ def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
 def test_a_length_in_another_unit_is_not_taken_for_metres(tmp_path):
     frame = read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n").frame
     assert list(frame) == ["point_id", "Rechtswert [mm]", "northing"]
+    feet = LETTERS.replace("Y;X", "Y [ft];X [ft]")
+    assert list(read_text(tmp_path, feet).frame) == ["point_id", "Y [ft]", "X [ft]"]
+    metres = read_text(tmp_path, feet.replace("ft", "m"), Said(crs=AUSTRIA)).frame
+    assert set(metres) == {"point_id", *PLANE}
 
 
 def test_comments_are_said_and_names_that_look_like_them_are_kept(tmp_path):
@@ -374,6 +391,18 @@ def test_attributes_that_contradict_the_geometry_are_asked_about(tmp_path):
     said = Said({"easting": "Rechtswert", "northing": "Hochwert"})
     frame = understand_table(tmp_path / "t.gpkg", CONTROL_POINTS, said).frame
     assert frame["northing"].tolist() == [322e3, 322e3]
+
+
+@pytest.mark.parametrize("crs", ["EPSG:31255", "EPSG:4326"])
+def test_named_columns_are_not_in_the_system_of_the_geometry(tmp_path, crs):
+    table = austrian_of_two().drop(columns=["Höhe", "Art"])
+    places = [[13.5, 48.25], [13.6, 48.5]]
+    write_layer(table, np.array(places), tmp_path / "t.gpkg", crs)
+    said = Said({"easting": "Rechtswert", "northing": "Hochwert"})
+    read = understand_table(tmp_path / "t.gpkg", CONTROL_POINTS, said)
+    assert read.crs is None
+    assert read.frame[PLANE].to_numpy().tolist() == [[13e3, 322e3], [14e3, 322e3]]
+    assert {"longitude", "latitude"}.isdisjoint(read.frame)
 
 
 def test_points_are_read_by_one_call_and_say_how(tmp_path):

@@ -9,10 +9,15 @@ import threading
 from importlib import metadata
 from time import perf_counter
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.batch.block_state import read_json, result_since
 from einschalt.interfaces.batch.block_task import output_of_task
-from einschalt.interfaces.batch.changes_file import compare_with_previous, read_changes
+from einschalt.interfaces.batch.changes_file import (
+    compare_with_previous,
+    read_changes,
+    system_before,
+)
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
@@ -27,6 +32,7 @@ from einschalt.pipeline.progress import Stage
 
 # a worker of a cluster may have several threads; figures are drawn by one at a time
 ONE_AT_A_TIME = threading.Lock()
+NOT_COMPARED = "not compared with the run before: that was in {}, this one is in {}"
 
 
 def run_block(task) -> dict:
@@ -72,30 +78,42 @@ def _run(task, progress):
     _require_version(task.signature["version"])
     require_free(task.folder, output_of_task(task))
     with locked(make_folder(task.folder), waits=True):
-        if result_since(task) is None:
-            _compute(task, progress)
+        why = _compute(task, progress) if result_since(task) is None else ""
         if evidence_of(task.folder).vouches_for(FAILURE):
             with said_as_file_error(task.folder / FAILURE):
                 (task.folder / FAILURE).unlink()
         # read while nobody else may write it
-        return row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
+        row = row_of_result(task, DONE, read_json(task.folder / PROVENANCE))
+        return {**row, "reason": why}
 
 
 def _compute(task, progress):
+    """Compute and write; why nothing was compared, where systems differ."""
     progress(Stage.READING)
     block = read_block(task.block, task.given)
     result = densify(block, block.settings, progress=progress)
     progress(Stage.ASSESSMENT)
     result.assessment  # noqa: B018
     progress(Stage.WRITING)
+    before = system_before(task.folder)
+    is_other = before not in (None, (result.crs,))  # that would be no movement
+
+    def compare(new):
+        if not is_other:
+            compare_with_previous(result.points, task.folder, new)
+
     write_result(
         result,
         task.folder,
         overwrite=task.overwrite,
         is_known=task.is_known,
         beside=True,
-        write_more=lambda new: compare_with_previous(result.points, task.folder, new),
+        write_more=compare,
     )
+    if not is_other:
+        return ""
+    systems = (shortened(str(one or "no system")) for one in (*before, result.crs))
+    return NOT_COMPARED.format(*systems)
 
 
 def _require_version(version):

@@ -36,6 +36,15 @@ CHANGED_POINTS = tables.Schema(
 )
 
 
+def system_before(folder):
+    """System of the whole result in a folder, as (system,); None without a result."""
+    before = whole_result(folder)
+    if before is None:
+        return None
+    facts = before.get("output") or before.get("block")
+    return (facts.get("crs") if isinstance(facts, dict) else None,)
+
+
 def compare_with_previous(points, folder, into):
     """Write what moved since the run before; keep the points it is compared with.
 

@@ -42,7 +42,7 @@ def convert(
     crs: Annotated[
         str | None,
         typer.Option(
-            show_default="not known", help="Of the table, where Y and X need it."
+            show_default="not known", help="Of the coordinates, if no file says."
         ),
     ] = None,
     decimal: Annotated[

@@ -34,6 +34,7 @@ from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.csv_headers import COMMENT, SEPARATORS, read_header
 from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.files.understood_tables import (
+    COMMA,
     NOTHING_SAID,
     ReadTable,
     meant_header,
@@ -76,8 +77,12 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     meant = meant_header(header.names, schema, said, source, header.row)
     header = replace(header, names=list(meant.names))
     frame, rows = None, None
+    may_have_commas = header.separator != ","
+    # with decimal commas a point is a question, which a number no longer asks
+    is_text = may_have_commas and said.decimal == COMMA
     if _is_plain(data, header):
-        for numbers in (schema.number_names, []):  # then all as text, to be quoted
+        # then all as text, to be quoted
+        for numbers in ([] if is_text else schema.number_names, []):
             frame = (
                 _read_fast(data, header, schema, numbers) if frame is None else frame
             )
@@ -85,7 +90,6 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
         rows = _Rows(header, source)
         frame = rows.read(data)
     frame = _without_apostrophes(frame, schema)
-    may_have_commas = header.separator != ","
     table = understood(
         frame, schema, said, meant, source, may_have_commas=may_have_commas
     )

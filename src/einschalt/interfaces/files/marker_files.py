@@ -20,6 +20,7 @@ from einschalt.foundations.errors import (
     FileError,
     ProjectionError,
     TableError,
+    name_some,
     raise_problems,
 )
 from einschalt.foundations.number_parsing import is_number
@@ -158,6 +159,13 @@ def read_odm(path, source=None) -> Markers:
         for row, line in enumerate(lines, 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+    if not numbered:
+        raise FileError(
+            "holds no line but comments",
+            expected="the system in the first line, then X Y Z px py image [name]",
+            remedy="Export the list again",
+            file=source,
+        )
     crs = _crs_of_line(numbered[0], source)
     is_bad = [k for k, (_, words) in enumerate(numbered) if k and not _is_row(words)]
 
@@ -320,11 +328,26 @@ def write_odm(path, markers):
     """Write a ``gcp_list.txt``; points without coordinates have no row in it.
 
     Check points are marked as ODM's users do. A FileError where a name has blanks,
-    which part the columns.
+    which part the columns, where the system is unknown, or a height.
     """
+    if markers.crs is None:
+        raise FileError(
+            "the system of the points is unknown, and the list begins with it",
+            expected="the reference system of their coordinates",
+            remedy="Say it by --crs, or convert into a folder",
+            file=path,
+        )
     table = markers.measurements.merge(
         markers.points, on="point_id", suffixes=("_image", "")
     )
+    flat = table.loc[table["z"].isna(), "point_id"].unique()
+    if len(flat):
+        raise FileError(
+            f"{count(len(flat), 'point')} without height: {name_some(flat, 8)}",
+            expected="X Y Z of every point",
+            remedy="Add the heights, or convert into a folder",
+            file=path,
+        )
     is_check = table["role"] == "check"
     table["point_id"] = table["point_id"].where(
         ~is_check, CHECK_MARK + table["point_id"]
@@ -340,4 +363,4 @@ def write_odm(path, markers):
         )
     numbers = table[["x", "y", "z", "x_image", "y_image"]].map("{:.12g}".format)
     rows = pd.concat([numbers, names], axis=1).agg(" ".join, axis=1)
-    write_text(path, "\n".join([markers.crs or WGS_84, *rows]) + "\n")
+    write_text(path, "\n".join([markers.crs, *rows]) + "\n")

@@ -36,6 +36,7 @@ SUFFIXES = (".gpkg", ".shp", ".geojson")
 SIGNATURES = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\x0a"}
 WGS_84 = "OGC:CRS84"
 PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
+COORDINATES = PLANE + GEOGRAPHIC
 SAME = 1e-3  # metres: attributes are rounded, the geometry is not
 SAME_DEGREES = 1e-8
 MOST_VALUES = 2**26
@@ -238,11 +239,15 @@ def points_of(layer, schema, said, source) -> ReadTable:
     frame, notes = layer.attributes, []
     meant = meant_header([str(n) for n in frame.columns], schema, said, source)
     frame = frame.set_axis(list(meant.names), axis=1)
-    if layer.geometry is not None:
-        frame, meant, note = _with_geometry(frame, layer, meant, schema, said, source)
+    crs = _known(layer.crs)
+    if layer.geometry is not None and not said.columns.keys().isdisjoint(COORDINATES):
+        crs = None  # the layer states that of its geometry: columns may have another
+        notes.append(f"{source}: coordinates of the columns, not the geometry")
+    elif layer.geometry is not None:
+        frame, meant, note = _with_geometry(frame, layer, meant, schema, source)
         notes.append(note)
     table = understood(frame, schema, said, meant, source, may_have_commas=True)
-    return ReadTable(table.frame, (*notes, *table.notes), _known(layer.crs))
+    return ReadTable(table.frame, (*notes, *table.notes), crs)
 
 
 def _known(crs):
@@ -253,15 +258,13 @@ def _known(crs):
         return None
 
 
-def _with_geometry(frame, layer, meant, schema, said, source):
+def _with_geometry(frame, layer, meant, schema, source):
     """The frame with the coordinates of the geometry, and what is said of them."""
     xyz = shapely.get_coordinates(layer.geometry, include_z=True)
     crs = _known(layer.crs)
     is_geographic = crs is not None and read_source_crs(crs).is_geographic
     names = GEOGRAPHIC if is_geographic else PLANE
     has_both = all(list(frame.columns).count(name) == 1 for name in names)
-    if has_both and set(names) <= set(said.columns):
-        return frame, meant, f"{source}: coordinates of the columns, not the geometry"
     if has_both and meant.letters is None:
         _refuse_others(frame[list(names)], xyz, names, source)
     if meant.letters is not None:  # the geometry knows which axis is which

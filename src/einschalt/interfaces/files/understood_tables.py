@@ -19,7 +19,11 @@ from einschalt.foundations.column_words import (
     kind_of,
     translation_note,
 )
-from einschalt.foundations.decimal_commas import meaning_of_commas, with_points
+from einschalt.foundations.decimal_commas import (
+    meaning_of_commas,
+    point_of_two_meanings,
+    with_points,
+)
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, TableError, name_some
 from einschalt.foundations.number_parsing import is_number
@@ -103,6 +107,8 @@ def _with_points(frame, schema, said, source):
     commas = meaning_of_commas(texts)
     if commas.meaning == "open" and said.decimal is None:
         raise _question_of_commas(frame, commas, source)
+    if commas.meaning == "decimal" or said.decimal == COMMA:
+        _refuse_thousands(frame, texts, source)
     if commas.meaning == "none":
         return frame, None
     changed = {name: _numbers(values, frame.index) for name, values in texts.items()}
@@ -127,8 +133,29 @@ def _numbers(texts, index):
     return pd.Series(values.to_pandas().to_numpy(), index)
 
 
+def _refuse_thousands(frame, texts, source):
+    """Refuse points that may part thousands, where commas are decimal."""
+    found = point_of_two_meanings(texts)
+    if found is None:
+        return
+    name, place, text = found
+    raise TableError(
+        f"{name} '{text}': is it {text} or {text.replace(POINT, '')}? The table has "
+        "decimal commas, and its points may part thousands",
+        expected="decimal commas alone",
+        remedy="Take the points out if they part thousands; otherwise write commas "
+        "for them",
+        file=source,
+        row=_line(frame, place),
+    )
+
+
+def _line(frame, place):
+    row = frame.index[place]
+    return row if isinstance(row, (int, np.integer)) else None
+
+
 def _question_of_commas(frame, commas, source):
-    row = frame.index[commas.place]
     point, plain = (commas.text.replace(COMMA, sign) for sign in (POINT, ""))
     return TableError(
         f"{commas.column} '{commas.text}': is it {point} or {plain}? No number with a "
@@ -137,7 +164,7 @@ def _question_of_commas(frame, commas, source):
         remedy='Say decimal = "," for the table in block.toml if they are decimal '
         "commas; otherwise take them out",
         file=source,
-        row=row if isinstance(row, (int, np.integer)) else None,
+        row=_line(frame, commas.place),
     )
 
 

@@ -7,10 +7,17 @@ from pathlib import Path
 import pandas as pd
 
 from einschalt.foundations import tables
-from einschalt.foundations.errors import EinschaltError, FileError, TableError
+from einschalt.foundations.errors import (
+    EinschaltError,
+    FileError,
+    TableError,
+    raise_problems,
+)
+from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
 from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.tables_by_suffix import READ_SUFFIXES, understand_table
 from einschalt.interfaces.files.understood_tables import Said
 
@@ -44,6 +51,7 @@ class Looked:
     said: Said
     notes: tuple[str, ...] = ()
     crs: str | None = None  # that the file states
+    left_out: tuple[str, ...] = ()  # columns that are no part of the table
 
     @property
     def title(self):
@@ -153,12 +161,15 @@ def _table(file, said):
             question = question or (error if _is_of_rows(error) else None)
             continue
         names = set(table.frame.columns)
-        if {"longitude", "latitude"} <= names and kind == "ground":
-            names |= {"easting", "northing"}
-        if {c.name for c in schema.columns if c.is_required} <= names:
-            checked = tables.check_table(table.frame, schema, source=file.source)
-            frame = table.frame if checked.problems else checked.frame
-            return Looked(file.path, kind, frame, own, table.notes, table.crs)
+        is_geographic = {"longitude", "latitude"} <= names and kind == "ground"
+        degrees = read_source_crs(point_layers.WGS_84)
+        fit = schema_in(schema, degrees) if is_geographic else schema
+        if {c.name for c in fit.columns if c.is_required} <= names:
+            checked = tables.check_table(table.frame, fit, source=file.source)
+            raise_problems(checked.problems)
+            left_out = tuple(n for n in table.frame if n not in fit.names)
+            found = (own, table.notes, table.crs, left_out)
+            return Looked(file.path, kind, checked.frame, *found)
     if question is not None:
         raise question
     raise FileError(

@@ -1,14 +1,17 @@
 """What ``einschalt convert`` does."""
 
 import os
+from dataclasses import replace
 
-from einschalt.foundations.errors import FileError, OutputError, raise_problems
-from einschalt.foundations.tables import check_table
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import FileError, OutputError, name_some
+from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.csv_tables import write_csv
+from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
@@ -20,7 +23,8 @@ def convert(given, output, *, sheet, layer, crs, decimal):
     """Convert markers or a table; what was understood goes to standard error."""
     read = _reader(given)
     if read is not None:
-        _convert_markers(read(given, given.name), given, output)
+        markers = _in_system(read(given, given.name), crs, given)
+        _convert_markers(markers, given, output)
         return
     said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
     _convert_table(look_at(given, said), given, output)
@@ -35,6 +39,21 @@ def _reader(path):
         return marker_files.read_opensfm
     is_list = path.name.casefold().startswith("gcp_list") and suffix == ".txt"
     return marker_files.read_odm if is_list else None
+
+
+def _in_system(markers, crs, given):
+    """The markers with the system that was said of them, if one was."""
+    if crs is None:
+        return markers
+    system = read_source_crs(crs)
+    if markers.crs is not None and not is_same_plane(system, markers.crs):
+        raise FileError(
+            f"is in {markers.crs}, not in {shortened(crs)}",
+            expected="the system of its coordinates: convert brings none into another",
+            remedy="Leave --crs out",
+            file=given.name,
+        )
+    return replace(markers, crs=markers.crs or code_of(crs))
 
 
 def _convert_markers(markers, given, output):
@@ -89,14 +108,16 @@ def _convert_table(found, given, output):
         )
     schema = KINDS[table.kind]
     names = [name for name in schema.names if name in table.frame]
-    if "longitude" not in table.frame:
-        raise_problems(check_table(table.frame, schema, source=given.name).problems)
-    else:
+    if "longitude" in table.frame:  # checked as such when it was looked at
         names = ["point_id", "longitude", "latitude", *names[1:]]
+    if table.left_out:
+        print_error(f"note: {given.name}: left out {name_some(table.left_out, 8)}")
     _require_free(output)
     make_folder(output.absolute().parent)
     write_table(table.frame[list(dict.fromkeys(names))], output)
     print_out(f"{table.title} ({table.description}) in {output}")
+    if table.crs is not None:
+        print_out(f'In block.toml, for this table: crs = "{table.crs}"')
 
 
 def _require_free(path):
