@@ -65,7 +65,8 @@ def _figures(result):
     figures["credible"] = result.assessment.credible.value
     figures["claim_is_supported"] = result.assessment.claim_is_supported
     return {
-        key: value if math.isfinite(value) else None for key, value in figures.items()
+        key: value if value is not None and math.isfinite(value) else None
+        for key, value in figures.items()
     }
 
 

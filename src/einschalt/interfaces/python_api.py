@@ -298,7 +298,8 @@ def densify_many(
         standard_error_internal (RMS over the new points, TOTAL [m]), seconds,
         n_suspects, n_failed_models, n_moved, largest_move [m],
         standard_error_credible (the figure to believe [m]), claim_is_supported (False
-        where it is a lower bound, since something contradicts the claim).
+        where it is a lower bound, since something contradicts the claim; None where
+        nothing tests it).
 
     Raises
     ------

@@ -90,6 +90,9 @@ class DensificationResult(Result):
     ``single_values``, ``approximations``, ``coverages``, ``iterations`` in
     :class:`einschalt.pipeline.densification.two_steps.TwoStepSolution`.
 
+    With ``output_crs`` tables of points are in that system; ``covariance_between`` and
+    ``errors`` stay in the system of the block, in which all is computed.
+
     Attributes
     ----------
     solution : TwoStepSolution or SimultaneousSolution
@@ -132,6 +135,7 @@ class DensificationResult(Result):
     block_error_sources = property(attrgetter("examination.block_error_sources"))
     neighbours = _told("examination.neighbours")
     neighbour_precision = _method_told("examination.neighbour_precision")
+    # in the system of the block, whatever output_crs is
     covariance_between = property(attrgetter("examination.covariance_between"))
     left_out_control = property(attrgetter("examination.left_out_control"))
     control_left_out = _told("examination.control_left_out")

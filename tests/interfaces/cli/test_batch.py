@@ -207,6 +207,10 @@ def test_strict_ends_with_3_where_a_claim_does_not_stand(
     monkeypatch.setattr(python_api, lambda *_args, **_options: table)
     done = invoke("batch", blocks, "-o", tmp_path / "out", "--strict")
     assert done.exit_code == status
+    is_untested = ("done", None) in set(zip(outcomes, claims, strict=True)) or (
+        ("skipped", None) in set(zip(outcomes, claims, strict=True))
+    )
+    assert ("not tested: b1" in done.stderr) == is_untested
     is_refuted = False in claims
     assert ("b1: 1.5 m or worse (total)" in done.stdout) == is_refuted
     if status == 3:

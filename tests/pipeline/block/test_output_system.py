@@ -153,3 +153,12 @@ def test_files_say_the_system_of_the_results(in_utm, tmp_path):
     places = {"X_POSSIBLE_NAMES": "easting", "Y_POSSIBLE_NAMES": "northing"}
     assert pyogrio.read_info(tmp_path / "points.csv", **places)["crs"] is not None
     assert "results brought from" in (tmp_path / "summary.txt").read_text("utf-8")
+
+
+def test_the_plane_scales_no_standard_error_of_heights(in_utm, demo_block):
+    place = demo_block.control_points[PLANE].iloc[[0]].reset_index(drop=True)
+    names = ("height", "height_checked", "height_of_tomorrow", "total_checked")
+    errors = {f"standard_error_{name}": 1.0 for name in names}
+    told = in_utm.output_system.told(place.assign(**errors))[list(errors)].iloc[0]
+    assert (told[:3] == 1.0).all()
+    assert abs(told.iloc[3] - 1.0) > 1e-5

@@ -74,7 +74,7 @@ def _blocks(table):
         "outcome": table["outcome"],
         "points": map(_whole, table["n_points"]),
         **dict(zip(names, parts, strict=True)),
-        "claim": map(_claim, table["claim_is_supported"]),
+        "claim": map(_claim, table["claim_is_supported"], table["outcome"]),
         "suspects": map(_whole, table["n_suspects"]),
         "failed models": map(_whole, table["n_failed_models"]),
         "time": times,
@@ -89,9 +89,9 @@ def _link(row):
     return printable(row.block), quote(f"{row.block}/report.html") * has_report
 
 
-def _claim(is_supported):
+def _claim(is_supported, outcome):
     if pd.isna(is_supported):
-        return MISSING
+        return MISSING if outcome == FAILED else "not tested"
     return "stands" if is_supported else "does not stand"
 
 

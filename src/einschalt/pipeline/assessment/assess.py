@@ -77,8 +77,9 @@ class Assessment:
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
     credible_heights: CredibleHeights | None  # None where points have no heights
-    # whether the stated precision stands: nothing contradicts it, no finding is grave
-    claim_is_supported: bool
+    # whether the stated precision stands: nothing contradicts it, no finding is grave;
+    # None where nothing tests it
+    claim_is_supported: bool | None
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
     claim: Claim  # tests of the stated precision against the measurements
     height_claim: Claim  # the same of heights
@@ -111,7 +112,7 @@ def assess(result) -> Assessment:
         choice=result.choice,
         credible=examined.credible,
         credible_heights=examined.credible_heights,
-        claim_is_supported=not (examined.credible.is_lower_bound or is_grave),
+        claim_is_supported=_is_supported(examined, is_grave=is_grave),
         claim=examined.claim,
         height_claim=examined.height_claim,
         known_points=known_point_facts(examined),
@@ -129,6 +130,15 @@ def assess(result) -> Assessment:
         ),
         **of_its_way,
     )
+
+
+def _is_supported(examined, *, is_grave):
+    if examined.credible.is_lower_bound or is_grave:
+        return False
+    is_tested = bool(examined.claim.tests) or examined.known_check.count > 0
+    if isinstance(examined, SimultaneousExamination):  # s_0 is its test
+        is_tested = is_tested or examined.adjustment.redundancy > 0
+    return True if is_tested else None
 
 
 @singledispatch

@@ -103,7 +103,8 @@ def blocks_table(rows) -> pd.DataFrame:
     Standard errors are RMS over the new points, TOTAL [m]. n_moved counts the points
     that moved by more than their standard error since the run before, by largest_move
     [m]. standard_error_credible is the figure to believe, a lower bound where
-    claim_is_supported is False: something contradicts the claim.
+    claim_is_supported is False: something contradicts the claim; it is None where
+    nothing tests the claim, or the result is of an earlier version.
     """
     rows = list(rows)
     columns = {}
@@ -223,6 +224,12 @@ def refuted(table):
     """Rows of blocks whose claim does not stand, the worst first."""
     rows = table[table[CLAIM].isin([False])]
     return rows.sort_values("standard_error_credible", ascending=False, kind="stable")
+
+
+def untested(table):
+    """Names of blocks with a result whose claim nothing has tested."""
+    has_result = table["outcome"] != FAILED
+    return table.loc[has_result & table[CLAIM].isna(), "block"].tolist()
 
 
 def _refuted(table):

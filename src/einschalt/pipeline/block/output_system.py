@@ -28,7 +28,6 @@ BY_AXIS = ["standard_error_easting", "standard_error_northing"]
 # lengths in the plane, which change with its scale
 LENGTHS = ("distance", "semi_major", "semi_minor", "spread_total", "largest_move")
 LENGTHS = (*LENGTHS, "move_rms", "m_t")
-OF_HEIGHT = ("standard_error_height", "residual_height", "difference_height")
 AZIMUTH = "azimuth_gon"
 GON = np.pi / 200.0
 SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
@@ -86,8 +85,7 @@ class OutputSystem:
         if AZIMUTH in table:
             columns[AZIMUTH] = _turned_azimuth(table[AZIMUTH].to_numpy(), jacobian)
         for name in table:
-            is_length = name in LENGTHS or name.startswith("standard_error_")
-            if is_length and name not in (*columns, *OF_HEIGHT):
+            if _is_length_in_plane(name) and name not in columns:
                 columns[name] = table[name].to_numpy(dtype=float) * scale
         return table.assign(**columns)
 
@@ -111,6 +109,13 @@ class OutputSystem:
             name: np.where(known[name], moved[:, place], np.nan)
             for place, name in enumerate(names)
         }
+
+
+def _is_length_in_plane(column):
+    """Whether the scale of the plane changes a column: never one of heights."""
+    if "height" in column.split("_"):
+        return False
+    return column in LENGTHS or column.startswith("standard_error_")
 
 
 def _turned_vectors(table, jacobian):

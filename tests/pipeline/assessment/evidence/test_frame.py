@@ -3,12 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from tests.changed_results import changed
 
 from einschalt.pipeline.assessment.evidence.frame import (
     LARGEST_DIAGONAL_M,
+    LARGEST_STRETCH,
     Doubt,
+    _stretch,
     are_mirrored,
     are_upside_down,
 )
@@ -79,3 +82,17 @@ def test_an_axis_that_is_stretched_more_than_film(good_result):
     assert frame.doubt is Doubt.STRETCHED
     # beside the affinity that measuring errors make of single models
     assert frame.stretch == pytest.approx(0.01, rel=0.1)
+
+
+def test_affinities_of_weak_models_are_no_stretch():
+    rng = np.random.default_rng(5)
+    weak = np.eye(2) + rng.normal(0.0, 0.02, (12, 2, 2))
+    names = ["a1", "a2", "b1", "b2"]
+    models = pd.DataFrame(weak.reshape(-1, 4), columns=names).assign(n_points=5)
+    ratio = np.linalg.cond(weak)
+    assert np.median(ratio) - 1.0 > 4.0 * LARGEST_STRETCH
+    assert _stretch(models)[1] > 0.01
+    models["b2"] *= 1.2  # feet of another length do not hide in the noise
+    stretch, p_value = _stretch(models)
+    assert stretch == pytest.approx(0.2, rel=0.2)
+    assert p_value < 0.001

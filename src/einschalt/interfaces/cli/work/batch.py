@@ -10,7 +10,7 @@ from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.cli.exits import REFUTED, WRONG, print_error, print_out
 from einschalt.interfaces.cli.progress import batch_progress
-from einschalt.pipeline.batch.block_table import refuted, summarize_batch
+from einschalt.pipeline.batch.block_table import refuted, summarize_batch, untested
 from einschalt.pipeline.progress import Stage
 
 SOME_FAILED = 1
@@ -34,8 +34,16 @@ def batch(
         how |= {"settings": given, "progress": progress}
         table = python_api.densify_many(blocks, output, **where, **how)
     is_refuted = strict and len(refuted(table)) > 0
+    if strict:
+        _tell_untested(untested(table))
     duration = perf_counter() - started
     _end(table, duration, output, is_refuted=is_refuted, is_quiet=quiet)
+
+
+def _tell_untested(names):
+    if names:
+        said = ", ".join(map(printable, names))
+        print_error(f"einschalt: claims that are not tested: {said}")
 
 
 def _which(options):

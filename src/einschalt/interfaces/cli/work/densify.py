@@ -40,7 +40,10 @@ def densify(
     if not quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")
-    if strict and not result.assessment.claim_is_supported:
+    supported = result.assessment.claim_is_supported
+    if strict and supported is None:
+        print_error("einschalt: the claim is not tested: give check points.")
+    if strict and supported is False:
         if quiet:  # whoever asks for nothing else is told why
             print_error(result.summary().splitlines()[0])
         raise typer.Exit(REFUTED)

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from scipy import stats
 
 from einschalt.foundations.projections import extent_of
+from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 DETERMINANT = ["a1", "a2", "b1", "b2"]
 # no aerial camera has a larger photograph than 30 x 30 cm: its diagonal
@@ -62,7 +64,8 @@ class Frame:
     n_mirrored: int  # of these
     n_spatial: int  # usable spatial models
     n_upside_down: int  # of these
-    stretch: float  # of one axis against the other, median of the affine models
+    stretch: float  # of one axis against the other, common to the affine models
+    stretch_p_value: float  # of a common stretch this large by chance
     # whether a reference system says which axis is which, and where the block lies
     has_system: bool
 
@@ -74,7 +77,8 @@ class Frame:
     @property
     def is_stretched(self):
         """Whether affine models have an affinity that is not one of film."""
-        return self.n_affine >= FEWEST_MODELS and self.stretch > LARGEST_STRETCH
+        is_significant = self.stretch_p_value < FINDING_SIGNIFICANCE
+        return is_significant and self.stretch > LARGEST_STRETCH
 
     @property
     def impossible_films(self):
@@ -101,6 +105,7 @@ def frame_of(examined) -> Frame:
     over = are_upside_down(examined.models)
     places = examined.points.drop_duplicates("point_id").set_index("point_id")
     places = places[["easting", "northing"]]
+    stretch, p_value = _stretch(mirrored)
     return Frame(
         films=tuple(
             _film_of(name, flight, places)
@@ -110,7 +115,8 @@ def frame_of(examined) -> Frame:
         n_mirrored=int(mirrored["is_mirrored"].sum()),
         n_spatial=len(over),
         n_upside_down=int(over["is_upside_down"].sum()),
-        stretch=_stretch(mirrored),
+        stretch=stretch,
+        stretch_p_value=p_value,
         has_system=_has_system(examined.block.crs),
     )
 
@@ -131,13 +137,41 @@ def are_mirrored(models):
 
 
 def _stretch(affine):
-    """Median over models of the larger scale by the smaller one, less 1."""
-    if affine.empty:
-        return 0.0
-    matrices = affine[DETERMINANT].to_numpy(dtype=float).reshape(-1, 2, 2)
-    largest, smallest = np.linalg.svd(matrices, compute_uv=False).T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.nanmedian(largest / smallest) - 1.0)
+    """Stretch that affine models share, and the probability of it by chance.
+
+    Errors of a model turn its affinity into any direction: with its sign they cancel in
+    the mean, and their scatter tells how well. An affinity that is common stands fast
+    in the axes of the machine or in those of the ground; the clearer one is told.
+    """
+    if len(affine) < FEWEST_MODELS:
+        return 0.0, 1.0
+    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
+    # ground = turned z + mirrored conj(z), z = x + i y
+    turned = 0.5 * ((a1 + b2) + 1j * (b1 - a2))
+    mirrored = 0.5 * ((a1 - b2) + 1j * (b1 + a2))
+    is_over = np.abs(mirrored) > np.abs(turned)
+    large = np.where(is_over, mirrored, turned)
+    small = np.where(is_over, turned, mirrored)
+    of_machine = np.where(is_over, np.conj(small / large), small / large)
+    weights = affine["n_points"].to_numpy(dtype=float)
+    found = [_common(part, weights) for part in (of_machine, small / np.conj(large))]
+    affinity, p_value = min(found, key=lambda pair: (pair[1], -pair[0]))
+    # the clearer of two
+    return 2.0 * affinity / (1.0 - affinity), min(2.0 * p_value, 1.0)
+
+
+def _common(affinities, weights):
+    """Size of the weighted mean of complex affinities, and its p-value.
+
+    Easting and northing of equal precision make their errors circular: two degrees of
+    freedom each.
+    """
+    mean = np.average(affinities, weights=weights)
+    degrees = 2 * (len(affinities) - 1)
+    scatter = np.sum(weights * np.abs(affinities - mean) ** 2) / degrees
+    size = np.sum(weights) * np.abs(mean) ** 2 / 2.0
+    ratio = size / scatter if scatter > 0.0 else np.inf
+    return float(np.abs(mean)), float(stats.f.sf(ratio, 2, degrees))
 
 
 def are_upside_down(models):

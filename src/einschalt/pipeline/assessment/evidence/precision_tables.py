@@ -142,6 +142,8 @@ class PrecisionTables:
     def covariance_between(self, pairs):
         """Covariances between the coordinates of two points.
 
+        In the system of the block, whatever ``output_crs`` is: it is not turned.
+
         Parameters
         ----------
         pairs : sequence of (str, str), or DataFrame with two columns

@@ -149,7 +149,7 @@ def stretched_models(examined):
         return None
     return finding(
         "stretched_models",
-        statistic="larger scale of an affine model by the smaller one, less 1",
+        statistic="common stretch of one axis of affine models against the other",
         observed=frame.stretch,
         expected=0.0,
         remedy="look_at_units_of_each_axis",
