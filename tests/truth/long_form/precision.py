@@ -23,7 +23,8 @@ from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 N_BLOCKS = 200
 MODES = {
-    "all": Settings(coverage_mean="all"),
+    "all": Settings(coverage_mean="all", weighting="plain"),
+    "all, rigorous": Settings(coverage_mean="all", weighting="rigorous"),
     "most_central": Settings(coverage_mean="most_central"),
     "all, weighted": Settings(coverage_mean="all", weighting="weighted"),
     "most_central, weighted": Settings(
@@ -32,8 +33,8 @@ MODES = {
 }
 # weights that follow from the residuals themselves
 SCREENED = {
-    "all, snoop": Settings(outliers="snoop"),
-    "all, huber": Settings(outliers="huber"),
+    "all, snoop": Settings(outliers="snoop", weighting="plain"),
+    "all, huber": Settings(outliers="huber", weighting="plain"),
 }
 MODES_OF = {"affine": {**MODES, **SCREENED}, "helmert": MODES}
 PAIRED = ("all", "most_central")
