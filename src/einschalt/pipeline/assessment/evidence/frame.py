@@ -19,6 +19,8 @@ DETERMINANT = ["a1", "a2", "b1", "b2"]
 LARGEST_DIAGONAL_M = 0.30 * np.sqrt(2.0)
 # film and paper shrink by less, one way more than the other
 LARGEST_STRETCH = 0.005
+# share of an affinity beyond which the smaller axis of a model is nothing
+NEARLY_FLAT = 1.0 - 1e-9
 FEWEST_MODELS = 3
 # flat terrain fits nearly as well either way: a few may be so by chance
 MOST_UPSIDE_DOWN = 0.9
@@ -152,8 +154,13 @@ def _stretch(affine):
     is_over = np.abs(mirrored) > np.abs(turned)
     large = np.where(is_over, mirrored, turned)
     small = np.where(is_over, turned, mirrored)
+    # a model that puts all of its points on a line has no axes
+    is_plane = np.abs(small) < NEARLY_FLAT * np.abs(large)
+    if is_plane.sum() < FEWEST_MODELS:
+        return 0.0, 1.0
+    large, small, is_over = large[is_plane], small[is_plane], is_over[is_plane]
     of_machine = np.where(is_over, np.conj(small / large), small / large)
-    weights = affine["n_points"].to_numpy(dtype=float)
+    weights = affine["n_points"].to_numpy(dtype=float)[is_plane]
     found = [_common(part, weights) for part in (of_machine, small / np.conj(large))]
     affinity, p_value = min(found, key=lambda pair: (pair[1], -pair[0]))
     # the clearer of two
