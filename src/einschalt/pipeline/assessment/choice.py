@@ -57,24 +57,15 @@ def solve_the_better_way(
             obstacle = str(error)
     if obstacle:
         examined = examine(solve_in_two_steps(*arguments))
-        reason = ChoiceReason.ONLY_WAY
-        return examined, MethodChoice(
-            TWO_STEP, reason, examined.credible, None, obstacle
-        )
-    beside = examined.solution.two_step
+        only = TWO_STEP, ChoiceReason.ONLY_WAY
+        return examined, MethodChoice(*only, examined.credible, None, obstacle)
+    beside, adjusted = examined.solution.two_step, examined.credible
     if not beside.is_possible:
-        choice = MethodChoice(
-            SIMULTANEOUS,
-            ChoiceReason.ONLY_WAY,
-            None,
-            examined.credible,
-            beside.reason,
-        )
-        return examined, choice
-    method, reason = better_of(examined.two_step, examined)
-    figures = examined.two_step.credible, examined.credible
-    choice = MethodChoice(method, reason, *figures, "")
-    if method == SIMULTANEOUS:
+        only = SIMULTANEOUS, ChoiceReason.ONLY_WAY
+        return examined, MethodChoice(*only, None, adjusted, beside.reason)
+    better = better_of(examined.two_step, examined)
+    choice = MethodChoice(*better, examined.two_step.credible, adjusted, "")
+    if choice.method == SIMULTANEOUS:
         return examined, choice
     if settings.residual_distribution != "none":  # what stands beside is without it
         return examine(solve_in_two_steps(*arguments)), choice

@@ -26,8 +26,10 @@ PLANE = ["easting", "northing"]
 VECTORS = ("residual", "difference", "distributed")
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
 # lengths in the plane, which change with its scale
-LENGTHS = ("distance", "semi_major", "semi_minor", "spread_total", "largest_move")
-LENGTHS = (*LENGTHS, "move_rms", "m_t")
+LENGTHS = (
+    *("distance", "semi_major", "semi_minor", "spread_total"),
+    *("largest_move", "move_rms", "m_t"),
+)
 AZIMUTH = "azimuth_gon"
 GON = np.pi / 200.0
 SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it

@@ -2,8 +2,9 @@
 
 Models that share a photograph share the errors of its points, and each model bends and
 tilts with the errors of its relative orientation. The adjustment takes model points for
-independent; so what it makes of the errors behind them is drawn: image points, control
-and points that were measured otherwise, put through the linearised adjustment.
+independent; so what it makes of the errors behind them is drawn: those of image points,
+as large as the errors of their flight in plan, of control, and of other flights with
+what all points of a model share there, put through the linearised adjustment.
 """
 
 from dataclasses import dataclass
@@ -12,11 +13,11 @@ import numpy as np
 
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
+from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 
 # standard errors from so many draws are known to 2.5 per cent
 N_DRAWS = 800
-# numbers that are drawn at a time
-MOST_DRAWN = 4_000_000
+NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +52,10 @@ def point_covariances(tables, weighed, solution):
     observations = solution.observations
     draw = _drawing(tables, weighed, solution)
     n_axes = observations.control.shape[1]
-    n_rows = len(observations.model)
-    at_once = int(np.clip(MOST_DRAWN // (n_axes * n_rows), 1, N_DRAWS))
+    n_numbers = n_axes * len(observations.model)
     rng = np.random.default_rng(1971)
     total = np.zeros((observations.n_points, n_axes, n_axes))
-    for n_draws in np.diff([*range(0, N_DRAWS, at_once), N_DRAWS]):
+    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
         control = observations.drawn_control(rng, n_draws)
         points, _ = solution.answer_to(draw(rng, n_draws), control)
         total += points @ np.swapaxes(points, 1, 2)

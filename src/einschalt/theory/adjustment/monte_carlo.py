@@ -25,6 +25,18 @@ def draw_errors(standard_errors, axes, *, n_draws, seed):
     }
 
 
+def draws_in_parts(n_draws, n_numbers, most):
+    """Numbers of draws, part after part, that keep to ``most`` numbers at a time.
+
+    ``n_numbers`` are drawn each time; a part has one draw at least.
+
+    >>> draws_in_parts(10, 1000, 4500)
+    [4, 4, 2]
+    """
+    at_once = max(1, min(n_draws, most // n_numbers))
+    return [min(at_once, n_draws - first) for first in range(0, n_draws, at_once)]
+
+
 def apply_chains(errors, chains):
     """What packed errors of each source make of quantities that are linear in them.
 

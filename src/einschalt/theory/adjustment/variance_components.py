@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from einschalt.theory.adjustment.monte_carlo import draw_errors
+from einschalt.theory.adjustment.monte_carlo import draw_errors, draws_in_parts
 
 N_DRAWS = 100
 N_ITERATIONS = 20
@@ -117,16 +117,16 @@ def _drawn_products(sums, standard_errors, seed):
     n_sources = len(standard_errors)
     axes = next(iter(sums[0].chains.values())).axes
     longest = max(axes.size(len(sizes)) for sizes in standard_errors.values())
-    at_once = max(1, min(N_DRAWS, NUMBERS_AT_ONCE // longest))
     products = np.empty((N_DRAWS, len(sums), n_sources, n_sources))
-    for first in range(0, N_DRAWS, at_once):
-        n_draws = min(at_once, N_DRAWS - first)
+    first = 0
+    for n_draws in draws_in_parts(N_DRAWS, longest, NUMBERS_AT_ONCE):
         errors = draw_errors(standard_errors, axes, n_draws=n_draws, seed=rng)
         for place, part in enumerate(sums):
             stacked = np.stack([_drawn(part, name, errors) for name in errors])
             products[first : first + n_draws, place] = np.real(
                 np.einsum("knd,mnd->dkm", stacked.conj(), stacked)
             )
+        first += n_draws
     return products
 
 

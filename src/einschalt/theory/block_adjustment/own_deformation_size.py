@@ -25,6 +25,7 @@ import numpy as np
 from scipy import sparse
 from scipy.special import chdtrc, comb
 
+from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
     CUBIC,
@@ -58,8 +59,7 @@ LEAST_CHANCE = 0.05
 # and residuals that are as likely as this without any are not looked at further
 WORTH_A_LOOK = 0.1
 N_DRAWS = 79
-# numbers that are drawn at a time
-MOST_DRAWN = 2_000_000
+NUMBERS_AT_ONCE = 2_000_000
 
 
 def estimate_own_deformation(plain) -> OwnDeformation:
@@ -96,15 +96,12 @@ def chance_of_residuals(plain, own):
     ``own`` says which deformations; what their sizes are does not matter.
     """
     observations = plain.observations
-    shape = (*observations.control.shape[1:], 1)
-    residuals = plain.residuals.reshape(-1, *shape)
-    seen = _scores(observations, own, residuals)
-    at_once = int(np.clip(MOST_DRAWN // residuals.size, 1, N_DRAWS))
+    score = _Score(observations, own)
+    residuals = plain.residuals.reshape(*plain.residuals.shape, 1)
     rng = np.random.default_rng(1971)
-    drawn = [
-        _scores(observations, own, _drawn_residuals(plain, rng, n))
-        for n in np.diff([*range(0, N_DRAWS, at_once), N_DRAWS])
-    ]
+    parts = draws_in_parts(N_DRAWS, residuals.size, NUMBERS_AT_ONCE)
+    drawn = [score.of(_drawn_residuals(plain, rng, n_draws)) for n_draws in parts]
+    seen = score.of(residuals)
     every = np.concatenate([seen, *drawn], axis=1)
     spread = every.std(axis=1, keepdims=True)
     away = np.divide(
@@ -126,25 +123,35 @@ def _drawn_residuals(plain, rng, n_draws):
     return plain.answer_to(errors, control)[1]
 
 
-def _scores(observations, own, residuals):
-    """Σ |Fᵀ P v|² / Ω of each size and draw, (n_sizes, n_draws)."""
-    columns = bent_columns(observations, own)
-    n_columns, n_draws = columns.shape[-1], residuals.shape[2]
-    error = observations.standard_error.reshape(len(residuals), -1, 1)
-    weighted = residuals * error**-2.0
-    omega = (weighted * residuals).sum(axis=(0, 1))
-    if not observations.is_in_space:
-        weighted = weighted[:, 0] + 1j * weighted[:, 1]
-    n_rows = columns.size // n_columns
-    model = np.repeat(observations.model, n_rows // len(residuals))
-    row = np.repeat(np.arange(n_rows), n_columns)
-    column = (model[:, None] * n_columns + np.arange(n_columns)).ravel()
-    shape = (n_rows, observations.n_models * n_columns)
-    terms = sparse.csc_array((columns.ravel(), (row, column)), shape)
-    projected = terms.conj().T @ weighted.reshape(n_rows, n_draws)
-    squares = (np.abs(projected) ** 2).reshape(-1, n_columns, n_draws)
-    parts = columns_of_sizes(own, observations)
-    return np.array([squares[part].sum(axis=(0, 1)) / omega for part in parts.values()])
+class _Score:
+    """How much residuals of a block ask for each size of its own deformations."""
+
+    def __init__(self, observations, own):
+        columns = bent_columns(observations, own)
+        self.n_columns = columns.shape[-1]
+        n_rows = columns.size // self.n_columns
+        self.is_in_space = observations.is_in_space
+        self.weight = observations.standard_error.reshape(len(columns), -1, 1) ** -2.0
+        self.parts = columns_of_sizes(own, observations)
+        # rows are points in plan, as complex numbers, or coordinates in space
+        model = np.repeat(observations.model, n_rows // len(columns))
+        row = np.repeat(np.arange(n_rows), self.n_columns)
+        column = (model[:, None] * self.n_columns + np.arange(self.n_columns)).ravel()
+        shape = (n_rows, observations.n_models * self.n_columns)
+        terms = sparse.csc_array((columns.ravel(), (row, column)), shape)
+        self.terms = terms.conj().T
+
+    def of(self, residuals):
+        """Σ |Fᵀ P v|² / Ω, (n_sizes, n_draws), of residuals (n_rows, d, n_draws)."""
+        weighted = residuals * self.weight
+        omega = (weighted * residuals).sum(axis=(0, 1))
+        n_draws = residuals.shape[2]
+        if not self.is_in_space:
+            weighted = weighted[:, 0] + 1j * weighted[:, 1]
+        projected = self.terms @ weighted.reshape(-1, n_draws)
+        squares = (np.abs(projected) ** 2).reshape(-1, self.n_columns, n_draws)
+        sums = [squares[part].sum(axis=(0, 1)) for part in self.parts.values()]
+        return np.array(sums) / omega
 
 
 def _bent(plain, own):

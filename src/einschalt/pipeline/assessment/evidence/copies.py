@@ -89,12 +89,10 @@ def _pairs(rows, keys):
 
 
 def _n_common(rows, pairs):
-    """Points that both of each pair hold, whatever their coordinates."""
-    held = rows[rows["owner"].isin(pairs[["owner", "owner_other"]].to_numpy().ravel())]
-    points = held.groupby("owner")["point_id"].agg(set)
-    return np.array(
-        [
-            len(points[a] & points[b])
-            for a, b in pairs[["owner", "owner_other"]].itertuples(index=False)
-        ]
-    )
+    """Points that both of each pair hold, whatever their coordinates, (n_pairs,)."""
+    pair = pairs[["owner", "owner_other"]].assign(pair=np.arange(len(pairs)))
+    held = rows[rows["owner"].isin(pair[["owner", "owner_other"]].to_numpy().ravel())]
+    held = held[["owner", "point_id"]].drop_duplicates()
+    of_other = held.rename(columns={"owner": "owner_other"})
+    both = pair.merge(held).merge(of_other)
+    return np.bincount(both["pair"], minlength=len(pairs))
