@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from tests.truth.disturbed_blocks import bent
 
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -22,26 +23,6 @@ WAYS = {
     "simultaneous": Settings(method="simultaneous"),
     "ignored": Settings(method="simultaneous", model_deformation="ignored"),
 }
-
-
-def bent(block, edge_m, seed):
-    """The block with deformations of the low flight, total RMS at the edge [m]."""
-    flight = block.low_flight
-    table = flight.model_points
-    by_model = table.groupby(["coverage", "model_id"])
-    xy = by_model[["x", "y"]]
-    middle = (xy.transform("max") + xy.transform("min")) / 2.0
-    half = ((xy.max() - xy.min()) / 2.0).max(axis=1).median()
-    x, y = ((table[["x", "y"]] - middle) / half).to_numpy().T
-    terms = np.column_stack([x**2, x * y, y**2, x**3, x**2 * y, x * y**2, y**3])
-    number = by_model.ngroup().to_numpy()
-    size = np.random.default_rng(seed).standard_normal((number.max() + 1, 7, 2))
-    moved = np.einsum("nk,nkc->nc", terms, size[number])
-    is_edge = np.maximum(np.abs(x), np.abs(y)) > 0.75
-    moved *= edge_m / np.sqrt((moved[is_edge] ** 2).sum(axis=1).mean())
-    moved *= 1000.0 / flight.scale_number  # model points are in mm
-    points = table.assign(x=table["x"] + moved[:, 0], y=table["y"] + moved[:, 1])
-    return replace(block, low_flight=replace(flight, model_points=points))
 
 
 def compared(points, truth):

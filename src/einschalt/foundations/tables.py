@@ -92,6 +92,8 @@ COVERAGE = Column("coverage", "id", is_required=False, default="1")
 # parallaxes and bases that name no coverage hold for the model of that name in any
 COVERAGE_IF_GIVEN = Column("coverage", "id", is_required=False)
 ROLES = ("control", "check")
+# given points that share a shift: of one strip, photograph or part of a network
+GROUP = Column("group", "id", is_required=False, may_be_missing=True)
 
 
 def _number(name, unit, **flags):
@@ -116,11 +118,12 @@ CONTROL_POINTS = Schema(
         _number("covariance_en", "square metres", is_required=False),
         _number("standard_error_height", "metres", is_required=False, is_positive=True),
         *_numbers("square metres", "covariance_eh", "covariance_nh", is_required=False),
+        GROUP,
     ),
     key=("point_id",),
 )
 APPROXIMATE_POINTS = Schema(
-    "approximate_points", CONTROL_POINTS.columns[:4], key=("point_id",)
+    "approximate_points", (*CONTROL_POINTS.columns[:4], GROUP), key=("point_id",)
 )
 MODEL_POINTS = Schema(
     "model_points",
@@ -304,6 +307,9 @@ def _check_values(frame, column, source):
         values, is_bad, say = cell_values.choices(raw, column)
     else:
         values, is_bad, say = cell_values.identifiers(raw)
+        if column.may_be_missing:
+            is_blank = raw.isna() | (raw.astype(str).str.strip() == "")
+            is_bad = is_bad & ~is_blank.to_numpy(dtype=bool)
 
     def problem(place):
         found, expected, remedy = say(raw.iloc[place])

@@ -100,6 +100,9 @@ def _block_facts(block):
         "name": block.name,
         "crs": block.crs,
         "approximate_m_0_m": _plain(block.approximate_m_0_m),
+        "shared_errors_m": dict(block.shared_errors_m),
+        "group_errors_m": dict(block.group_errors_m),
+        "correlation_lengths_m": dict(block.correlation_lengths_m),
         "may_be_unmeasured": block.may_be_unmeasured,
         "notes": [_without_paths(note, block) for note in block.notes],
     }

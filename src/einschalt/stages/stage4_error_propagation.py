@@ -5,6 +5,7 @@ from einschalt.stages.error_propagation.error_model import (
     HIGH,
     LOW,
     approximations_are_control,
+    errors_are_stated,
     model_of_block,
     model_of_high_flight,
 )
@@ -18,11 +19,11 @@ def obstacle_to_propagation(block) -> str:
     """Say what stands against the propagation of a block's errors.
 
     Given approximate coordinates come with correlations that nobody knows, unless they
-    are those of control points.
-
-    Given approximate coordinates come with correlations that nobody knows, unless they
-    are those of control points. Empty where nothing is known before the computation.
+    are those of control points, or it is said what they share. Empty where nothing is
+    known before the computation.
     """
+    if block.high_flight is None and errors_are_stated(block):
+        return ""
     if block.high_flight is None and not approximations_are_control(block):
         return "given approximate coordinates share errors of unknown size"
     if "standard_error_m" not in block.control_points:
@@ -34,7 +35,8 @@ def obstacle_to_propagation(block) -> str:
 
 
 REMEDIES = {
-    "given approximate coordinates": "Fly or give the high flight",
+    "given approximate coordinates": "Fly or give the high flight, or say what they "
+    "share: a column group, or correlation_length_m",
     "the control points": "Give standard_error_m of every control point",
     "one flight": "Transform both flights in space, or both in plan",
 }

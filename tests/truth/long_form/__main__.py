@@ -7,7 +7,7 @@ from pathlib import Path
 PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
     *("precision", "spatial", "components", "gross", "claim"),
-    *("simultaneous", "deformation", "planning"),
+    *("simultaneous", "deformation", "real_life", "planning"),
 )
 OPENING = """\
 # Is what is claimed what is so?
@@ -32,6 +32,8 @@ SHOWN = (
     ("claims that are called out, and others", "claim", "claim"),
     ("simultaneous adjustment, film", "simultaneous", "simultaneous_truth"),
     ("deformations that models share", "deformation", "model_deformation"),
+    ("errors of real life", "real_life", "own_deformation"),
+    ("given points that share errors", "real_life", "shared_errors"),
     ("relative orientation", "–", "relative_orientation"),
     ("precision that planning expects", "planning", "expected_precision"),
 )

@@ -23,6 +23,8 @@ class Figure:
         Bounds; infinite where the figure is printed for comparison only.
     form : str
         How it is typeset.
+    known_to : float
+        Largest error of a figure that is judged.
     """
 
     value: float
@@ -30,6 +32,7 @@ class Figure:
     low: float = -np.inf
     high: float = np.inf
     form: str = ".3f"
+    known_to: float = LARGEST_ERROR
 
     @property
     def is_judged(self):
@@ -41,7 +44,7 @@ class Figure:
         """Whether it lies within its bounds, and is known well enough to say so."""
         if not self.is_judged:
             return True
-        return self.low <= self.value <= self.high and self.error <= LARGEST_ERROR
+        return self.low <= self.value <= self.high and self.error <= self.known_to
 
     def __str__(self):
         error = f" ± {self.error:{self.form}}" if self.error else ""

@@ -173,7 +173,15 @@ class _Reading:
             ),
             "notes": tuple(self.notes),
             "shared_errors_m": self.shared_errors_m,
+            "group_errors_m": self._given("group_error_m"),
+            "correlation_lengths_m": self._given("correlation_length_m"),
         }
+
+    def _given(self, key):
+        """A fact of the tables of points, by their names."""
+        known = {n: self.toml.sections.get(n) for n in POINT_TABLES}
+        values = {n: getattr(section, key, None) for n, section in known.items()}
+        return {name: value for name, value in values.items() if value is not None}
 
     def _flight(self, name):
         section = self.toml.sections.get(name)

@@ -54,6 +54,14 @@ def _shared_error():
     return _measure(unit, gt=0, le=100)
 
 
+def _group_error():
+    return _measure("metres, TOTAL, of the shift that points of one group share")
+
+
+def _correlation_length():
+    return _measure("metres; errors of points are alike over it, 0 where independent")
+
+
 class _Section(BaseModel):
     # strict: 7.5 in quotes is no number, true is no 1; TOML knows nan and inf
     model_config = ConfigDict(
@@ -90,6 +98,8 @@ class ControlPointsSection(TableKeys):
         default=None, gt=0, le=10, description="a number above 0, at most 10 metres"
     )
     shared_error_m: float | None = _shared_error()
+    group_error_m: float | None = _group_error()
+    correlation_length_m: float | None = _correlation_length()
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 
 
@@ -99,6 +109,8 @@ class ApproximatePointsSection(TableKeys):
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
     m_0_m: float | None = _measure("metres")
     shared_error_m: float | None = _shared_error()
+    group_error_m: float | None = _group_error()
+    correlation_length_m: float | None = _correlation_length()
     may_be_unmeasured: bool = Field(default=False, description="true or false")
 
 

@@ -60,6 +60,8 @@ def _write_files(block, folder, suffix):
                 "file": _write_part(frame, folder, f"{name}{suffix}"),
                 "may_be_unmeasured": block.may_be_unmeasured or None,
                 "shared_error_m": block.shared_errors_m.get(name),
+                "group_error_m": block.group_errors_m.get(name),
+                "correlation_length_m": block.correlation_lengths_m.get(name),
             }
     if "approximate_points" in sections:
         sections["approximate_points"]["m_0_m"] = block.approximate_m_0_m

@@ -14,7 +14,10 @@ from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.pipeline.assessment.evidence.frame import Doubt
+from einschalt.stages.error_propagation.error_model import HIGH
+from einschalt.stages.error_propagation.group_size import sum_of_residuals
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
 from einschalt.theory.adjustment.significance import (
     CLAIM_SIGNIFICANCE,
     FINDING_SIGNIFICANCE,
@@ -24,6 +27,7 @@ TOTAL = "standard_error_total"
 PAPER = "standard_error_paper"
 # a root mean square this much beyond the expected one is worth a word
 MIN_REPORTED_RATIO = 1.25
+N_DRAWS = 100
 # beyond it errors are not only larger than given: something is wrong
 LARGEST_S_0 = 2.0
 
@@ -218,7 +222,8 @@ class HighFlightMisfit:
     m_0: float  # of all models of the high flight together, TOTAL [m]
     # what measuring errors, orientations and control points explain of it [m]
     explained: float
-    degrees: int  # redundancy of the models
+    # redundancy of the models; fewer where control shares errors
+    degrees: float
 
     @property
     def ratio(self):
@@ -250,12 +255,25 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
     degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
     if degrees == 0:
         return None
+    if examined.shares_control_errors and examined.propagation is not None:
+        return _drawn_misfit(examined)
     scale = block.high_flight.scale_number
     m_g = ground_from_image_um(block.high_flight.m_g_um, scale)
     control = block.control_points["standard_error_m"].to_numpy(dtype=float)
     bent = ground_from_image_um(_bent_by_orientation(examined.orientations), scale)
     explained = np.hypot.reduce([m_g, np.sqrt(np.mean(control**2)), bent])
     return HighFlightMisfit(examined.figures.m_0_high, float(explained), degrees)
+
+
+def _drawn_misfit(examined):
+    """As :func:`high_flight_misfit`, where single points do not tell what to expect."""
+    model, m_0 = examined.propagation, examined.figures.m_0_high
+    fit = sum_of_residuals(model, HIGH, examined.high.transformation)
+    errors = draw_errors(model.standard_errors, model.axes, n_draws=N_DRAWS, seed=0)
+    drawn = np.sum(np.abs(apply_chains(errors, fit.chains)) ** 2, axis=0)
+    ratio = np.sqrt(np.sum(np.abs(fit.values) ** 2) / np.mean(drawn))
+    degrees = 2.0 * np.mean(drawn) ** 2 / np.var(drawn, ddof=1)
+    return HighFlightMisfit(m_0, float(m_0 / ratio), float(degrees))
 
 
 def _bent_by_orientation(orientations):

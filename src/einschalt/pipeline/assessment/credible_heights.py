@@ -70,12 +70,15 @@ def control_height_parts(two_step) -> tuple[float, float]:
     left_out, errors = two_step.left_out_control, two_step.errors
     if left_out is None or errors is None or CONTROL not in errors.parts:
         return np.nan, np.nan
-    sizes = two_step.error_model.standard_errors[CONTROL]
-    of_differences = left_out.chains[CONTROL].covariances(sizes)[:, 2, 2]
+    given = two_step.error_model.high.control
+    sizes = two_step.error_model.standard_errors
+    of_differences = sum(
+        left_out.chains[name].covariances(sizes[name])[:, 2, 2] for name in given.chains
+    )
     points = two_step.solution.points
     new = points.loc[points["role"] == "new", "point_id"]
     is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
-    of_points = errors.parts[CONTROL][is_new, 2, 2]
+    of_points = sum(errors.parts[name][is_new, 2, 2] for name in given.chains)
     of_both = (of_differences, of_points)
     return tuple(
         float(np.sqrt(np.mean(part))) if len(part) else np.nan for part in of_both

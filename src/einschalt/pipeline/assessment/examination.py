@@ -69,7 +69,13 @@ from einschalt.pipeline.densification.result_tables import of_transformed_flight
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution, WithoutTwoSteps
 from einschalt.stages.error_propagation.error_model import model_of_block
+from einschalt.stages.error_propagation.given_points import (
+    CONTROL_POINTS,
+    GROUPS,
+    control_shares_errors,
+)
 from einschalt.stages.stage4_error_propagation import propagate_model
+from einschalt.theory.adjustment.least_squares import SQRT2
 
 RELIABILITY_COLUMNS = [
     *("flight", "coverage", "model_id", "point_id"),
@@ -127,6 +133,11 @@ class Examination(PrecisionTables):
             *(*exchanged, *alone),
         )
 
+    @property
+    def shares_control_errors(self):
+        """Whether it is said that errors of control points have something in common."""
+        return control_shares_errors(self.block)
+
     @cached_property
     def repeated_settings(self):
         """What points that were set several times say of m_g, a DataFrame."""
@@ -155,6 +166,15 @@ class TwoStepExamination(Examination):
         if self.propagation is not None:
             return self.propagation
         return assumed_after_iteration(self.solution)
+
+    @property
+    def group_error(self):
+        """Shift that control points of a group share, TOTAL [m]; 0 without."""
+        known = self.block.group_errors_m.get(CONTROL_POINTS, 0.0)
+        if known or self.propagation is None:
+            return known
+        sizes = self.propagation.standard_errors.get(GROUPS[CONTROL_POINTS], [0.0])
+        return float(SQRT2 * sizes[0])
 
     @cached_property
     def errors_of_one_pass(self):
@@ -247,7 +267,7 @@ class SimultaneousExamination(Examination):
     solution: SimultaneousSolution
 
     screening = property(attrgetter("solution.two_step.screening"))
-    errors = iteration = None
+    errors = iteration = propagation = None
     left_out_control = None
     claim = UNTESTED
     adjustment = property(attrgetter("solution.adjustment"))
@@ -303,6 +323,12 @@ class SimultaneousExamination(Examination):
         """Standard error that is claimed for single points, a column of ``points``."""
         # the paper's budget is that of two steps
         return TOTAL if np.isfinite(self.figures.mean_total) else PAPER
+
+    @property
+    def group_error(self):
+        """Shift that control points of a group share, TOTAL [m]; 0 without."""
+        shared = self.adjustment.tables.observations.shared_control
+        return 0.0 if shared is None else float(SQRT2 * np.sqrt(shared.variance.max()))
 
     @property
     def is_deformed(self):

@@ -4,9 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
+from einschalt.pipeline.assessment.evidence.control.signatures import (
+    PLAN,
+    covariance_of,
+)
+from einschalt.stages.error_propagation.given_points import (
+    CONTROL_POINTS,
+    GROUPS,
+    errors_of_control,
+)
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
+from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
+from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
 DIFFERENCES = ["difference_easting", "difference_northing"]
@@ -22,6 +34,7 @@ class KnownPoints:
     # of the differences, since both coordinates have errors: TOTAL, root mean square
     # [m]; NaN where it is not known
     claimed: float
+    degrees: float  # of freedom; fewer than coordinates where given ones share errors
 
     @property
     def count(self):
@@ -53,10 +66,10 @@ class KnownPoints:
     @property
     def p_value(self):
         """Probability of differences this large if the claim holds."""
-        return float(ratio_p_value(self.ratio, 2 * self.count))
+        return float(ratio_p_value(self.ratio, self.degrees))
 
     def _limits(self):
-        return ratio_limits(2 * self.count, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
+        return ratio_limits(self.degrees, FINDING_SIGNIFICANCE, MIN_REPORTED_RATIO)
 
 
 def check_points(examined) -> KnownPoints:
@@ -73,7 +86,8 @@ def control_points(examined) -> KnownPoints:
 def _compared(examined, rows):
     differences = rows[DIFFERENCES].to_numpy(dtype=float)
     names = rows["point_id"].to_numpy(dtype=object)
-    return KnownPoints(names, differences, _claimed(examined, rows))
+    claimed = _claimed(examined, rows)
+    return KnownPoints(names, differences, claimed, _degrees(examined, names, claimed))
 
 
 def contradicting_points(examined) -> np.ndarray:
@@ -99,13 +113,36 @@ def contradicting_points(examined) -> np.ndarray:
     return known.point_ids[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
 
 
+def _degrees(examined, point_ids, claimed):
+    """Degrees of freedom of the squares of differences, by Satterthwaite.
+
+    As if densified points shared nothing: what they share with given ones makes
+    differences smaller.
+    """
+    block, n = examined.block, len(point_ids)
+    if not (n and claimed > 0.0 and examined.shares_control_errors):
+        return 2.0 * n
+    given = errors_of_control(block, Axes.COMPLEX)
+    place = encode(block.control_points["point_id"]).locate(encode(point_ids))
+    of_points = given.picked(selection(place, len(block.control_points), Axes.COMPLEX))
+    sizes = {**given.sizes}
+    if GROUPS[CONTROL_POINTS] in sizes:
+        size = np.full_like(sizes[GROUPS[CONTROL_POINTS]], examined.group_error / SQRT2)
+        sizes[GROUPS[CONTROL_POINTS]] = size
+    shared = covariance_of(of_points.chains, sizes, PLAN)[:n, :n]
+    rest = max(claimed**2 / 2.0 - np.trace(shared) / n, 0.0)
+    covariance = shared + rest * np.eye(n)
+    return float(2.0 * np.trace(covariance) ** 2 / np.sum(covariance**2))
+
+
 def _given_errors(examined, point_ids):
     """TOTAL errors of given coordinates [m]; 0 where none is stated."""
     given = examined.block.control_points
     if given is None or "standard_error_m" not in given:
         return np.zeros(len(point_ids))
     errors = given.set_index("point_id")["standard_error_m"].astype(float)
-    return np.nan_to_num(errors.reindex(point_ids).to_numpy())
+    own = np.nan_to_num(errors.reindex(point_ids).to_numpy())
+    return np.hypot(own, examined.group_error)
 
 
 def _claimed(examined, rows):

@@ -186,6 +186,8 @@ FIELD_KINDS = {
     "notes": (tuple, "a tuple of texts"),
     "may_be_unmeasured": (bool, "True or False"),
     "shared_errors_m": (Mapping, "a dict of metres by table"),
+    "group_errors_m": (Mapping, "a dict of metres by table"),
+    "correlation_lengths_m": (Mapping, "a dict of metres by table"),
 }
 
 
@@ -196,11 +198,11 @@ class Block:
     Attributes
     ----------
     control_points : DataFrame
-        point_id, easting, northing [, height, standard_error_m, role].
+        point_id, easting, northing [, height, standard_error_m, role, group].
     high_flight, low_flight : Flight
         ``high_flight`` is None where ``approximate_points`` are given.
     approximate_points : DataFrame, optional
-        point_id, easting, northing [, height], wherever they come from.
+        point_id, easting, northing [, height, group], wherever they come from.
     approximate_m_0_m : float, optional
         Their TOTAL standard error [m].
     crs : str, optional
@@ -221,6 +223,13 @@ class Block:
     shared_errors_m : dict of str to float
         TOTAL error that all control_points, or all approximate_points, have in common
         [m]: that of the operation by which they came into ``crs``.
+    group_errors_m : dict of str to float
+        TOTAL standard error of the shift that control_points, or approximate_points, of
+        one ``group`` share [m], beside their own errors; estimated where it is left
+        out.
+    correlation_lengths_m : dict of str to float
+        Distance L over which errors of control_points, or approximate_points, are
+        alike [m]: their correlation is exp(−d/L); 0 where they are independent.
 
     Raises
     ------
@@ -242,6 +251,8 @@ class Block:
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
     shared_errors_m: dict = field(default_factory=dict)
+    group_errors_m: dict = field(default_factory=dict)
+    correlation_lengths_m: dict = field(default_factory=dict)
 
     def __post_init__(self):
         """Check all tables, and keep them as checked."""

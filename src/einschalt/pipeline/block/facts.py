@@ -29,7 +29,12 @@ RANGES = {
     "m_g_um": Range(0.1, 1000, "(micrometres in the image)"),
     "principal_distance_mm": Range(1, 5000, "(millimetres)"),
     "m_0_m": Range(1e-4, 100, "(metres)"),
+    "group_error_m": Range(1e-4, 100, "(metres)"),
+    "correlation_length_m": Range(0, 1e7, "(metres)"),
 }
+# of more points the correlations would be too many: about a second
+MOST_CORRELATED = 2500
+POINT_TABLES = ("control_points", "approximate_points")
 ASK_BELOW = {
     "scale_number": "Give 8000 for 1:8000",
     "m_g_um": "Did you give metres?",
@@ -38,6 +43,7 @@ ASK_BELOW = {
 ASK_ABOVE = {
     "principal_distance_mm": "Did you give micrometres?",
     "m_0_m": "Did you give millimetres?",
+    "group_error_m": "Did you give millimetres?",
 }
 
 
@@ -46,6 +52,7 @@ def check_facts(block, said=frozenset()):
     facts = _Facts(block, said)
     facts.system()
     facts.sections()
+    facts.shared_errors()
     for name in FLIGHTS:
         flight = getattr(block, name)
         if flight is not None:
@@ -112,6 +119,43 @@ class _Facts:
             self._say("no low flight is given", expected="[low_flight]", remedy=add)
         if self.block.approximate_m_0_m is not None:
             self._range("approximate_points", "m_0_m", self.block.approximate_m_0_m)
+
+    def shared_errors(self):
+        """See what given points of one group, or near each other, have in common."""
+        for key, sizes in (
+            ("group_error_m", self.block.group_errors_m),
+            ("correlation_length_m", self.block.correlation_lengths_m),
+        ):
+            for table, value in sizes.items():
+                if is_choice(table, POINT_TABLES):
+                    self._range(table, key, value)
+                    self._shared_in(table, key, value)
+                else:
+                    expected = " or ".join(POINT_TABLES)
+                    self._say(f"{key} of {described(table)}", expected=expected)
+
+    def _shared_in(self, table, key, value):
+        points = getattr(self.block, table)
+        if not isinstance(points, pd.DataFrame):
+            if not self._has(table, "file"):
+                self._say(f"{key}, but there are no {table}", expected=f"[{table}]")
+            return
+        if key == "group_error_m" and "group" not in points:
+            self._say(
+                f"group_error_m, but {self.block.sources.get(table, table)} has no "
+                "column 'group'",
+                *(table, key),
+                expected="the group of each point, as a name",
+                remedy=f"Add the column, or take {key} out",
+            )
+        is_correlated = key == "correlation_length_m" and value != 0
+        if is_correlated and len(points) > MOST_CORRELATED:
+            self._say(
+                f"correlation_length_m of {len(points)} points",
+                *(table, key),
+                expected=f"at most {MOST_CORRELATED} points",
+                remedy="Give a column group instead: points of a group share a shift",
+            )
 
     def numbers(self, name, flight):
         """Compare scale number, m_g, principal distance and base with their ranges."""

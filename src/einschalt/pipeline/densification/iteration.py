@@ -9,6 +9,7 @@ See docs/theory/iteration.md.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -26,13 +27,13 @@ from einschalt.stages.error_propagation.error_model import (
     assumed_model,
     places_fitted_onto,
 )
+from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.stages.error_propagation.operators import (
     GroundSources,
     flight_operator,
     mean_operator,
 )
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
-from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
     by_coordinate,
     selection,
@@ -244,11 +245,14 @@ class _Steps:
 
     def sizes(self, model):
         """Sizes of the errors of all sources; of control also where it is only held."""
-        control = self.block.control_points
         if CONTROL in model.standard_errors or not self._has_control_errors:
             return model.standard_errors
-        given = control["standard_error_m"].to_numpy(dtype=float)
-        return {**model.standard_errors, CONTROL: given / SQRT2}
+        return {**model.standard_errors, **self.given.sizes}
+
+    @cached_property
+    def given(self):
+        """Errors of the given coordinates of control."""
+        return errors_of_control(self.block, self.axes)
 
     @property
     def _has_control_errors(self):
@@ -268,8 +272,9 @@ class _Steps:
         if self._has_control_errors:
             between = zero(n_low, n_control, self.axes)
             held = stacked([[direct], [between], [self.control]])
-            known = state.get(CONTROL)
-            state[CONTROL] = known + held if known else held
+            for source, chain in self.given.picked(held).chains.items():
+                known = state.get(source)
+                state[source] = known + chain if known else chain
         return state
 
     def through(self, before, now):

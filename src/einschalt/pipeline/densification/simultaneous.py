@@ -12,6 +12,7 @@ from einschalt.foundations.arguments import (
 )
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.pipeline.block.block import Block
+from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
 from einschalt.stages.residual_distribution import distribute_residuals
@@ -20,6 +21,7 @@ from einschalt.stages.simultaneous.adjustment import (
     AdjustmentOptions,
     determined_part,
     simultaneous_adjustment,
+    with_known_groups,
 )
 from einschalt.stages.simultaneous.image_errors import MeasuredImages, centres_behind
 from einschalt.stages.simultaneous.observations import (
@@ -34,6 +36,7 @@ from einschalt.stages.simultaneous.own_deformation import (
     sampled_part,
     with_errors_that_show,
 )
+from einschalt.stages.simultaneous.shared_control import SharedErrors
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
@@ -249,7 +252,7 @@ def point_columns(block, flights, adjusted, two_step):
     """
     points = adjusted.points.drop(columns=["role", *DIFFERENCES], errors="ignore")
     errors = {name: oriented.errors for name, oriented in flights.items()}
-    if unknown_error(block, errors):
+    if unknown_error(block, errors, adjusted.tables):
         points = points.drop(columns=STANDARD_ERRORS, errors="ignore")
     place = points.columns.get_loc("n_models")
     beside = _of_two_steps(points["point_id"], two_step)
@@ -273,10 +276,16 @@ def _of_two_steps(point_id, two_step):
     return two_step.points.set_index("point_id")[names].reindex(point_id)
 
 
-def unknown_error(block, errors):
-    """Say which source of error has a size that the adjustment does not know."""
+def unknown_error(block, errors, tables):
+    """Say which source of error has a size that the adjustment does not know.
+
+    ``errors`` are those of the orientations of each flight, ``tables`` those that were
+    adjusted.
+    """
     if "standard_error_m" not in block.control_points:
         return "the control points have no standard_error_m"
+    if tables.has_unknown_groups:
+        return "shifts of groups of control have no group_error_m, and do not show"
     flights = block.flights
     is_oriented = [
         name
@@ -329,7 +338,11 @@ def block_tables(block, flights, kinds):
             shared = flight.errors.factors[:, : len(MODEL_PLANE)]
         images = _images_behind(block.flights[name], flight, kinds[name])
         measured.append(MeasuredFlight(name, rows, error, kinds[name], shared, images))
-    return code_block(measured, block.control_points)
+    shared = SharedErrors(
+        block.group_errors_m.get(CONTROL_POINTS),
+        block.correlation_lengths_m.get(CONTROL_POINTS, 0.0),
+    )
+    return code_block(measured, block.control_points, shared)
 
 
 def _images_behind(flight, oriented, kind):
@@ -380,7 +393,7 @@ def own_deformation_of(block, settings, flights, approximations):
     if "helmert_3d" in kinds.values() and len(set(kinds.values())) > 1:
         return None
     try:
-        tables = block_tables(block, flights, kinds)
+        tables = with_known_groups(block_tables(block, flights, kinds))
         part, _ = determined_part(tables)
     except (GeometryError, TableError):  # control cannot hold all models at once
         return None

@@ -1,9 +1,9 @@
 """The a-priori model of a block's errors: operators on everything that it measured.
 
 Where all sources of error have a size, it is the model of the propagation. Where
-approximate coordinates were given, they are taken for independent of each other, with
-their stated error or with that which the fits show: it is the assumption under which
-a budget could hold, and it is there to be tested.
+approximate coordinates were given and nobody says what they share, they are taken for
+independent of each other, with their stated error or with that which the fits show: it
+is the assumption under which a budget could hold, and it is there to be tested.
 """
 
 from dataclasses import dataclass, replace
@@ -11,6 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.stages.error_propagation.given_points import (
+    APPROXIMATE_POINTS,
+    GivenErrors,
+    control_errors,
+    errors_of_control,
+    errors_of_table,
+    group_members,
+)
+from einschalt.stages.error_propagation.group_size import with_group_sizes
 from einschalt.stages.error_propagation.measurement_errors import (
     measurement_errors,
 )
@@ -28,7 +37,6 @@ from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
     selection,
-    unchanged,
 )
 
 APPROXIMATE = "approximate_points"
@@ -44,6 +52,7 @@ class HighFlight:
 
     operator: FlightOperator
     mean: PointOperator  # approximate coordinates from the values
+    control: GivenErrors
     # which control point stands in each row of the table that was fitted onto
     places: np.ndarray
     own: dict[str, PointOperator]  # measuring errors from the sources behind them
@@ -52,7 +61,7 @@ class HighFlight:
     def chains(self):
         """From the sources to the values, dict of str to PointOperator."""
         measured = {n: self.operator.measured @ c for n, c in self.own.items()}
-        return {CONTROL: self.operator.ground, **measured}
+        return {**self.control.picked(self.operator.ground).chains, **measured}
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +98,25 @@ class ErrorModel:
         through = {n: self.low.ground @ c for n, c in self.ground.items()}
         return add_flight_sources(through, self.low.measured, self.own)
 
+    def is_last(self, flight):
+        """Whether a flight is the one of ``low``: a high flight alone stands there."""
+        return flight == LOW or self.high is None
+
+    def groups_of_fits(self, flight, source, observed):
+        """Group of the given point behind each fit of a flight, −1 where it has none.
+
+        ``source`` are the shifts of the groups.
+        """
+        is_last = self.is_last(flight)
+        chain = self.ground[source] if is_last else self.high.control.chains[source]
+        places = self.places if is_last else self.high.places
+        members = chain.matrix.tocsr()
+        group = np.full(chain.n_points, -1)
+        for_points = np.flatnonzero(np.diff(members.indptr)[:: self.axes.value])
+        first = members.indptr[for_points * self.axes.value]
+        group[for_points] = self.axes.count(members.indices[first])
+        return group[places[observed.ground_rows]]
+
     def with_means(self, means):
         """Take means of the values for the final points.
 
@@ -111,16 +139,22 @@ class ErrorModel:
         """From the sources to the final points, dict of str to PointOperator."""
         return {name: self.final @ c for name, c in self.chains_to_values.items()}
 
+    @property
+    def from_control(self):
+        """Operator from the given coordinates of control to the final points."""
+        onto = self.high.mean @ self.high.operator.ground
+        return self.final @ self.low.ground @ onto
+
     def chains_to_fits(self, flight, observed):
         """From the sources to what a flight was fitted with: ground less measured."""
-        is_low = flight == LOW
-        operator = self.low if is_low else self.high.operator
-        places = self.places if is_low else self.high.places
+        is_last = self.is_last(flight)
+        operator = self.low if is_last else self.high.operator
+        places = self.places if is_last else self.high.places
         onto, fitted = operator.selections(places, observed)
-        ground = self.ground if is_low else {CONTROL: unchanged(self.axes)}
+        ground = self.ground if is_last else self.high.control.chains
         through = {name: onto @ chain for name, chain in ground.items()}
         return add_flight_sources(
-            through, -fitted, self.own if is_low else self.high.own
+            through, -fitted, self.own if is_last else self.high.own
         )
 
     def draw(self, n_draws, seed):
@@ -129,12 +163,14 @@ class ErrorModel:
             self.standard_errors, self.axes, n_draws=n_draws, seed=seed
         )
         high = None
+        control = None
         if self.high is not None:
             high = apply_chains(errors, self.high.chains)
+            control = self.high.control.apply(errors)
         ground = apply_chains(errors, self.ground)
         own = {name: self.low.measured @ c for name, c in self.own.items()}
         low = self.low.ground.apply(ground) + apply_chains(errors, own)
-        return DrawnBlock(errors, high, ground, low)
+        return DrawnBlock(errors, control, high, ground, low)
 
 
 def add_flight_sources(chains, measured, own):
@@ -154,6 +190,8 @@ class DrawnBlock:
     """Errors of a block, drawn many times; packed, a column for each draw."""
 
     sources: dict[str, np.ndarray]  # of all observations
+    # of the given coordinates of all control points
+    control: np.ndarray | None
     high: np.ndarray | None  # of the values of the high flight
     ground: np.ndarray  # of the approximate coordinates
     low: np.ndarray  # of the values of the low flight
@@ -174,13 +212,14 @@ def model_of_both_flights(
     of_high = _high_flight(block, points[HIGH], high, own)
     places = places_fitted_onto(block, high.points["point_id"])
     sources = GroundSources(places, len(high.points))
-    return ErrorModel(
+    model = ErrorModel(
         **_of_last_flight(low, points[LOW], own, sources),
         ground={name: of_high.mean @ c for name, c in of_high.chains.items()},
         high=of_high,
-        standard_errors=_with_unit_sources(given_errors(block, points, own.axes), own),
+        standard_errors=_with_unit_sources(_sizes(block, points, of_high.control), own),
         is_assumed=not own.is_complete,
     )
+    return with_group_sizes(model, of_high.control, HIGH, high.transformation)
 
 
 def _of_last_flight(fit, points, own, sources, name=LOW):
@@ -203,15 +242,16 @@ def model_of_high_flight(block, points, transformation, oriented=None) -> ErrorM
     flight = {HIGH: points}, {HIGH: transformation}, {HIGH: oriented}
     own = measurement_errors(block, *flight)
     sources = _fitted_control(block)
-    sizes = given_errors(block, {HIGH: points}, own.axes)
+    control = errors_of_control(block, own.axes)
     is_oriented = block.high_flight.is_oriented_numerically
-    return ErrorModel(
+    model = ErrorModel(
         **_of_last_flight(transformation, points, own, sources, HIGH),
-        ground={CONTROL: unchanged(own.axes)},
+        ground=control.chains,
         high=None,
-        standard_errors=_with_unit_sources(sizes, own),
+        standard_errors=_with_unit_sources(_sizes(block, {HIGH: points}, control), own),
         is_assumed=is_oriented and oriented is None,
     )
+    return with_group_sizes(model, control, HIGH, transformation)
 
 
 def _fitted_control(block):
@@ -226,7 +266,8 @@ def _high_flight(block, points, high, own):
     operator = flight_operator(high.transformation, points, sources, own.axes)
     n_points = len(points)
     mean = mean_operator(high.means, np.arange(n_points), n_points, own.axes)
-    return HighFlight(operator, mean, sources.places, own.chains[HIGH])
+    control = errors_of_control(block, own.axes)
+    return HighFlight(operator, mean, control, sources.places, own.chains[HIGH])
 
 
 def _with_unit_sources(sizes, own):
@@ -234,27 +275,21 @@ def _with_unit_sources(sizes, own):
     return {**sizes, **{name: np.ones(n) for name, n in own.n_unit.items()}}
 
 
-def given_errors(block, points, axes=Axes.PLANE):
+def given_errors(block, points):
     """Sizes of the errors of all observations as they were given, by their source.
 
-    Per coordinate [m]: ``control`` (in space heights have errors of their own),
-    ``high_flight``, ``low_flight``.
+    Per coordinate [m]: ``control``, ``high_flight``, ``low_flight``.
     """
-    measured = {n: _measuring_errors(block.flights[n], p) for n, p in points.items()}
-    return {CONTROL: control_errors(block.control_points, axes), **measured}
+    control = {CONTROL: control_errors(block.control_points, Axes.PLANE)}
+    return control | _measured_sizes(block, points)
 
 
-def control_errors(control_points, axes):
-    """Errors of given coordinates; a height has that of a coordinate if none is given.
+def _sizes(block, points, given):
+    return given.sizes | _measured_sizes(block, points)
 
-    Per coordinate [m], (n_points,), in space (n_points, 3).
-    """
-    in_plan = control_points["standard_error_m"].to_numpy(dtype=float) / SQRT2
-    if axes is not Axes.SPACE or "standard_error_height" not in control_points:
-        return in_plan
-    of_height = control_points["standard_error_height"].to_numpy(dtype=float)
-    of_height = np.where(np.isfinite(of_height), of_height, in_plan)
-    return np.column_stack([in_plan, in_plan, of_height])
+
+def _measured_sizes(block, points):
+    return {n: _measuring_errors(block.flights[n], p) for n, p in points.items()}
 
 
 def _measuring_errors(flight, model_points):
@@ -322,36 +357,57 @@ def model_of_block(block, points, high, low, oriented, bent=None) -> ErrorModel:
 def model_of_given_approximations(
     block, low_points, low, oriented=None, bent=None
 ) -> ErrorModel:
-    """Errors of the low flight and of approximate points that share nothing.
+    """Errors of the low flight and of given approximate points.
 
-    Sources: ``approximate_points`` and ``low_flight``. Where no error of the former was
-    stated, it is what m_0 leaves beside m_g. Where they are control points, these are
-    the source.
+    Sources: ``approximate_points``, ``approximate_groups`` and ``low_flight``. Where no
+    error of the first was stated, it is what m_0 leaves beside m_g, or residuals beside
+    the shifts of groups. Where nobody says what points share, they share nothing. Where
+    they are control points, these are the source.
     """
     flight = {LOW: low_points}, {LOW: low}, oriented or {}
     own = measurement_errors(block, *flight, bent)
     known = block.approximate_points
     sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
-    names = known["point_id"]
     is_control = approximations_are_control(block)
     is_control = is_control and "standard_error_m" in block.control_points
     if is_control:
-        control, source = block.control_points, CONTROL
-        rows = pd.Index(control["point_id"]).get_indexer(names)
-        n_sources, size = len(control), control_errors(control, own.axes)
+        rows = pd.Index(block.control_points["point_id"])
+        rows = rows.get_indexer(known["point_id"])
+        given = errors_of_control(block, own.axes)
+        n_given = len(block.control_points)
     else:
-        rows, n_sources, source = np.arange(len(known)), len(known), APPROXIMATE
-        size = np.full(n_sources, _stated_error(block, low, low_points) / SQRT2)
+        rows, n_given = np.arange(len(known)), len(known)
+        size = np.full(n_given, _stated_error(block, low, low_points) / SQRT2)
+        table = block, APPROXIMATE_POINTS, APPROXIMATE
+        given = errors_of_table(*table, size, own.axes)
+    is_known = is_control or errors_are_stated(block)
     measured = _measuring_errors(block.low_flight, low_points)
-    if not (is_control or block.low_flight.has_images):
+    if not (is_known or block.low_flight.has_images):
         measured = _with_heights(measured, low, own.axes)
-    return ErrorModel(
+    given = given.picked(selection(rows, n_given, own.axes))
+    model = ErrorModel(
         **_of_last_flight(low, low_points, own, sources),
-        ground={source: selection(rows, n_sources, own.axes)},
+        ground=given.chains,
         high=None,
-        standard_errors=_with_unit_sources({source: size, LOW: measured}, own),
-        is_assumed=not (is_control and own.is_complete),
+        standard_errors=_with_unit_sources({**given.sizes, LOW: measured}, own),
+        is_assumed=not (is_known and own.is_complete),
     )
+    is_free = not is_control and block.approximate_m_0_m is None
+    return with_group_sizes(model, given, LOW, low, (APPROXIMATE,) if is_free else ())
+
+
+def errors_are_stated(block) -> bool:
+    """Whether it is said what errors of approximate points have in common.
+
+    By groups, whose shifts are given or show in the residuals, or by a correlation
+    length beside their error.
+    """
+    if block.approximate_points is None:
+        return False
+    is_correlated = APPROXIMATE_POINTS in block.correlation_lengths_m
+    if is_correlated and block.approximate_m_0_m is not None:
+        return True
+    return not is_correlated and group_members(block.approximate_points) is not None
 
 
 def _stated_error(block, low, low_points):

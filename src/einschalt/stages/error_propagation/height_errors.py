@@ -12,7 +12,6 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.names import encode
-from einschalt.stages.error_propagation.error_model import CONTROL, LOW
 from einschalt.stages.model_screening import suspect_rows
 from einschalt.theory.adjustment.point_operator import Axes
 
@@ -107,17 +106,13 @@ class _Heights:
         values = self._of_flight(drawn)[self.observed.row_numbers[self.fitted]]
         onto = self.observed.ground_rows[self.fitted]
         model, errors = drawn
-        if self._is_last(model):
+        if model.is_last(self.name):
             return values - _heights(errors.ground)[model.places[onto]]
-        return values - _heights(errors.sources[CONTROL])[model.high.places[onto]]
+        return values - _heights(errors.control)[model.high.places[onto]]
 
     def _of_flight(self, drawn):
         model, errors = drawn
-        return _heights(errors.low if self._is_last(model) else errors.high)
-
-    def _is_last(self, model):
-        # a high flight alone stands in the place of the low one
-        return self.name == LOW or model.high is None
+        return _heights(errors.low if model.is_last(self.name) else errors.high)
 
 
 def _heights(numbers):

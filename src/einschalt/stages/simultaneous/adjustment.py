@@ -18,6 +18,7 @@ from einschalt.stages.simultaneous.own_deformation import (
     find_own_deformation,
     is_detected,
 )
+from einschalt.stages.simultaneous.shared_control import with_group_sizes
 from einschalt.stages.simultaneous.tables import (
     common_table,
     control_table,
@@ -241,6 +242,7 @@ def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
 
 
 def _adjust_tables(tables, options):
+    tables = with_known_groups(tables)
     part, verdicts = determined_part(tables)
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
@@ -264,6 +266,16 @@ def _adjust_tables(tables, options):
         cleaned = replace(cleaned, solution=control.without)
     deformations = deformation_table(tables, cleaned.solution, (tests, own), options)
     return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
+
+
+def with_known_groups(tables):
+    """Give groups of control shifts of the size that an adjustment of all shows."""
+
+    def adjust(tables):
+        part, _ = determined_part(tables)
+        return part, adjust_models(part.observations)
+
+    return with_group_sizes(tables, adjust)
 
 
 def _adjusted(part, options):

@@ -45,11 +45,12 @@ def centres_behind(errors, centres):
 def point_covariances(tables, weighed, solution):
     """Covariances of the adjusted points, (n_points, d, d) [m²].
 
-    Those of the adjustment where no model was formed from images.
+    Those of the adjustment where no model was formed from images, and control shares no
+    errors.
     """
-    if not has_images(tables):
-        return solution.point_cofactors
     observations = solution.observations
+    if not has_images(tables) and observations.shared_control is None:
+        return solution.point_cofactors
     draw = _drawing(tables, weighed, solution)
     n_axes = observations.control.shape[1]
     n_numbers = n_axes * len(observations.model)

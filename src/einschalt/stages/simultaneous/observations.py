@@ -11,6 +11,7 @@ from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import check_table
 from einschalt.stages.simultaneous.image_errors import MeasuredImages
+from einschalt.stages.simultaneous.shared_control import INDEPENDENT, shared_control
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import Axes
 from einschalt.theory.block_adjustment.observations import BlockObservations
@@ -65,13 +66,21 @@ class BlockTables:
     images: tuple[MeasuredImages | None, ...]  # of each flight
 
     @property
+    def has_unknown_groups(self):
+        """Whether control shares shifts whose size neither table nor block tells."""
+        shared = self.observations.shared_control
+        return shared is not None and shared.is_unknown
+
+    @property
     def is_spatial(self):
         """Whether the models are spatial, and the points have heights."""
         return isinstance(self.observations, SpatialObservations)
 
 
-def code_block(flights, control_points) -> BlockTables:
+def code_block(flights, control_points, known=INDEPENDENT) -> BlockTables:
     """Bring the tables of a block together.
+
+    ``known`` says what the errors of control have in common (SharedErrors).
 
     ``control_points``: point_id, easting, northing [, height] [, standard_error_m
     (total)] [, role] and, where they are known, standard_error_easting,
@@ -102,8 +111,12 @@ def code_block(flights, control_points) -> BlockTables:
     }
     if not is_spatial and (shared := _orientation(flights)) is not None:
         measured["orientation"] = shared[order]
+    observations = _observations(xyz[order], kind, measured)
+    common = shared_control(control_points, known, control_row, len(points))
+    if common is not None:
+        observations = observations.with_shared_control(common)
     return BlockTables(
-        _observations(xyz[order], kind, measured),
+        observations,
         tuple(flight.name for flight in flights),
         models,
         kind,

@@ -98,8 +98,10 @@ def _scaled(observations, groups, step):
     if bent is not None:  # estimated as a share of the measuring errors
         by_axis = step[:-1][groups.code]
         bent = bent * (by_axis[:, :1] if bent.ndim == 2 else by_axis[:, :, None])
+    shared = observations.shared_control
     return replace(
         observations,
+        shared_control=None if shared is None else shared.scaled(step[-1]),
         standard_error=error * step[:-1][code],
         control_covariance=observations.control_covariance * step[-1] ** 2,
     )

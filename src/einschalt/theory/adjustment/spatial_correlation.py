@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import lapack
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 N_NEIGHBOURS = 6
 N_CLASSES = 8
@@ -38,6 +40,25 @@ class Neighbours:
         return Neighbours(
             self.first[is_in], self.second[is_in], self.distance[is_in], self.n_points
         )
+
+
+def exponential_factor(xy, length):
+    """Factor of the correlations ρ = exp(−d / L), (n_points, n_points).
+
+    Times independent errors of variance 1 it gives such correlated ones. Points at the
+    same place share everything.
+
+    >>> factor = exponential_factor(np.array([[0.0, 0.0], [500.0, 0.0]]), 1000.0)
+    >>> (factor @ factor.T).round(3).tolist()
+    [[1.0, 0.607], [0.607, 1.0]]
+    """
+    correlations = np.exp(-cdist(xy, xy) / length)
+    factor, pivots, rank, _ = lapack.dpstrf(correlations, lower=1)
+    factor = np.tril(factor)
+    factor[:, rank:] = 0.0
+    whole = np.empty_like(factor)
+    whole[pivots - 1] = factor
+    return whole
 
 
 def nearest_neighbours(xy, n_neighbours=N_NEIGHBOURS) -> Neighbours:

@@ -199,3 +199,16 @@ def _solution(factor, system, offset):
     right = system.gradient(np.stack([offset.real, offset.imag], axis=-1)[:, None, :])
     moved = factor.solve(right)
     return (moved[:, :, 0] + 1j * moved[:, :, 1]).ravel()
+
+
+def with_shared_errors(scores, information, shared):
+    """Scores and their covariance where control errors have more in common.
+
+    The estimated errors W⁻¹u of control have the covariance W⁻¹ + Δ then, with what is
+    ``shared`` (n, n) of either coordinate beside the errors that each point has for
+    itself: u′ = (I + WΔ)⁻¹ u, W′ = (I + WΔ)⁻¹ W.
+    """
+    solve = np.eye(len(information)) + information @ shared
+    new = np.linalg.solve(solve, np.column_stack([scores, information]))
+    information = new[:, scores.shape[1] :]
+    return new[:, : scores.shape[1]], (information + information.T) / 2.0

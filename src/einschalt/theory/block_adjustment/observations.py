@@ -4,6 +4,36 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy import sparse
+
+
+@dataclass(frozen=True, eq=False)
+class SharedControl:
+    """What the errors of given points have in common, in each coordinate alike."""
+
+    # (n_points, n_sources) sparse: errors over their sizes, which each point has beside
+    # the shift of its group, by independent ones of variance 1; None where each has
+    # its own
+    factor: sparse.csr_array | None
+    # (n_points, n_groups) sparse: shift of its group by one of variance 1 [m]
+    groups: sparse.csr_array
+    # whether nobody has said how large these are; then no covariance has them
+    is_unknown: bool = False
+
+    @property
+    def variance(self):
+        """Of the shift that each point has with its group, (n_points,) [m²]."""
+        squares = self.groups.power(2).sum(axis=1)
+        return np.zeros(self.groups.shape[0]) if self.is_unknown else squares
+
+    def of_points(self, points):
+        """Take some of the points."""
+        factor = None if self.factor is None else self.factor[points]
+        return replace(self, factor=factor, groups=self.groups[points])
+
+    def scaled(self, factor):
+        """Shifts that are larger by a factor."""
+        return replace(self, groups=self.groups * factor)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -19,8 +49,10 @@ class ObservedBlock:
     # (n_models,): models of one flight share their common parameters
     flight: np.ndarray
     control: np.ndarray  # (n_points, d): given [m]; NaN where a point is no control
-    # (n_points, d, d): of the given coordinates [m²]; 0 where they are to be held
+    # (n_points, d, d): of the given coordinates with the shifts of their groups [m²]; 0
+    # where they are to be held
     control_covariance: np.ndarray
+    shared_control: SharedControl | None = None
     # points on the ground by the coefficients of deformations that each model has for
     # itself, of variance 1 [m]: in plan (n_rows, n_bent) by one for each axis, complex
     # where a term is mirrored; in space (n_rows, 3, n_bent)
@@ -69,10 +101,28 @@ class ObservedBlock:
 
         (n_points, d, n_draws) [m].
         """
-        root = np.zeros(self.control_covariance.shape)
+        shared, covariance = self.shared_control, self.control_covariance
+        if shared is not None:
+            each = shared.variance[:, None, None] * np.eye(self.control.shape[1])
+            covariance = covariance - each
+        root = np.zeros(covariance.shape)
         is_observed = self.is_control & ~self.is_fixed
-        root[is_observed] = np.linalg.cholesky(self.control_covariance[is_observed])
-        return root @ rng.standard_normal((*self.control.shape, n_draws))
+        root[is_observed] = np.linalg.cholesky(covariance[is_observed])
+        shape = (*self.control.shape[1:], n_draws)
+        if shared is None or shared.factor is None:
+            own = rng.standard_normal((self.n_points, *shape))
+        else:
+            own = _times_normal(rng, shared.factor, shape)
+        if shared is None or shared.is_unknown:
+            return root @ own
+        return root @ own + _times_normal(rng, shared.groups, shape)
+
+    def with_shared_control(self, shared):
+        """Put shifts of groups, of known sizes, beside the errors that control has."""
+        each = shared.variance[:, None, None] * np.eye(self.control.shape[1])
+        each[~self.is_control] = 0.0
+        covariance = self.control_covariance + each
+        return replace(self, shared_control=shared, control_covariance=covariance)
 
     def drawn_errors(self, rng, n_draws, linear):
         """Draw errors of all measured points on the ground, (n_rows, d, n_draws) [m].
@@ -111,13 +161,21 @@ class ObservedBlock:
             **dict.fromkeys(("control", "control_covariance"), points),
         }
         given = {name: getattr(self, name) for name in places}
+        shared = self.shared_control
         kept = replace(
             self,
+            shared_control=None if shared is None else shared.of_points(points),
             model=model_number[self.model[rows]],
             point=point,
             **{n: a[places[n]] for n, a in given.items() if a is not None},
         )
         return Part(kept, rows, models, points)
+
+
+def _times_normal(rng, factor, shape):
+    """Sparse rows times independent errors of variance 1, (n_rows, *shape)."""
+    drawn = rng.standard_normal((factor.shape[1], int(np.prod(shape))))
+    return (factor @ drawn).reshape(-1, *shape)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -296,7 +296,9 @@ def sample_of_models(observations, places):
     control[rim] = place[rim]
     error = LOOSE * np.median(chosen.standard_error)
     covariance[rim] = error**2 * np.eye(place.shape[1])
-    held = replace(chosen, control=control, control_covariance=covariance)
+    held = replace(
+        chosen, control=control, control_covariance=covariance, shared_control=None
+    )
     return replace(part, observations=held)
 
 

@@ -18,19 +18,19 @@ from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
 from einschalt.stages.error_propagation.error_model import (
-    CONTROL,
     LEAST_APART,
     PLAN,
     ErrorModel,
-    control_errors,
 )
+from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.theory.adjustment.monte_carlo import (
     apply_chains,
+    draw_errors,
     tail_of_mean,
     tail_of_squares,
 )
 from einschalt.theory.adjustment.multiple_testing import holm
-from einschalt.theory.adjustment.point_operator import Axes, selection
+from einschalt.theory.adjustment.point_operator import selection
 from einschalt.theory.adjustment.significance import CLAIM_SIGNIFICANCE
 from einschalt.theory.adjustment.spatial_correlation import (
     Correlogram,
@@ -302,11 +302,15 @@ class _ClaimTests:
         """Draws of the errors of given coordinates."""
         given = self.examined.block.control_points
         place = encode(given["point_id"]).locate(encode(point_ids))
-        if CONTROL in self.drawn.sources:
-            return self.model.axes.plan(self.drawn.sources[CONTROL])[place]
-        size = control_errors(given, Axes.PLANE)[place]
-        shape = (len(place), 2, self.drawn.low.shape[1])
-        return size[:, None, None] * np.random.default_rng(1).standard_normal(shape)
+        axes = self.model.axes
+        if self.drawn.control is not None:
+            return axes.plan(self.drawn.control)[place]
+        control = errors_of_control(self.examined.block, axes)
+        known = self.drawn.sources
+        if not control.sizes.keys() <= known.keys():
+            n_draws = self.drawn.low.shape[1]
+            known = draw_errors(control.sizes, axes, n_draws=n_draws, seed=1)
+        return axes.plan(control.apply(known))[place]
 
 
 def _good(is_suspect):

@@ -18,14 +18,17 @@ from scipy.special import ndtr  # scipy.stats takes a second to import
 
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import (
-    CONTROL,
     HIGH,
     LOW,
     add_flight_sources,
 )
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
-from einschalt.theory.adjustment.point_operator import on_diagonal, selection
+from einschalt.theory.adjustment.point_operator import (
+    PointOperator,
+    on_diagonal,
+    selection,
+)
 
 # what is left of a residual where the other points alone just determine the model
 LEAST_REDUNDANCY = 1e-6
@@ -46,6 +49,7 @@ class LeftOutControl:
     # shape (n_points, n_axes); densified without the point, less given [m]
     all_differences: np.ndarray
     chains: dict  # the differences from the errors of all sources
+    of_control: PointOperator  # the same from those of the given coordinates
     of_flights: dict  # the same from those of each flight's measured coordinates
     all_covariance: np.ndarray  # shape (n_points, n_axes, n_axes); of the differences
 
@@ -95,10 +99,12 @@ def leave_out_control(examined):
     if not len(parts.rows):
         return None
     names = examined.block.control_points["point_id"].to_numpy(dtype=object)[parts.rows]
-    chains = parts.chains()
+    of_control = parts.of_control()
+    chains = parts.chains(of_control)
     found = propagate(names, chains, model.standard_errors)
     return LeftOutControl(
-        names, parts.differences(), chains, parts.of_flights(), found.covariance
+        *(names, parts.differences(), chains, of_control, parts.of_flights()),
+        found.covariance,
     )
 
 
@@ -204,14 +210,20 @@ class _Prediction:
         picked = (self.of_misfits @ self.high_fit.picked).formed()
         return ((self.through @ self.model.high.mean).formed() + picked).tocsr()
 
-    def chains(self):
-        """Of each source, the differences as one product."""
+    def of_control(self):
+        """Of the given coordinates of control, the differences."""
         model, misfits = self.model, self.of_misfits
         on_control = selection(self.control_of_fitted, self.n_control, self.axes)
         given = selection(self.rows, self.n_control, self.axes)
         of_fits = (self._of_high_values @ model.high.operator.ground).formed()
         of_fits = of_fits - (misfits @ on_control).formed()
-        chains, measured = {CONTROL: (of_fits - given).tocsr()}, self.of_flights()
+        return (of_fits - given).tocsr()
+
+    def chains(self, of_control):
+        """Of each source, the differences as one product."""
+        model, measured = self.model, self.of_flights()
+        given = model.high.control.picked(of_control).chains
+        chains = {name: chain.tocsr() for name, chain in given.items()}
         for name, own in ((HIGH, model.high.own), (LOW, model.own)):
             chains = add_flight_sources(chains, measured[name], own)
         return chains

@@ -13,14 +13,17 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
+from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
+from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
-from einschalt.theory.adjustment.point_operator import Axes
+from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
 from einschalt.theory.block_adjustment.control_information import (
     ControlValues,
     ModelValues,
     control_information,
+    with_shared_errors,
 )
 from einschalt.theory.transformation.affinity import (
     affine_matrices,
@@ -233,21 +236,40 @@ def _strain(examined, transformations, errors, affine):
     )
     scores, information = control_information(flights, given)
     scores = np.column_stack([scores.real, scores.imag])
-    found = smooth_pattern(scores, information, xy)
+    if examined.shares_control_errors:
+        shared = _shared(examined.propagation.high.control, errors, is_used)
+        scores, information = with_shared_errors(scores, information, shared)
+    return _strain_of(
+        ControlScores(np.flatnonzero(is_used), scores, information), xy, control
+    )
+
+
+def _strain_of(scores, xy, control):
+    """NetworkStrain that scores of control show; None without redundancy."""
+    found = smooth_pattern(scores.values, scores.information, xy)
     if not np.isfinite(found.p_value):
         return None
     moved = pd.DataFrame(found.field, columns=["easting", "northing"])
-    moved.insert(0, "point_id", control["point_id"].to_numpy()[is_used])
+    moved.insert(0, "point_id", control["point_id"].to_numpy()[scores.places])
     order = np.argsort(-np.hypot(moved["easting"], moved["northing"]), kind="stable")
     return NetworkStrain(
         float(np.sqrt(2.0) * found.size),
         found.reach,
         found.p_value,
         is_smooth=found.p_value_if_scaled < SURELY_NOT_SCALED,
-        n_control=int(is_used.sum()),
+        n_control=len(scores.places),
         displacements=moved.iloc[order].reset_index(drop=True),
-        scores=ControlScores(np.flatnonzero(is_used), scores, information),
+        scores=scores,
     )
+
+
+def _shared(control, errors, is_used):
+    """What control has in common by what was stated, (n, n) of one coordinate [m²]."""
+    axes = control.chains[CONTROL].axes
+    pick = selection(np.flatnonzero(is_used), len(is_used), axes)
+    n = is_used.sum()
+    whole = covariance_of(control.picked(pick).chains, errors, (0,))[:n, :n]
+    return whole - np.diag(errors[CONTROL][is_used] ** 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ from einschalt.stages.error_propagation.error_model import (
     given_errors,
     places_fitted_onto,
 )
+from einschalt.stages.error_propagation.given_points import GROUPS, errors_of_control
 from einschalt.stages.error_propagation.measurement_errors import (
     ORIENTATION,
     OWN_DEFORMATION,
@@ -38,7 +39,6 @@ from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     selection,
-    unchanged,
     weighted_mean,
 )
 from einschalt.theory.adjustment.variance_components import (
@@ -151,6 +151,10 @@ class _Sources:
         points, bent = examined.model_points, examined.own_deformation
         own = measurement_errors(examined.block, points, fits, errors, bent)
         behind, sizes, held = {}, {}, {}
+        # shifts of groups are held at the size of the propagation
+        known = examined.errors.standard_errors
+        for source in set(GROUPS.values()) & known.keys():
+            sizes[source], held[source] = known[source], 0.0
         for name, chains in own.chains.items():
             behind[name] = {name: chains[name]}
             if ORIENTATION in chains:
@@ -190,11 +194,12 @@ def _sums(examined, low, sources):
     )
     n_high = len(examined.model_points[HIGH])
     approximate = mean_operator(high.means, np.arange(n_high), n_high, sources.axes)
-    from_control = {CONTROL: unchanged(sources.axes)}
+    given = errors_of_control(examined.block, sources.axes)
+    from_control = given.chains
     from_high = {
         name: approximate @ chain
         for name, chain in add_flight_sources(
-            {CONTROL: of_high.operator.ground},
+            given.picked(of_high.operator.ground).chains,
             of_high.operator.measured,
             sources.behind[HIGH],
         ).items()

@@ -129,7 +129,8 @@ def _is_own_detected(found):
 def _check_rms(examined):
     """RMS at the check points, simultaneous and in two steps; NaN with too few."""
     beside = examined.solution.two_step
-    if not beside.is_possible:
+    # check points that share errors with control are missed less where it is followed
+    if not beside.is_possible or examined.shares_control_errors:
         return np.nan, np.nan
     one, two = (_squares(points) for points in (examined.points, beside.points))
     one, two = one.align(two, join="inner")

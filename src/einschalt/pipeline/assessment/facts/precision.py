@@ -200,5 +200,6 @@ def _unstated(examined):
     figures = examined.figures
     if not (np.isnan(figures.mean_total) and figures.n_new):
         return ""
-    why = unknown_error(examined.block, examined.orientation_errors)
+    tables = examined.adjustment.tables
+    why = unknown_error(examined.block, examined.orientation_errors, tables)
     return why or Unstated.MOVED

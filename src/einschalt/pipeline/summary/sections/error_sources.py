@@ -5,6 +5,9 @@ from einschalt.pipeline.summary.section import NO_SECTION, Section
 
 NAMES = {
     "control": "control points",
+    "control_groups": "shifts of groups of control points",
+    "approximate_points": "approximate points",
+    "approximate_groups": "shifts of groups of approximate points",
     "high_flight": "high flight, measurement",
     "low_flight": "low flight, measurement",
     "orientation": "relative orientation",

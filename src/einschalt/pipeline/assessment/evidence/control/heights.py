@@ -20,7 +20,7 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     covariance_of,
 )
-from einschalt.stages.error_propagation.error_model import control_errors
+from einschalt.stages.error_propagation.given_points import errors_of_control
 from einschalt.theory.adjustment.monte_carlo import tail_of_correlated_squares
 from einschalt.theory.adjustment.point_operator import Axes, selection
 
@@ -59,9 +59,10 @@ def _check(examined):
     chains = {name: (pick @ chain).formed() for name, chain in errors.chains.items()}
     covariance = covariance_of(chains, errors.standard_errors, HEIGHT)
     given = examined.block.control_points
-    of_given = Axes.SPACE.each(control_errors(given, Axes.SPACE))[:, HEIGHT[0]]
     at = encode(given["point_id"]).locate(encode(ids))
-    covariance = covariance + np.diag(of_given[at] ** 2)
+    own = errors_of_control(examined.block, Axes.SPACE)
+    own = own.picked(selection(at, len(given), Axes.SPACE))
+    covariance = covariance + covariance_of(own.chains, own.sizes, HEIGHT)
     differences = rows["difference_height"].to_numpy(dtype=float)
     return _test(HEIGHT_OF_CHECK, differences, covariance)
 

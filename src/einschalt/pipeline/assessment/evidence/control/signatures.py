@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.stages.error_propagation.error_model import CONTROL, HIGH, LOW
+from einschalt.stages.error_propagation.error_model import HIGH, LOW
 from einschalt.theory.adjustment.point_operator import Axes
 
 PLAN, HEIGHT = (0, 1), (2,)
@@ -51,7 +51,7 @@ class Signatures:
         Shape (n_patterns, n_axes · n_points, n_amplitudes): an amplitude for each axis.
         """
         of_control = np.stack([pattern.of_control for pattern in patterns], axis=1)
-        chain = self.left_out.chains[CONTROL]
+        chain = self.left_out.of_control
         columns = []
         for axis in axes:
             given = self.axes.unpacked(chain.apply(self._packed(of_control, axis)))
@@ -76,7 +76,7 @@ class Signatures:
                 a * self._packed(rows, axis)
                 for a, axis in zip(amplitude, axes, strict=True)
             )
-            found = self.axes.unpacked(self.model.chains[CONTROL].apply(packed)[:, 0])
+            found = self.axes.unpacked(self.model.from_control.apply(packed)[:, 0])
         points = self.examined.means.points["point_id"]
         new = self.examined.points
         new = new.loc[new["role"] == "new", "point_id"]
