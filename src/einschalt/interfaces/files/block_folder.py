@@ -166,11 +166,7 @@ class _Reading:
             "sources": self.sources,
             "checksums": self.checksums,
             "files": tuple(self.files),
-            "may_be_unmeasured": any(
-                sections[name].may_be_unmeasured
-                for name in POINT_TABLES
-                if name in sections
-            ),
+            "may_be_unmeasured": any(self._given("may_be_unmeasured").values()),
             "notes": tuple(self.notes),
             "shared_errors_m": self.shared_errors_m,
             "group_errors_m": self._given("group_error_m"),
@@ -179,9 +175,8 @@ class _Reading:
 
     def _given(self, key):
         """A fact of the tables of points, by their names."""
-        known = {n: self.toml.sections.get(n) for n in POINT_TABLES}
-        values = {n: getattr(section, key, None) for n, section in known.items()}
-        return {name: value for name, value in values.items() if value is not None}
+        known = {n: getattr(self.toml.sections.get(n), key, None) for n in POINT_TABLES}
+        return {name: value for name, value in known.items() if value is not None}
 
     def _flight(self, name):
         section = self.toml.sections.get(name)
