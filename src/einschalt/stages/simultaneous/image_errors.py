@@ -1,10 +1,11 @@
-"""Points of models from images: covariances from the errors of the image points.
+"""Points of models from images, or of control that shares errors: their covariances.
 
 Models that share a photograph share the errors of its points, and each model bends and
 tilts with the errors of its relative orientation. The adjustment takes model points for
 independent; so what it makes of the errors behind them is drawn: those of image points,
 as large as the errors of their flight in plan, of control, and of other flights with
-what all points of a model share there, put through the linearised adjustment.
+what all points of a model share there, put through the linearised adjustment. So are
+errors that control points share.
 """
 
 from dataclasses import dataclass
@@ -46,9 +47,11 @@ def point_covariances(tables, weighed, solution):
     """Covariances of the adjusted points, (n_points, d, d) [m²].
 
     Those of the adjustment where no model was formed from images, and control shares no
-    errors.
+    errors; NaN where it shares shifts of unknown size.
     """
     observations = solution.observations
+    if tables.has_unknown_groups:
+        return np.full(solution.point_cofactors.shape, np.nan)
     if not has_images(tables) and observations.shared_control is None:
         return solution.point_cofactors
     draw = _drawing(tables, weighed, solution)

@@ -6,6 +6,10 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.pipeline.densification.simultaneous import unknown_error
+from einschalt.stages.error_propagation.error_model import (
+    APPROXIMATE,
+    errors_are_stated,
+)
 
 
 class Carried(StrEnum):
@@ -14,6 +18,7 @@ class Carried(StrEnum):
     MEASUREMENTS = "control and measurements"
     ORIENTATIONS = "and those of the orientations by y-parallaxes"
     IMAGES = "image points through relative orientation"
+    APPROXIMATIONS = "errors of approximate points and of the low flight"
 
 
 class Shared(StrEnum):
@@ -21,7 +26,9 @@ class Shared(StrEnum):
 
     HIGH_FLIGHT = "the transformation of the high flight"
     MODEL_CONTROL = "what a model lacks on its control points"
+    NEIGHBOURS_STATED = "errors of given neighbouring points, as they were stated"
     NEIGHBOURS_GIVEN = "errors of given neighbouring points, of unknown size"
+    GROUPS_UNTOLD = "shifts of groups of given points, which no residual shows"
 
 
 class Unstated(StrEnum):
@@ -122,15 +129,19 @@ def _carried(examined):
     if any(flight.has_images for flight in examined.block.flights.values()):
         return Carried.IMAGES
     parts = {} if examined.errors is None else examined.errors.parts
+    if APPROXIMATE in parts:
+        return Carried.APPROXIMATIONS
     return Carried.ORIENTATIONS if "orientation" in parts else Carried.MEASUREMENTS
 
 
 def _shared(examined):
-    if examined.block.high_flight is not None:
+    block = examined.block
+    if block.high_flight is not None:
         return Shared.HIGH_FLIGHT
+    is_stated = errors_are_stated(block)
     if np.isfinite(examined.figures.mean_total):
-        return Shared.MODEL_CONTROL
-    return Shared.NEIGHBOURS_GIVEN
+        return Shared.NEIGHBOURS_STATED if is_stated else Shared.MODEL_CONTROL
+    return Shared.GROUPS_UNTOLD if is_stated else Shared.NEIGHBOURS_GIVEN
 
 
 def _heights(examined):

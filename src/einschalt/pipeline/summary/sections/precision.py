@@ -49,6 +49,10 @@ CARRIED = {
         "sizes given, carried through relative orientation and every stage; models "
         "that share a photograph share the errors of its points."
     ),
+    Carried.APPROXIMATIONS: (
+        "propagated: errors of the approximate points, with what they are said to "
+        "share, and of the low flight, carried through every stage."
+    ),
 }
 PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
 TOO_SMALL = "standard_error_paper is too small: {}."
@@ -59,8 +63,13 @@ SHARED = {
     Shared.MODEL_CONTROL: (
         "what a model lacks on its control points, all of its points share"
     ),
+    Shared.NEIGHBOURS_STATED: "neighbouring approximate points share errors",
     Shared.NEIGHBOURS_GIVEN: (
         "neighbouring approximate points share errors, which is not known here"
+    ),
+    Shared.GROUPS_UNTOLD: (
+        "groups of approximate points are displaced: group_error_m is not given, and "
+        "residuals do not show it"
     ),
 }
 BOTH_SHARE = "{} coverages share the approximate coordinates"
@@ -156,7 +165,7 @@ def caution(facts: TwoStepPrecision) -> str:
     n_coverages, shared = facts.n_coverages, SHARED[facts.shared]
     word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
     both = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
-    if facts.shared is not Shared.NEIGHBOURS_GIVEN:
+    if facts.shared not in (Shared.NEIGHBOURS_GIVEN, Shared.GROUPS_UNTOLD):
         return TOO_SMALL.format(", and ".join([shared, *both]))
     if both:
         return TOO_SMALL.format(f"{both[0]}; more so where {shared}")
