@@ -15,9 +15,8 @@ from einschalt.pipeline.assessment.known_points import (
 def known(ratio, n=10):
     """Points whose differences are that many times the 5 cm claimed."""
     differences = np.full((n, 2), 0.05 * ratio / np.sqrt(2.0))
-    return KnownPoints(
-        np.array([f"{k}" for k in range(n)], dtype=object), differences, 0.05
-    )
+    names = np.array([f"{k}" for k in range(n)], dtype=object)
+    return KnownPoints(names, differences, 0.05, 2.0 * n)
 
 
 @pytest.mark.parametrize("n", [1, 6, 40])
