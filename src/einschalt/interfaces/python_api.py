@@ -26,6 +26,7 @@ from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.programs.export import export as export_result
 from einschalt.interfaces.publication.publish import publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
@@ -128,6 +129,27 @@ class DensificationResult(results.DensificationResult):
         """
         folder = as_path("folder", folder)
         return publish_densification(self, name, folder, **options)
+
+    def export(self, *files, overwrite=False):
+        """Write the result for other programs, the kind of each file by its suffix.
+
+        Parameters
+        ----------
+        *files : str or Path
+            As of :func:`einschalt.export`.
+        overwrite : bool, optional
+            Replace files that are there; never what the block was read from.
+
+        Returns
+        -------
+        list of Exported
+
+        Raises
+        ------
+        EinschaltError
+            A format is not known or cannot hold the result, or a file is there.
+        """
+        return export_result(self, *files, overwrite=overwrite)
 
 
 def read_block(path, settings=None):

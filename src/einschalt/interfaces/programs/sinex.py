@@ -1,0 +1,200 @@
+"""Points with their covariances as SINEX 2.02, geocentric, and back.
+
+Blocks SITE/ID, SOLUTION/ESTIMATE (STAX, STAY, STAZ) and SOLUTION/MATRIX_ESTIMATE (lower
+triangle, covariances). A station has four characters there: the points are numbered,
+and their names stand in SITE/ID. Heights are taken for heights above the ellipsoid.
+"""
+
+from datetime import datetime
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import FileError
+from einschalt.foundations.projections import read_crs, to_geocentric
+from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of
+
+AXES = ("STAX", "STAY", "STAZ")
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+MOST_NAME = 22
+EXPECTED = "SINEX with SITE/ID, SOLUTION/ESTIMATE and SOLUTION/MATRIX_ESTIMATE L COVA"
+PER_LINE = 3
+
+
+def write_sinex(handed, path):
+    """Write all points; says how much covariance there is, and what heights mean."""
+    if handed.crs is None or not handed.is_spatial:
+        found = "no reference system" if handed.crs is None else "no heights"
+        raise FileError(
+            f"the result has {found}, and SINEX has geocentric coordinates",
+            expected="a system, and heights with standard errors (helmert_3d)",
+            remedy="Write .gkf, which has coordinates in the plane",
+            file=path.name,
+        )
+    system = read_crs(handed.crs)
+    if system.is_compound:
+        raise FileError(
+            f"the heights are those of {system.name}, and SINEX has ellipsoidal ones",
+            expected="heights above the ellipsoid",
+            remedy="Write .gkf, which has coordinates in the plane",
+            file=path.name,
+        )
+    xyz, jacobian = to_geocentric(handed.coordinates, system)
+    covariance, said = handed.covariance()
+    n = len(xyz)
+    blocks = covariance.reshape(n, 3, n, 3)
+    turned = np.einsum("iab,ibjc,jdc->iajd", jacobian, blocks, jacobian, optimize=True)
+    covariance = turned.reshape(3 * n, 3 * n)
+    is_full = said.startswith("full")
+    epoch = _epoch(handed.created)
+    lines = [
+        f"%=SNX 2.02 EIN {epoch} EIN {epoch} {epoch} P {3 * n:05d} 2 S",
+        "+FILE/COMMENT",
+        f" {handed.name[:60]}: densified points, {said}",
+        f" datum of {handed.crs}; heights are taken for heights above its ellipsoid",
+        "-FILE/COMMENT",
+        *_sites(handed.points["point_id"], path),
+        *_estimates(xyz, np.sqrt(np.diag(covariance)), epoch),
+        *_matrix(covariance, is_full=is_full),
+        "%ENDSNX",
+    ]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
+    return [said, "heights are taken for heights above the ellipsoid of the system"]
+
+
+def _epoch(created):
+    """Year, day of the year and second of the day, as SINEX has them."""
+    if not created:
+        return "00:000:00000"
+    when = datetime.fromisoformat(created)
+    seconds = when.hour * 3600 + when.minute * 60 + when.second
+    return f"{when:%y}:{when:%j}:{seconds:05d}"
+
+
+def code_of_station(number):
+    """Four characters for a point by its number.
+
+    >>> code_of_station(0), code_of_station(37)
+    ('0000', '0011')
+    """
+    code = ""
+    for _ in range(4):
+        number, digit = divmod(number, len(DIGITS))
+        code = DIGITS[digit] + code
+    return code
+
+
+def _sites(names, path):
+    lines = ["+SITE/ID"]
+    for number, name in enumerate(map(str, names)):
+        if len(name) > MOST_NAME or not name.isprintable():
+            raise FileError(
+                f"the name {name[:30]!r} has {len(name)} characters",
+                expected=f"at most {MOST_NAME}, as SINEX holds",
+                remedy="Rename the point, or write .gkf",
+                file=path.name,
+            )
+        lines.append(f" {code_of_station(number)}  A           P {name}")
+    return [*lines, "-SITE/ID"]
+
+
+def _estimates(xyz, errors, epoch):
+    lines = ["+SOLUTION/ESTIMATE"]
+    for place, (value, error) in enumerate(zip(xyz.ravel(), errors, strict=True)):
+        code = code_of_station(place // 3)
+        lines.append(
+            f" {place + 1:5d} {AXES[place % 3]:<6} {code}  A    1 {epoch} m    2 "
+            f"{value:21.14E} {error:11.5E}"
+        )
+    return [*lines, "-SOLUTION/ESTIMATE"]
+
+
+def _matrix(covariance, *, is_full):
+    lines = ["+SOLUTION/MATRIX_ESTIMATE L COVA"]
+    for row, values in enumerate(covariance):
+        first = 0 if is_full else 3 * (row // 3)
+        for start in range(first, row + 1, PER_LINE):
+            part = values[start : min(start + PER_LINE, row + 1)]
+            said = " ".join(f"{value:21.14E}" for value in part)
+            lines.append(f" {row + 1:5d} {start + 1:5d} {said}")
+    return [*lines, "-SOLUTION/MATRIX_ESTIMATE L COVA"]
+
+
+def is_sinex(head):
+    """Whether the first bytes of a file look so."""
+    return head.startswith(b"%=SNX")
+
+
+def read_sinex(file) -> Foreign:
+    """Read the stations, geocentric, with the standard errors of their coordinates."""
+    table, covariance = read_covariance(file)
+    errors = np.sqrt(np.diag(covariance)).reshape(-1, 3)
+    for axis, error in zip("xyz", errors.T, strict=True):
+        table[f"standard_error_{axis}"] = error
+    note = f"{file.source}: geocentric coordinates; covariances are left out"
+    return Foreign({"stations": table}, None, (note,))
+
+
+def read_covariance(file):
+    """Stations (point_id, x, y, z) and their full covariance [m²]."""
+    blocks, block, last = {}, None, None
+    for line in lines_of(file, comments=("*",)):
+        last = line
+        if line.text.startswith("+"):
+            block = line.text[1:].split()[0]
+            blocks[block] = []
+        elif line.text.startswith("-") and " " not in line.text.split("/")[0]:
+            block = None
+        elif block is not None:
+            blocks[block].append(line)
+    if last is None or last.text != "%ENDSNX":
+        row = None if last is None else last.row
+        raise damaged(file.source, "does not end with %ENDSNX", EXPECTED, row)
+    names = {one.words[0]: one for one in blocks.get("SITE/ID", ())}
+    stations, places = {}, {}
+    for line in blocks.get("SOLUTION/ESTIMATE", ()):
+        if len(line.words) < 10 or line.words[1] not in AXES:
+            continue
+        code = line.words[2]
+        try:
+            places[int(line.words[0])] = (code, line.words[1])
+            stations.setdefault(code, {})[line.words[1]] = float(line.words[8])
+        except ValueError as error:
+            raise damaged(file.source, str(error), EXPECTED, line.row) from error
+    is_whole = stations and all(set(AXES) == set(one) for one in stations.values())
+    if not is_whole:
+        raise damaged(file.source, "lacks coordinates of a station", EXPECTED)
+    table = pd.DataFrame(
+        [
+            (_name(names.get(code), code), *(one[a] for a in AXES))
+            for code, one in stations.items()
+        ],
+        columns=["point_id", "x", "y", "z"],
+    )
+    order = {
+        (c, a): 3 * k + AXES.index(a) for k, c in enumerate(stations) for a in AXES
+    }
+    rows = blocks.get("SOLUTION/MATRIX_ESTIMATE", ())
+    return table, _covariance(rows, places, order, file.source)
+
+
+def _name(line, code):
+    """Name of a station: what follows its technique in SITE/ID."""
+    if line is None:
+        return code
+    return line.text[line.text.find(" P ") + 3 :].strip()[:MOST_NAME].strip() or code
+
+
+def _covariance(rows, places, order, source):
+    whole = np.zeros((len(order), len(order)))
+    for line in rows:
+        try:
+            one, start = int(line.words[0]), int(line.words[1])
+            values = [float(word) for word in line.words[2:]]
+        except ValueError as error:
+            raise damaged(source, str(error), EXPECTED, line.row) from error
+        for offset, value in enumerate(values):
+            if one in places and start + offset in places:
+                i, j = order[places[one]], order[places[start + offset]]
+                whole[i, j] = whole[j, i] = value
+    return whole
