@@ -175,7 +175,10 @@ PARTICULAR = {
     ("models", "redundancy"): ("", "equations less parameters"),
     ("models", "phi"): ("rad", "rotation about y of the spatial transformation"),
     ("control_points", "role"): ("", "control (default) or check"),
-    ("control_points", "standard_error_easting"): ("m", "for the simultaneous way"),
+    ("control_points", "standard_error_easting"): (
+        "m",
+        "of the easting; with the next ones in place of the total in one adjustment",
+    ),
 }
 
 

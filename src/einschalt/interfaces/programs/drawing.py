@@ -152,11 +152,6 @@ def _add_residuals(document, space, handed):
     return f"{note}; {n_left} of points without a place left out" if n_left else note
 
 
-def is_dxf(head):
-    """Whether the first bytes of a file look so."""
-    return b"SECTION" in head and (b"HEADER" in head or b"ENTITIES" in head)
-
-
 def read_dxf(file) -> Foreign:
     """Read the points of a drawing: block references with numbers, and points.
 

@@ -19,7 +19,6 @@ VRT = "a VRT with a GCPList"
 TIFF = "a GeoTIFF with tie points"
 ARCGIS = "GeodataXform with SourceGCPs and TargetGCPs"
 QGIS = "mapX,mapY,sourceX,sourceY,enable and lines of five columns or more"
-TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 TIE_POINTS, SCALE, GEO_KEYS = 33922, 33550, 34735
 RASTER_KEY, GEOGRAPHIC_KEY, PROJECTED_KEY = 1025, 2048, 3072
 PIXEL_IS_POINT = 2
@@ -102,11 +101,6 @@ def read_arcgis(file) -> Foreign:
     return _foreign(rows, crs, image, file.source, ARCGIS, [note])
 
 
-def is_tiff(head):
-    """Whether the first bytes of a file are those of a TIFF."""
-    return head.startswith(TIFF_MARKS)
-
-
 def read_geotiff(file) -> Foreign:
     """Read the tie points of a GeoTIFF from its tags; its pixels stay unread."""
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - seldom needed
@@ -138,11 +132,6 @@ def _geo_keys(keys):
     keys = np.array(keys, dtype=int)
     keys = keys[: len(keys) // 4 * 4].reshape(-1, 4)[1:]
     return {int(key): int(value) for key, place, _, value in keys if place == 0}
-
-
-def is_points(head):
-    """Whether the first bytes of a file look like QGIS's."""
-    return b"mapX,mapY" in head
 
 
 def read_qgis(file) -> Foreign:

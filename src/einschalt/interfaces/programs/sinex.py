@@ -120,11 +120,6 @@ def _matrix(covariance, *, is_full):
     return [*lines, "-SOLUTION/MATRIX_ESTIMATE L COVA"]
 
 
-def is_sinex(head):
-    """Whether the first bytes of a file look so."""
-    return head.startswith(b"%=SNX")
-
-
 def read_sinex(file) -> Foreign:
     """Read the stations, geocentric, with the standard errors of their coordinates."""
     table, covariance = read_covariance(file)
