@@ -15,6 +15,7 @@ import pandas as pd
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.gdal_files import COPIES
 from einschalt.interfaces.files.map_layers import exaggeration
 from einschalt.interfaces.programs.extras import imported
 from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
@@ -185,7 +186,7 @@ def _document(file):
     It would mend what is broken as well, and guess at numbers then.
     """
     ezdxf = imported("ezdxf", "DXF")
-    with tempfile.TemporaryDirectory(prefix="einschalt-dxf-") as folder:
+    with tempfile.TemporaryDirectory(prefix=COPIES) as folder:
         copy = Path(folder) / "drawing.dxf"
         copy.write_bytes(file.data)
         logging.getLogger("ezdxf").setLevel(logging.CRITICAL)  # errors say it
