@@ -12,6 +12,7 @@ from fuzz.foreign_files import (
     LANDXML,
     MARKS,
     MMVII,
+    MORE,
     OPK,
     ORIENTATION,
     POINTS_3D,
@@ -26,7 +27,8 @@ from PIL import Image, TiffImagePlugin
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.rotations import rotation_from_angles
-from einschalt.interfaces.programs import recognised
+from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.programs import recognised, sinex
 from einschalt.interfaces.programs.recognised import read_foreign
 
 PLACE = ["easting", "northing", "height"]
@@ -210,6 +212,27 @@ def test_damaged_files_are_refused_with_a_sentence(tmp_path, name, text, said):
     (tmp_path / name).write_bytes(text.encode())
     with pytest.raises(EinschaltError, match=said):
         read_foreign(tmp_path / name)
+
+
+def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
+    text = MORE["a.snx"].replace(" EIN", " IGN").replace("+SITE", "*\n+SITE")
+    two = text.replace("STAX", "VELX").partition("+SOLUTION/MATRIX")[0] + "%ENDSNX\n"
+    file = tmp_path / "a.snx"
+    for data, name, size in ((text, "0000", 1e-2), (two, "0000", 1e-2)):
+        file.write_text(data)
+        if "VELX" in data:
+            with pytest.raises(EinschaltError, match="lacks coordinates of a station"):
+                read_foreign(file)
+            file.write_text(data.replace("VELX", "STAX"))
+        found = read_foreign(file).tables["stations"].iloc[0]
+        assert (found["point_id"], found["standard_error_y"]) == (name, size)
+    file.write_text(text.replace("1.0E-04", "0.0E+00", 1))
+    with pytest.raises(EinschaltError, match="a coordinate has no variance"):
+        read_foreign(file)
+    corr = text.replace("COVA", "CORR").replace("1.0E-04", "1.0E-02")
+    file.write_text(corr.replace("0.0E+00", "5.0E-01", 1))
+    covariance = sinex.read_covariance(read_once(file, file.name))[1]
+    assert covariance[0, 1] == pytest.approx(0.5e-4)
 
 
 def test_tables_are_left_to_their_own_reader(tmp_path):

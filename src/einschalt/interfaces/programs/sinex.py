@@ -17,6 +17,9 @@ from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of
 AXES = ("STAX", "STAY", "STAZ")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 MOST_NAME = 22
+AGENCY = "EIN"  # of files that are written here
+HEAD, KIND = "%", "kind of "
+MATRIX = "SOLUTION/MATRIX_ESTIMATE"
 EXPECTED = "SINEX with SITE/ID, SOLUTION/ESTIMATE and SOLUTION/MATRIX_ESTIMATE L COVA"
 PER_LINE = 3
 
@@ -131,65 +134,91 @@ def read_sinex(file) -> Foreign:
 
 
 def read_covariance(file):
-    """Stations (point_id, x, y, z) and their full covariance [m²]."""
-    blocks, block, last = {}, None, None
-    for line in lines_of(file, comments=("*",)):
-        last = line
-        if line.text.startswith("+"):
-            block = line.text[1:].split()[0]
-            blocks[block] = []
-        elif line.text.startswith("-") and " " not in line.text.split("/")[0]:
-            block = None
-        elif block is not None:
-            blocks[block].append(line)
-    if last is None or last.text != "%ENDSNX":
-        row = None if last is None else last.row
-        raise damaged(file.source, "does not end with %ENDSNX", EXPECTED, row)
-    names = {one.words[0]: one for one in blocks.get("SITE/ID", ())}
-    stations, places = {}, {}
+    """Stations (point_id, x, y, z) and their full covariance [m²].
+
+    A station is named by its code, and by its solution where it has several; those of
+    files written here by what stands in SITE/ID.
+    """
+    blocks = _blocks(file)
+    is_own = AGENCY in blocks[HEAD][0].words
+    names = {one.words[0]: one for one in blocks.get("SITE/ID", ())} if is_own else {}
+    stations, places, errors = {}, {}, {}
     for line in blocks.get("SOLUTION/ESTIMATE", ()):
         if len(line.words) < 10 or line.words[1] not in AXES:
             continue
-        code = line.words[2]
+        station, axis = tuple(line.words[2:5]), line.words[1]
         try:
-            places[int(line.words[0])] = (code, line.words[1])
-            stations.setdefault(code, {})[line.words[1]] = float(line.words[8])
+            places[int(line.words[0])] = (station, axis)
+            stations.setdefault(station, {})[axis] = float(line.words[8])
+            errors[station, axis] = float(line.words[9])
         except ValueError as error:
             raise damaged(file.source, str(error), EXPECTED, line.row) from error
     is_whole = stations and all(set(AXES) == set(one) for one in stations.values())
     if not is_whole:
         raise damaged(file.source, "lacks coordinates of a station", EXPECTED)
-    table = pd.DataFrame(
-        [
-            (_name(names.get(code), code), *(one[a] for a in AXES))
-            for code, one in stations.items()
-        ],
-        columns=["point_id", "x", "y", "z"],
-    )
-    order = {
-        (c, a): 3 * k + AXES.index(a) for k, c in enumerate(stations) for a in AXES
-    }
-    rows = blocks.get("SOLUTION/MATRIX_ESTIMATE", ())
-    return table, _covariance(rows, places, order, file.source)
+    codes = [code for code, _, _ in stations]
+    rows = [
+        (_name(names, key, codes), *(one[axis] for axis in AXES))
+        for key, one in stations.items()
+    ]
+    order = [(station, axis) for station in stations for axis in AXES]
+    place = {pair: k for k, pair in enumerate(order)}
+    of_number = {number: place[pair] for number, pair in places.items()}
+    own = np.array([errors[pair] for pair in order])
+    table = pd.DataFrame(rows, columns=["point_id", "x", "y", "z"])
+    return table, _covariance(blocks, of_number, own, file.source)
 
 
-def _name(line, code):
-    """Name of a station: what follows its technique in SITE/ID."""
-    if line is None:
-        return code
-    return line.text[line.text.find(" P ") + 3 :].strip()[:MOST_NAME].strip() or code
+def _blocks(file):
+    """Lines of each block by its name; the first line of the file as HEAD."""
+    lines = lines_of(file, comments=("*",))
+    blocks, block = {HEAD: lines[:1]}, None
+    for line in lines:
+        if line.text.startswith("+"):
+            block = line.text[1:].strip().partition(" ")[0]
+            # with the kind of a matrix, such as L COVA
+            blocks[block], blocks[KIND + block] = [], line.words[1:]
+        elif line.text.startswith("-") and block and block in line.text:
+            block = None
+        elif block is not None:
+            blocks[block].append(line)
+    if not lines or lines[-1].text != "%ENDSNX":
+        row = lines[-1].row if lines else None
+        raise damaged(file.source, "does not end with %ENDSNX", EXPECTED, row)
+    return blocks
 
 
-def _covariance(rows, places, order, source):
-    whole = np.zeros((len(order), len(order)))
-    for line in rows:
+def _name(names, key, codes):
+    """Name of a station: what follows its technique in SITE/ID, or its code."""
+    code, _, solution = key
+    if code in names:
+        text = names[code].text
+        return text[text.find(" P ") + 3 :].strip()[:MOST_NAME].strip() or code
+    return code if codes.count(code) == 1 else f"{code}_{solution}"
+
+
+def _covariance(blocks, of_number, errors, source):
+    """Covariance of all coordinates; of their standard errors where there is none."""
+    kind = blocks.get(f"{KIND}{MATRIX}", [])
+    if MATRIX not in blocks:
+        return np.diag(errors**2)
+    if kind[-1:] not in (["COVA"], ["CORR"]):
+        raise damaged(source, f"its matrix is {' '.join(kind)}", "COVA or CORR")
+    whole = np.zeros((len(errors), len(errors)))
+    for line in blocks[MATRIX]:
         try:
             one, start = int(line.words[0]), int(line.words[1])
             values = [float(word) for word in line.words[2:]]
-        except ValueError as error:
+        except (ValueError, IndexError) as error:
             raise damaged(source, str(error), EXPECTED, line.row) from error
         for offset, value in enumerate(values):
-            if one in places and start + offset in places:
-                i, j = order[places[one]], order[places[start + offset]]
+            if one in of_number and start + offset in of_number:
+                i, j = of_number[one], of_number[start + offset]
                 whole[i, j] = whole[j, i] = value
+    if kind[-1] == "CORR":  # with standard errors in its diagonal
+        sizes = np.diag(whole).copy()
+        np.fill_diagonal(whole, 1.0)
+        whole *= np.outer(sizes, sizes)
+    if not (np.isfinite(whole).all() and (np.diag(whole) > 0.0).all()):
+        raise damaged(source, "a coordinate has no variance in its matrix", EXPECTED)
     return whole
