@@ -189,5 +189,18 @@ ENDSEC
   0
 EOF
 """
+SENSORS = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.5.0"><chunk label="Chunk 1"><sensors>
+<sensor id="0" label="FC6310" type="frame"><resolution width="5472" height="3648"/>
+<property name="pixel_width" value="0.00241"/>
+<calibration type="frame" class="initial"><f>3000</f></calibration>
+<calibration type="frame" class="adjusted"><resolution width="5472" height="3648"/>
+<f>3239.25</f><cx>-17.5</cx><cy>51.75</cy><k1>-0.0625</k1><p1>0.001</p1></calibration>
+</sensor></sensors><cameras><camera id="0" label="A.JPG" sensor_id="0">
+<transform>1 0 0 10 0 -1 0 20 0 0 -1 100 0 0 0 1</transform></camera>
+<camera id="1" label="B.JPG" sensor_id="0"/></cameras></chunk></document>
+"""
 # read, and not in the table above
 MORE = {"Orientation-a.tif.xml": ORIENTATION, "a.snx": SINEX, "a.dxf": DXF}
+MORE["cameras.xml"] = SENSORS

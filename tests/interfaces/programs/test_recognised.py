@@ -27,6 +27,8 @@ from PIL import Image, TiffImagePlugin
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.rotations import rotation_from_angles
+from einschalt.interfaces.files.block_toml import write_keys
+from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.programs import recognised, sinex
 from einschalt.interfaces.programs.recognised import read_foreign
@@ -212,6 +214,29 @@ def test_damaged_files_are_refused_with_a_sentence(tmp_path, name, text, said):
     (tmp_path / name).write_bytes(text.encode())
     with pytest.raises(EinschaltError, match=said):
         read_foreign(tmp_path / name)
+
+
+def test_cameras_of_metashape_become_camera_toml(tmp_path):
+    file = tmp_path / "cameras.xml"
+    file.write_text(MORE["cameras.xml"])
+    found = read_foreign(file)
+    camera = found.cameras["FC6310"]
+    write_keys(tmp_path / "camera.toml", camera)
+    read = read_camera(tmp_path / "camera.toml", "camera.toml")
+    assert (read.given["f"], read.given["cy"]) == (3239.25, 51.75)
+    assert (camera["cx"], camera["k1"], camera["width"]) == (-17.5, -0.0625, 5472)
+    assert camera["pixel_size_um"] == pytest.approx(2.41)
+    oriented = found.tables["orientations"]
+    assert oriented.iloc[0, :4].tolist() == ["A.JPG", 10.0, 20.0, 100.0]
+    np.testing.assert_allclose(turned(found), np.eye(3), atol=1e-12)
+    for old, new, said in (
+        ("3239.25", "x", "the f of sensor FC6310 is no number"),
+        ("100 0 0 0 1", "100 0 0 1", "camera A.JPG is not 16 numbers"),
+        ("1 0 0 10", "2 0 0 10", "is no rotation"),
+    ):
+        file.write_text(MORE["cameras.xml"].replace(old, new))
+        with pytest.raises(EinschaltError, match=said):
+            read_foreign(file)
 
 
 def test_stations_of_others_are_named_by_code_and_solution(tmp_path):

@@ -20,12 +20,14 @@ class Foreign:
     """Tables that another program has written, with the columns of the project.
 
     ``tables`` by name: ``control_points``, ``image_points``, ``image_pairs``,
-    ``orientations``, ``cameras``; each becomes a file of its own.
+    ``orientations``, ``cameras`` …; each becomes a file of its own. ``cameras``: keys
+    of a camera.toml by the name of the camera.
     """
 
     tables: dict = field(default_factory=dict)
     crs: str | None = None
     notes: tuple[str, ...] = ()
+    cameras: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from einschalt.interfaces.programs import (
     ign,
     landxml,
     match_at,
+    metashape_cameras,
     metashape_reference,
     micmac,
     pat_b,
@@ -51,6 +52,13 @@ FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
     Format("micmac", "MicMac", micmac.read_file, XML, micmac.is_xml),
+    Format(
+        "metashape-cameras",
+        "cameras of Metashape",
+        metashape_cameras.read_cameras,
+        XML,
+        metashape_cameras.is_cameras,
+    ),
     Format(
         "arcgis",
         "links of ArcGIS",

@@ -10,6 +10,7 @@ from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.block_toml import write_keys
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
@@ -42,9 +43,13 @@ def _convert_foreign(foreign, given, output, crs):
     if output.suffix and not output.is_dir():
         raise _no_folder(output)
     paths = {name: output / f"{name}.csv" for name in foreign.tables}
-    for path in paths.values():
+    cameras = _camera_paths(foreign.cameras, output)
+    for path in (*paths.values(), *cameras.values()):
         _require_free(path)
     make_folder(output)
+    for name, path in cameras.items():
+        write_keys(path, foreign.cameras[name])
+        print_out(f"camera {shortened(name)} of {given.name} in {path}")
     for name, path in paths.items():
         write_csv(foreign.tables[name], path)
         print_out(
@@ -53,6 +58,13 @@ def _convert_foreign(foreign, given, output, crs):
     crs = _in_system(foreign, crs, given).crs
     if crs is not None and CONTROL in {path.name for path in paths.values()}:
         print_out(f'In block.toml: [control_points] crs = "{crs}"')
+
+
+def _camera_paths(cameras, output):
+    """One camera.toml, or one for each camera, numbered."""
+    if len(cameras) == 1:
+        return dict.fromkeys(cameras, output / "camera.toml")
+    return {n: output / f"camera_{k}.toml" for k, n in enumerate(cameras, 1)}
 
 
 def _no_folder(output):
