@@ -40,7 +40,7 @@ _KEYS = {
     "setting": ("", "number of the setting, where a point was set several times"),
     "flight": ("", "high_flight or low_flight"),
     "role": ("", "control, check or new; check points enter no adjustment"),
-    "group": ("", "group of control of one origin, with a precision of its own"),
+    "group": ("", "strip or part of a network whose points share a shift"),
 }
 _COORDINATES = {
     "easting": ("m", "ground coordinate to the east"),
@@ -86,6 +86,9 @@ _ERRORS = {
     "standard_error_high_flight": ("m", "TOTAL, from the high flight alone"),
     "standard_error_low_flight": ("m", "TOTAL, from the low flight alone"),
     "standard_error_orientation": ("m", "TOTAL, from the orientations alone"),
+    "standard_error_own_deformation": ("m", "TOTAL, from deformations of models"),
+    "standard_error_control_groups": ("m", "TOTAL, from shifts of groups of control"),
+    "standard_error_approximate_groups": ("m", "TOTAL, from shifts of groups of them"),
     "standard_error_reference_system": ("m", "TOTAL, from the change of system"),
     "standard_error_approximate_points": ("m", "TOTAL, from the approximate points"),
     "standard_error_distance": ("m", "of the distance"),
