@@ -11,6 +11,7 @@ import pyogrio
 import pyproj
 import pytest
 import shapely
+from scipy.linalg import block_diag
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError
@@ -72,6 +73,7 @@ def test_points_come_back_as_they_were(folder, good_result, suffix):
     points = good_result.points
     assert back["point_id"].tolist() == points["point_id"].tolist()
     np.testing.assert_allclose(back[PLANE], points[PLANE], rtol=0, atol=5.1e-5)
+    assert es.read_points(folder / f"p{suffix}").equals(back)
     if "role" in back:
         is_check = points["role"] == "check"
         assert (back["role"].eq("check") == is_check).all()
@@ -177,7 +179,10 @@ def test_the_full_covariance_comes_back_from_memory(folder, good_result):
 @pytest.mark.parametrize("is_full", [True, False])
 def test_spatial_covariances_come_back(tmp_path, spatial, module, is_full):
     handed = spatial if is_full else replace(spatial, covariances=None)
-    covariance, _ = handed.covariance()
+    known = handed.covariance()
+    own = block_diag(*known.own)
+    covariance = known.full if is_full else own
+    assert (known.full is None) != is_full
     path = tmp_path / "p.x"
     is_gama = module is gama
     notes = (gama.write_gama if is_gama else sinex.write_sinex)(handed, path)

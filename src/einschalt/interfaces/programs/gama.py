@@ -11,23 +11,21 @@ import numpy as np
 import pandas as pd
 
 from einschalt.interfaces.programs.foreign import Foreign, damaged
+from einschalt.interfaces.programs.handed_over import MOST_FULL
 from einschalt.interfaces.programs.plain_xml import each, read_xml, xml_bytes
 
 NAMESPACE = "http://www.gnu.org/software/gama/gama-local"
 MM2 = 1e6
 EXPECTED = "observed coordinates of gama-local with a cov-mat"
-MOST_COORDINATES = 20_000
 
 
 def write_gama(handed, path):
     """Write all points as observed coordinates; says how much covariance there is."""
-    covariance, said = handed.covariance()
     width = handed.coordinates.shape[1]
-    order = np.arange(len(covariance)).reshape(-1, width)
-    order[:, :2] = order[:, 1::-1]  # x is the northing
-    covariance = covariance[np.ix_(order.ravel(), order.ravel())]
-    is_full = said.startswith("full")
-    band = len(covariance) - 1 if is_full else width - 1
+    exchanged = np.eye(width)[[1, 0, 2][:width]]  # x is the northing
+    covariance = handed.covariance()
+    said = str(covariance)
+    covariance = covariance.turned(np.tile(exchanged, (len(covariance.own), 1, 1)))
     root = ET.Element("gama-local", xmlns=NAMESPACE)
     network = ET.SubElement(root, "network")
     network.set("axes-xy", "ne")
@@ -44,19 +42,32 @@ def write_gama(handed, path):
         place = {"x": f"{north:.5f}", "y": f"{east:.5f}"}
         place |= {"z": f"{height[0]:.5f}"} if height else {}
         ET.SubElement(group, "point", {"id": name, **place})
-    matrix = ET.SubElement(group, "cov-mat", dim=str(len(covariance)), band=str(band))
-    matrix.text = _rows(MM2 * covariance, band)
+    n_coordinates = handed.coordinates.size
+    band = width - 1 if covariance.full is None else n_coordinates - 1
+    matrix = ET.SubElement(group, "cov-mat", dim=str(n_coordinates), band=str(band))
+    matrix.text = _rows(_upper(covariance), n_coordinates)
     path.write_bytes(xml_bytes(root))
     return [said]
 
 
-def _rows(matrix, band):
-    """Upper triangle row by row, as far as the band reaches."""
-    rows = [
-        " ".join(f"{value:.9g}" for value in matrix[k, k : k + band + 1])
-        for k in range(len(matrix))
+def _upper(covariance):
+    """Rows of the upper triangle from the diagonal on, as far as the band reaches."""
+    if covariance.full is not None:
+        yield from (row[k:] for k, row in enumerate(covariance.full))
+        return
+    width = covariance.own.shape[1]
+    for own in covariance.own:
+        for axis in range(width):
+            yield np.pad(own[axis, axis:], (0, axis))
+
+
+def _rows(rows, n_coordinates):
+    """Text of the rows; the last ones end with the matrix."""
+    lines = [
+        " ".join(f"{MM2 * value:.9g}" for value in row[: n_coordinates - k])
+        for k, row in enumerate(rows)
     ]
-    return "\n" + "\n".join(rows) + "\n"
+    return "\n" + "\n".join(lines) + "\n"
 
 
 def is_gama(head):
@@ -69,10 +80,9 @@ def read_gama(file) -> Foreign:
 
     The full covariance is :func:`read_covariance`'s.
     """
-    table, covariance = read_covariance(file)
+    table, values, band = _points_and_values(file)
     width = 3 if "height" in table else 2
-    at = np.arange(len(table))
-    own = covariance.reshape(len(table), width, len(table), width)[at, :, at, :]
+    own = _own(values, len(table), width, band)
     columns = {
         "standard_error_m": np.sqrt(own[:, 0, 0] + own[:, 1, 1]),
         "standard_error_easting": np.sqrt(own[:, 0, 0]),
@@ -91,6 +101,24 @@ def read_covariance(file):
 
     (table, (n_points · n_coordinates, n_points · n_coordinates)).
     """
+    table, values, band = _points_and_values(file)
+    width = 3 if "height" in table else 2
+    dim = width * len(table)
+    if dim > MOST_FULL:
+        found = f"has {dim} coordinates, whose covariances are {dim * dim} numbers"
+        raise damaged(file.source, found, f"at most {MOST_FULL}")
+    whole, start = np.zeros((dim, dim)), 0
+    for row, count in enumerate(_counts(dim, band)):
+        whole[row, row : row + count] = values[start : start + count]
+        start += count
+    whole = np.triu(whole) + np.triu(whole, 1).T
+    order = np.arange(dim).reshape(-1, width)
+    order[:, :2] = order[:, 1::-1]
+    return table, whole[np.ix_(order.ravel(), order.ravel())]
+
+
+def _points_and_values(file):
+    """Points, the covariances as they stand [m²], and how far their band reaches."""
     root = read_xml(file.data, file.source, EXPECTED)
     group = next(each(root, "coordinates"), None)
     matrix = None if group is None else next(each(group, "cov-mat"), None)
@@ -106,25 +134,28 @@ def read_covariance(file):
         raise damaged(file.source, f"a number is missing: {error}", EXPECTED) from error
     if not np.isfinite(xyz).all() or not np.isfinite(values).all() or band < 0:
         raise damaged(file.source, "a number is not finite", EXPECTED)
-    n_values = sum(
-        min(band, dim - 1 - k) + 1 for k in range(min(dim, MOST_COORDINATES))
-    )
-    if dim != xyz.size or dim > MOST_COORDINATES or len(values) != n_values:
+    n_values = _counts(xyz.size, band).sum()
+    if dim != xyz.size or len(values) != n_values:
         found = f"has {len(values)} covariances of {xyz.size} coordinates, dim {dim}"
         raise damaged(file.source, found, f"{n_values} of a band of {band}")
-    whole = _whole(values, dim, band) / MM2
-    order = np.arange(dim).reshape(-1, len(letters))
-    order[:, :2] = order[:, 1::-1]
     names = ["easting", "northing", "height"][: len(letters)]
     table = pd.DataFrame(xyz, columns=names)
     table.insert(0, "point_id", [point.get("id") for point in points])
-    return table, whole[np.ix_(order.ravel(), order.ravel())]
+    return table, values / MM2, band
 
 
-def _whole(values, dim, band):
-    whole, start = np.zeros((dim, dim)), 0
-    for row in range(dim):
-        count = min(band, dim - 1 - row) + 1
-        whole[row, row : row + count] = values[start : start + count]
-        start += count
-    return np.triu(whole) + np.triu(whole, 1).T
+def _counts(dim, band):
+    """How many covariances each row has."""
+    return np.minimum(band, dim - 1 - np.arange(dim)) + 1
+
+
+def _own(values, n_points, width, band):
+    """Covariance of each point by itself, easting first, (n_points, n, n) [m²]."""
+    counts = _counts(n_points * width, band)
+    start = np.concatenate([[0], np.cumsum(counts)[:-1]]).reshape(n_points, width)
+    own = np.zeros((n_points, width, width))
+    for one in range(width):
+        for two in range(one, min(width, one + band + 1)):
+            own[:, one, two] = own[:, two, one] = values[start[:, one] + two - one]
+    order = [1, 0, 2][:width]
+    return own[:, order][:, :, order]

@@ -91,15 +91,11 @@ class HandedOver:
         return found
 
     def covariance(self):
-        """Covariance of all coordinates, and how much of it is known, as text.
+        """Tell the covariance of the coordinates: Covariance.
 
-        The full one where the result is in memory; otherwise that of each point by
-        itself, zero between points.
+        The full one where the result is in memory, and not too large; otherwise that of
+        each point by itself.
         """
-        n_coordinates = self.coordinates.size
-        if self.covariances is not None and n_coordinates <= MOST_FULL:
-            whole = self.covariances(self.coordinates.shape[1])
-            return whole, "full covariance of all coordinates"
         own = self.covariance_of_points()
         if own is None:
             raise FileError(
@@ -108,12 +104,39 @@ class HandedOver:
                 remedy="Give the precision of control and flights in the block",
                 file=self.name,
             )
-        width = own.shape[1]
-        whole = np.zeros((len(own), width, len(own), width))
-        at = np.arange(len(own))
-        whole[at, :, at, :] = own
-        whole = whole.reshape(n_coordinates, n_coordinates)
-        return whole, f"covariance of each point by itself ({width} x {width} blocks)"
+        if self.covariances is None or self.coordinates.size > MOST_FULL:
+            return Covariance(own)
+        return Covariance(own, self.covariances(self.coordinates.shape[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Covariance:
+    """What is known of the errors of all coordinates [m²]."""
+
+    own: np.ndarray  # of each point by itself, (n_points, n, n)
+    full: np.ndarray | None = None  # (n_points · n, n_points · n), or None
+
+    def __str__(self):
+        """Say how much of it is known."""
+        if self.full is not None:
+            return "full covariance of all coordinates"
+        width = self.own.shape[1]
+        return f"covariance of each point by itself ({width} x {width} blocks)"
+
+    def turned(self, jacobian):
+        """Covariance of coordinates that come of these by derivatives (n_points, n, n).
+
+        Row the new coordinate, column the old one.
+        """
+        own = jacobian @ self.own @ np.swapaxes(jacobian, 1, 2)
+        if self.full is None:
+            return Covariance(own)
+        n_points, width, _ = own.shape
+        blocks = self.full.reshape(n_points, width, n_points, width)
+        # one side after the other: of all four indices at once it takes minutes
+        half = np.einsum("iab,ibjc->iajc", jacobian, blocks)
+        whole = np.einsum("iajc,jdc->iajd", half, jacobian)
+        return Covariance(own, whole.reshape(self.full.shape))
 
 
 def of_result(result) -> HandedOver:

@@ -13,6 +13,7 @@ import pandas as pd
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs, to_geocentric
 from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of
+from einschalt.interfaces.programs.handed_over import MOST_FULL
 
 AXES = ("STAX", "STAY", "STAZ")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -43,12 +44,11 @@ def write_sinex(handed, path):
             file=path.name,
         )
     xyz, jacobian = to_geocentric(handed.coordinates, system)
-    covariance, said = handed.covariance()
+    covariance = handed.covariance()
+    said = str(covariance)
+    covariance = covariance.turned(jacobian)
     n = len(xyz)
-    blocks = covariance.reshape(n, 3, n, 3)
-    turned = np.einsum("iab,ibjc,jdc->iajd", jacobian, blocks, jacobian, optimize=True)
-    covariance = turned.reshape(3 * n, 3 * n)
-    is_full = said.startswith("full")
+    errors = np.sqrt(covariance.own[:, [0, 1, 2], [0, 1, 2]]).ravel()
     epoch = _epoch(handed.created)
     lines = [
         f"%=SNX 2.02 EIN {epoch} EIN {epoch} {epoch} P {3 * n:05d} 2 S",
@@ -57,8 +57,8 @@ def write_sinex(handed, path):
         f" datum of {handed.crs}; heights are taken for heights above its ellipsoid",
         "-FILE/COMMENT",
         *_sites(handed.points["point_id"], path),
-        *_estimates(xyz, np.sqrt(np.diag(covariance)), epoch),
-        *_matrix(covariance, is_full=is_full),
+        *_estimates(xyz, errors, epoch),
+        *_matrix(covariance),
         "%ENDSNX",
     ]
     path.write_text("\n".join([*lines, ""]), encoding="utf-8", newline="\n")
@@ -112,15 +112,26 @@ def _estimates(xyz, errors, epoch):
     return [*lines, "-SOLUTION/ESTIMATE"]
 
 
-def _matrix(covariance, *, is_full):
-    lines = ["+SOLUTION/MATRIX_ESTIMATE L COVA"]
-    for row, values in enumerate(covariance):
-        first = 0 if is_full else 3 * (row // 3)
-        for start in range(first, row + 1, PER_LINE):
-            part = values[start : min(start + PER_LINE, row + 1)]
+def _matrix(covariance):
+    """Lines of the lower triangle; between points where that is known."""
+    lines = [f"+{MATRIX} L COVA"]
+    for row, first, values in _lower(covariance):
+        for start in range(0, len(values), PER_LINE):
+            part = values[start : start + PER_LINE]
             said = " ".join(f"{value:21.14E}" for value in part)
-            lines.append(f" {row + 1:5d} {start + 1:5d} {said}")
-    return [*lines, "-SOLUTION/MATRIX_ESTIMATE L COVA"]
+            lines.append(f" {row + 1:5d} {first + start + 1:5d} {said}")
+    return [*lines, f"-{MATRIX} L COVA"]
+
+
+def _lower(covariance):
+    """Number of each row, the first column of it that is known, and its values."""
+    if covariance.full is not None:
+        for row, values in enumerate(covariance.full):
+            yield row, 0, values[: row + 1]
+        return
+    for point, own in enumerate(covariance.own):
+        for axis in range(3):
+            yield 3 * point + axis, 3 * point, own[axis, : axis + 1]
 
 
 def read_sinex(file) -> Foreign:
@@ -200,10 +211,12 @@ def _name(names, key, codes):
 def _covariance(blocks, of_number, errors, source):
     """Covariance of all coordinates; of their standard errors where there is none."""
     kind = blocks.get(f"{KIND}{MATRIX}", [])
-    if MATRIX not in blocks:
+    if MATRIX not in blocks:  # nothing between coordinates
+        _require_size(errors, source)
         return np.diag(errors**2)
     if kind[-1:] not in (["COVA"], ["CORR"]):
         raise damaged(source, f"its matrix is {' '.join(kind)}", "COVA or CORR")
+    _require_size(errors, source)
     whole = np.zeros((len(errors), len(errors)))
     for line in blocks[MATRIX]:
         try:
@@ -222,3 +235,9 @@ def _covariance(blocks, of_number, errors, source):
     if not (np.isfinite(whole).all() and (np.diag(whole) > 0.0).all()):
         raise damaged(source, "a coordinate has no variance in its matrix", EXPECTED)
     return whole
+
+
+def _require_size(errors, source):
+    if len(errors) > MOST_FULL:
+        found = f"has {len(errors)} coordinates, and as many covariances of each"
+        raise damaged(source, found, f"at most {MOST_FULL} coordinates")
