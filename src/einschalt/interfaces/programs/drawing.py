@@ -1,7 +1,8 @@
 """Results as DXF: points with their numbers, ellipses, residual vectors, on layers.
 
-Each point is a block reference with attributes (NUMBER, HEIGHT, KIND, ERROR), as CAD
-programs of surveyors read and write them; its height is its z.
+Each point is a block reference with attributes (NUMBER, ERROR and, where it has one,
+HEIGHT), as CAD programs of surveyors read and write them; its height is its z as well,
+and its layer says what kind it is.
 """
 
 import logging
@@ -21,7 +22,8 @@ from einschalt.interfaces.programs.extras import imported
 from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
 
 COLOURS = {"new": 7, "control": 30, "check": 5}
-NUMBER, HEIGHT, KIND, ERROR = "NUMBER", "HEIGHT", "KIND", "ERROR"
+NUMBER, HEIGHT, ERROR = "NUMBER", "HEIGHT", "ERROR"
+POINTS = "POINTS_"
 NUMBERS = {"NUMBER", "PUNKTNUMMER", "PUNKTNR", "PKTNR", "NR", "NAME", "PT", "POINT_ID"}
 NUMBERS |= {"NUMERO", "MATRICULE", "ID", "NUM"}
 BLOCK = "EINSCHALT_POINT"
@@ -73,7 +75,7 @@ def _order_classes(document):
 
 def _add_points(document, space, handed):
     for role, colour in COLOURS.items():
-        document.layers.add(f"POINTS_{role.upper()}", color=colour)
+        document.layers.add(f"{POINTS}{role.upper()}", color=colour)
     document.layers.add("NUMBERS", color=7)
     size = _text_height(handed.coordinates[:, :2])
     block = document.blocks.new(BLOCK)
@@ -82,7 +84,7 @@ def _add_points(document, space, handed):
     offset = (size / 2, size / 2)
     block.add_attdef(NUMBER, offset, dxfattribs={"height": size, "layer": "NUMBERS"})
     hidden = {"height": size, "flags": 1}  # invisible
-    for tag in (HEIGHT, KIND, ERROR):
+    for tag in (HEIGHT, ERROR):
         block.add_attdef(tag, (0, 0), dxfattribs=hidden)
     points = handed.points
     errors = points.get("standard_error_checked", points.get("standard_error_total"))
@@ -90,18 +92,15 @@ def _add_points(document, space, handed):
     places = np.column_stack([handed.coordinates[:, :2], np.nan_to_num(handed.heights)])
     columns = points["point_id"], points["role"], handed.heights, errors, places
     for name, role, height, error, place in zip(*columns, strict=True):
-        layer = {"layer": f"POINTS_{str(role).upper()}"}
+        layer = {"layer": f"{POINTS}{str(role).upper()}"}
         one = space.add_blockref(BLOCK, place, dxfattribs=layer)
         at = (place[0] + offset[0], place[1] + offset[1], place[2])
         shown = {"height": size, "layer": "NUMBERS"}
         one.add_attrib(NUMBER, str(name), at, dxfattribs=shown)
-        texts = (HEIGHT, _metres(height, 4)), (KIND, str(role)), (ERROR, _metres(error))
-        for tag, text in texts:
-            one.add_attrib(tag, text, place, dxfattribs={**layer, **hidden})
-
-
-def _metres(value, decimals=4):
-    return f"{value:.{decimals}f}" if np.isfinite(value) else ""
+        for tag, value in ((HEIGHT, height), (ERROR, error)):
+            if np.isfinite(value):
+                said = {**layer, **hidden}
+                one.add_attrib(tag, f"{value:.4f}", place, dxfattribs=said)
 
 
 def _text_height(xy):
@@ -218,5 +217,5 @@ def _of_reference(entity):
     # a height of 0 is none, unless the attribute says it
     height = named.get(HEIGHT, "")
     height = float(height) if is_finite(height) else place.z or np.nan
-    role = named.get(KIND)
+    role = entity.dxf.layer.removeprefix(POINTS).casefold()
     return number, place.x, place.y, height, role if role in COLOURS else None
