@@ -192,6 +192,8 @@ DAMAGED = [
         PROJECT[: PROJECT.index("   0      317")],
         "ends before its points and marks",
     ),
+    ("project.txt", PROJECT[:-10], "lists 0 of its 1 marks at its end"),
+    ("ref.csv", REFERENCE.replace(",0.01,False", ""), "row 3: .* has 4 of 6 columns"),
     ("a.opk", OPK.replace("grade", "ell"), "row 3: the unit of angles 'ell'"),
     ("a.opk", OPK[:-40], "row 5: 'im1 1029229.25 6334683.5"),
     ("a.con", "7 1.5 2 1\n", "has no -99: it is cut off"),
@@ -258,6 +260,13 @@ def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
     file.write_text(corr.replace("0.0E+00", "5.0E-01", 1))
     covariance = sinex.read_covariance(read_once(file, file.name))[1]
     assert covariance[0, 1] == pytest.approx(0.5e-4)
+
+
+def test_a_list_without_a_last_line_break_is_doubted(tmp_path):
+    for text, is_whole in (("P1 1 2 3.5\n", True), ("P1 1 2 3.5", False)):
+        (tmp_path / "a.xyz").write_bytes(text.encode())
+        notes = read_foreign(tmp_path / "a.xyz").notes
+        assert any("is its last line whole?" in note for note in notes) != is_whole
 
 
 def test_tables_are_left_to_their_own_reader(tmp_path):

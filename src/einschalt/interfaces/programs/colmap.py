@@ -27,6 +27,19 @@ COUNT = re.compile(r"#\s*Number of (\w+):\s*(\d+)")
 CAMERA = "CAMERA_ID MODEL WIDTH HEIGHT PARAMS"
 IMAGE = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then X Y POINT3D_ID …"
 POINT = "POINT3D_ID X Y Z R G B ERROR, then IMAGE_ID POINT2D_IDX …"
+PARAMETERS = {
+    "SIMPLE_PINHOLE": 3,
+    "PINHOLE": 4,
+    "SIMPLE_RADIAL": 4,
+    "RADIAL": 5,
+    "OPENCV": 8,
+    "OPENCV_FISHEYE": 8,
+    "FULL_OPENCV": 12,
+    "FOV": 5,
+    "SIMPLE_RADIAL_FISHEYE": 4,
+    "RADIAL_FISHEYE": 5,
+    "THIN_PRISM_FISHEYE": 12,
+}
 # the camera of photogrammetry looks along -z with y up, that of COLMAP along z
 TURNED = np.diag([1.0, -1.0, -1.0])
 
@@ -74,6 +87,12 @@ def _cameras(lines, announced, source):
     lines = [line for line in lines if line.words]
     _require_count(len(lines), announced, "cameras", source, _last(lines))
     size = numbers_of(lines, source, 2, 4, CAMERA)
+    for line in lines:
+        count = PARAMETERS.get(line.words[1], len(line.words) - 4)
+        if len(line.words) != 4 + count or not all(map(is_finite, line.words[4:])):
+            found = f"camera {line.words[0]} has {len(line.words) - 4} parameters"
+            said = f"{count} numbers, as {line.words[1]} has"
+            raise damaged(source, found, said, line.row)
     columns = {
         "camera": [line.words[0] for line in lines],
         "model": [line.words[1] for line in lines],

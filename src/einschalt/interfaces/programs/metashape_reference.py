@@ -77,7 +77,8 @@ def _places(line, source):
     """Where label, x, y, z and the switch stand; the next rows are parted by csv."""
     words = [word.casefold().lstrip("#") for word in line.words]
     starts = {"label": "label", "x": "x/", "y": "y/", "z": "z/", "is_on": "enable"}
-    found = {
+    found = {"count": len(words)}
+    found |= {
         name: next((k for k, word in enumerate(words) if word.startswith(start)), None)
         for name, start in starts.items()
     }
@@ -90,6 +91,9 @@ def _places(line, source):
 
 def _row(line, places, source):
     cells = next(csv.reader([line.text]))
+    if len(cells) < places["count"]:
+        said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
+        raise damaged(source, said, EXPECTED, line.row)
 
     def cell(name):
         place = places[name]

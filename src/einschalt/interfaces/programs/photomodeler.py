@@ -130,6 +130,7 @@ def _project(file):
     if not points or not marks:
         last = blocks[-1][-1].row if blocks else None
         raise damaged(file.source, "ends before its points and marks", EXPECTED, last)
+    _require_end(blocks, marks[0], file)
     values = numbers_of(photos, file.source, 1, 7, PHOTO)
     # kappa first, then phi and omega [degrees]
     angles = np.radians(values[:, :2:-1])
@@ -138,6 +139,14 @@ def _project(file):
     tables["control_points"] = _object_points(points[-1], file)
     tables["image_points"] = _marked(marks[0], names, file)
     return Foreign(tables)
+
+
+def _require_end(blocks, marks, file):
+    """Compare with the list at the end: photo and point of every mark."""
+    listed = blocks[-1] if all(len(line.words) == 2 for line in blocks[-1]) else []
+    if len(listed) != len(marks):
+        found = f"lists {len(listed)} of its {len(marks)} marks at its end: it is cut"
+        raise damaged(file.source, found, EXPECTED, blocks[-1][-1].row)
 
 
 def _photos(blocks, file):

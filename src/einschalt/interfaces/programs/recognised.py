@@ -6,7 +6,7 @@ and gives DataFrames by the names of their tables.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -48,6 +48,7 @@ class Format:
 
 XML = (".xml", ".landxml")
 TEXT = (".txt", ".csv")
+CLOSED = (".vrt", ".tif", ".dxf", ".snx")  # their end can be told
 FORMATS = (
     Format("landxml", "LandXML", landxml.read_landxml, XML, landxml.is_landxml),
     Format("gama", "GNU Gama", gama.read_gama, (".gkf", *XML), gama.is_gama),
@@ -147,7 +148,17 @@ def read_foreign(path, name=None) -> Foreign:
 
 
 def _of_file(known):
-    return lambda path: known.read(read_once(path, Path(path).name))
+    def read(path):
+        file = read_once(path, Path(path).name)
+        found = known.read(file)
+        is_text = not set(known.suffixes) & {*XML, *CLOSED}
+        if not is_text or file.data.endswith((b"\n", b"\r")):
+            return found
+        # a list that is cut off within its last number looks sound
+        note = f"{file.source}: ends without a line break: is its last line whole?"
+        return replace(found, notes=(*found.notes, note))
+
+    return read
 
 
 def _head(path):
