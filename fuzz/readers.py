@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import ezdxf  # noqa: F401 - reads its own settings when it is first imported
 import pandas as pd
 
 from einschalt.foundations import tables
@@ -29,11 +30,13 @@ from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import PROVENANCE
 from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.programs.recognised import read_foreign
 from einschalt.interfaces.reports.problem_list import problem_lines
 from einschalt.pipeline.batch.block_table import blocks_table
 from einschalt.pipeline.densify import densify
 from einschalt.stages.relative_orientation.dangerous_surface import TERRAIN_HEIGHTS
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS, ground_schema
+from fuzz import foreign_files
 from fuzz.commands import command
 from fuzz.judges import judge_error, judge_text, watched
 from fuzz.sound_files import (
@@ -52,6 +55,7 @@ RESULT = "result"
 # files that are read alone, so that every message is about them
 NAMED = {"camera.toml", "t.csv", "t.tsv", "t.parquet"}
 NAMED |= {"t.xlsx", "t.ods", "t.gpkg", "t.geojson"}
+NAMED |= set(foreign_files.READ) | set(foreign_files.MORE)
 PARQUET = {
     "low_flight.csv": {"compression": "none", "dtype": str},
     "high_flight.csv": {"compression": "zstd", "use_dictionary": False},
@@ -116,7 +120,7 @@ def readers(folder):
     """
     made = []
     for name, file, seeds, read, weight in (
-        *(*_of_files(), *_of_programs()),
+        *(*_of_files(), *_of_programs(), *_of_foreign_files()),
         *(*_of_blocks(), *_commands()),
     ):
         own = folder / f"{len(made):02d}"
@@ -149,6 +153,19 @@ def _of_programs():
         seed = as_map_or_workbook(TABLES["approximate_points.csv"], suffix)
         read = _table(tables.APPROXIMATE_POINTS)
         yield f"points{suffix}", f"t{suffix}", (seed,), read, 1
+
+
+def _of_foreign_files():
+    """Readers of files of other programs, known by their names."""
+    for name, (text, _, _) in foreign_files.READ.items():
+        yield f"foreign {name}", name, (text,), _foreign, 1
+    for name, text in foreign_files.MORE.items():
+        yield f"foreign {name}", name, (text,), _foreign, 1
+
+
+def _foreign(path):
+    for note in read_foreign(path).notes:
+        judge_text(note)
 
 
 def _of_blocks():

@@ -29,6 +29,7 @@ ROOMS_OF_INTERFACES = [
     "reports",
     "files",
     "publication",
+    "programs",
     "new_block",
     "batch",
     "python_api",

@@ -42,6 +42,7 @@ _HOME = {
     "plan_precision": "einschalt.pipeline.planning.precision_table",
     "optimal_scale": "einschalt.pipeline.planning.precision_table",
     "publish": f"{_PUBLICATION}.published_results",
+    "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",
     "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
     "BlockNoise": "einschalt.pipeline.simulation.simulate_block",

@@ -224,6 +224,34 @@ def plane_jacobian(points, operation):
     return jacobian
 
 
+def to_geocentric(points, crs):
+    """Geocentric coordinates of points, in the datum of their own plane system.
+
+    ``points`` (n, 3): easting, northing, height above the ellipsoid. Gives X, Y, Z
+    (n, 3) and their derivatives by easting, northing and height (n, 3, 3).
+    """
+    with offline():
+        target = _geocentric(crs)
+        way = pyproj.Transformer.from_crs(crs.to_3d(), target, always_xy=True)
+        jacobian = np.empty((len(points), 3, 3))
+        for axis in range(3):
+            step = np.zeros(3)
+            step[axis] = STEP
+            ahead = np.column_stack(way.transform(*(points + step).T))
+            behind = np.column_stack(way.transform(*(points - step).T))
+            jacobian[:, :, axis] = (ahead - behind) / (2.0 * STEP)
+        return np.column_stack(way.transform(*points.T)), jacobian
+
+
+def _geocentric(crs):
+    """Geocentric system of the datum, or of the ensemble of datums, of another one."""
+    own = crs.geodetic_crs.to_json_dict()
+    axes = pyproj.crs.GeocentricCRS().to_json_dict()["coordinate_system"]
+    datum = {key: own[key] for key in ("datum", "datum_ensemble") if key in own}
+    system = {"type": "GeodeticCRS", "name": f"{own['name']}, geocentric", **datum}
+    return pyproj.CRS.from_json_dict({**system, "coordinate_system": axes})
+
+
 def scale_range(easting, northing, crs):
     """Smallest and largest scale of a plane system in the middle of some points.
 

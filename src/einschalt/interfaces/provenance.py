@@ -54,8 +54,13 @@ def _head():
         "schema": SCHEMA,
         "program": "einschalt",
         "version": metadata.version("einschalt"),
-        "created": datetime.now(UTC).isoformat(timespec="microseconds"),
+        "created": created_now(),
     }
+
+
+def created_now():
+    """Say date and time, as ``created`` of provenance.json has them."""
+    return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
 def _figures(result):

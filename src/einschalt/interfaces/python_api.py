@@ -14,7 +14,12 @@ from einschalt.foundations.arguments import (
     require_kind,
     require_text,
 )
-from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.errors import (
+    FileError,
+    SettingsError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
@@ -26,6 +31,8 @@ from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.programs.export import export as export_result
+from einschalt.interfaces.programs.recognised import reader_of
 from einschalt.interfaces.publication.publish import publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
@@ -129,6 +136,27 @@ class DensificationResult(results.DensificationResult):
         folder = as_path("folder", folder)
         return publish_densification(self, name, folder, **options)
 
+    def export(self, *files, overwrite=False):
+        """Write the result for other programs, the kind of each file by its suffix.
+
+        Parameters
+        ----------
+        *files : str or Path
+            As of :func:`einschalt.export`.
+        overwrite : bool, optional
+            Replace files that are there; never what the block was read from.
+
+        Returns
+        -------
+        list of Exported
+
+        Raises
+        ------
+        EinschaltError
+            A format is not known or cannot hold the result, or a file is there.
+        """
+        return export_result(self, *files, overwrite=overwrite)
+
 
 def read_block(path, settings=None):
     """Read a block from its folder and check it.
@@ -160,7 +188,8 @@ def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs
     Parameters
     ----------
     path : str or Path
-        .csv, .txt, .tsv, .parquet, .xlsx, .ods, .gpkg, .shp or .geojson.
+        .csv, .txt, .tsv, .parquet, .xlsx, .ods, .gpkg, .shp or .geojson; or a file of
+        another program that einschalt convert reads, such as .dxf or LandXML.
     columns : Mapping, optional
         What columns are called: ``{"easting": "Rechtswert"}``. Usual German, English,
         French and Italian names are known (docs/tables.md).
@@ -193,6 +222,9 @@ def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs
         if text is not None:
             require_text(name, text, expected="a text, or nothing")
     path = as_path("path", path)
+    foreign = reader_of(path)
+    if foreign is not None and columns == {} and layer is None and sheet is None:
+        return _foreign_points(foreign(path), path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))
     said = Said(columns, sheet, layer, decimal, crs)
     table = understand_table(path, CONTROL_POINTS, said, beside=beside)
@@ -205,6 +237,20 @@ def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs
     frame = found.frame[given].reset_index(drop=True)
     frame.attrs = {"notes": (*table.notes, *found.notes), "crs": table.crs}
     return frame
+
+
+def _foreign_points(found, path, crs):
+    """Points of a file of another program, as read_points gives them."""
+    if "control_points" not in found.tables:
+        raise FileError(
+            f"holds {name_some(found.tables) or 'no tables'}, and no ground points",
+            expected="points with coordinates on the ground",
+            remedy="Write its tables with einschalt convert",
+            file=path.name,
+        )
+    table = found.tables["control_points"].copy()
+    table.attrs = {"notes": found.notes, "crs": found.crs or crs}
+    return table
 
 
 def densify(block, settings=None, *, progress=None):

@@ -109,3 +109,9 @@ def test_a_system_for_the_results_that_cannot_be_reached_is_a_problem(
     shown = invoke("check", block_folder, "--output-crs", "EPSG:31287")
     assert shown.exit_code == 0
     assert "MGI / Austria Lambert (EPSG:31287)" in shown.output
+
+
+def test_check_explains_without_a_block(invoke):
+    shown = invoke("check", "--explain", "Hochwert")
+    assert (shown.exit_code, shown.stdout[:18]) == (0, "Hochwert: northing")
+    assert invoke("check", "--explain", "nothing at all").exit_code == 2

@@ -1,5 +1,6 @@
 """``einschalt init``: from files to a block.toml that check accepts."""
 
+import json
 import shutil
 
 import numpy as np
@@ -134,3 +135,10 @@ def test_files_that_make_no_block_are_refused_in_words(invoke, export, tmp_path)
         refused = invoke("init", tmp_path / "new", "--from", *named, "--yes")
         assert refused.exit_code == 2
         assert said in refused.stderr
+
+
+def test_init_writes_the_schema_beside(invoke, tmp_path):
+    assert invoke("init", tmp_path / "b", "--template", "--schema").exit_code == 0
+    text = (tmp_path / "b" / "block.toml").read_text(encoding="utf-8")
+    assert text.startswith("#:schema block.schema.json\n")
+    assert json.loads((tmp_path / "b" / "block.schema.json").read_text())["properties"]

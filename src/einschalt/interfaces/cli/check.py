@@ -1,12 +1,17 @@
 """``einschalt check``: everything that is wrong with a block's input, at once."""
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
 from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
-from einschalt.interfaces.cli.options import Block
 from einschalt.interfaces.cli.settings_options import with_settings_options
 
 EXAMPLES = (
     "einschalt check data_examples/neukirchen",
     "einschalt check BLOCK | grep low_flight.csv",
+    "einschalt check --explain standard_error_m",
 )
 
 
@@ -15,7 +20,22 @@ EXAMPLES = (
     "that of block.toml", ("crs_accuracy_m", "crs_operation", "output_crs", "grids")
 )
 @done_in_work
-def check(block: Block, *, given: dict):
+def check(
+    block: Annotated[
+        Path | None,
+        typer.Argument(metavar="BLOCK", help="Folder of the block, or block.toml."),
+    ] = None,
+    explain: Annotated[
+        str | None,
+        typer.Option(
+            metavar="<column>",
+            show_default=False,
+            help="Explain a column, under its own or a usual name; 'all' lists them.",
+        ),
+    ] = None,
+    *,
+    given: dict,
+):
     """Say everything that is wrong with a block's input.
 
     On a terminal as a table; in a pipe one line for each problem, which begins with

@@ -10,6 +10,7 @@ from einschalt.interfaces.cli.exits import done_in_work, with_exit_status
 EXAMPLES = (
     "einschalt convert markers.xml out/tables",
     "einschalt convert markers.xml out/gcp_list.txt",
+    "einschalt convert sparse/0 out/tables",
     "einschalt convert Punkte.xlsx control_points.csv",
 )
 
@@ -21,18 +22,28 @@ def convert(
         Path,
         typer.Argument(
             metavar="IN",
-            help="Metashape markers (.xml), gcp_list.txt of ODM, "
-            "ground_control_points.json of OpenSfM, or a table of any kind.",
+            help="A file of another program (Metashape, ODM, OpenSfM, MicMac, "
+            "PhotoModeler, GDAL, QGIS, IGN, LandXML, DXF, PAT-B, BINGO, Match-AT, GNU "
+            "Gama, SINEX), a folder of COLMAP or MicMac, or a table of any kind.",
         ),
     ],
     output: Annotated[
         Path,
         typer.Argument(
             metavar="OUT",
-            help="Of markers a folder for control_points.csv and image_points.csv, or "
+            help="A folder for control_points.csv, image_points.csv …; of markers also "
             "gcp_list.txt; of a table a .csv or .parquet.",
         ),
     ],
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="<name>",
+            show_default="by name and content",
+            help="Of a file of another program, such as ign-opk; also one of your own.",
+        ),
+    ] = None,
     sheet: Annotated[
         str | None, typer.Option(show_default="the only one", help="Of a workbook.")
     ] = None,

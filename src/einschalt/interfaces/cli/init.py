@@ -40,6 +40,12 @@ def init(
     template: Annotated[
         bool, typer.Option("--template", help="Write an example to be filled in.")
     ] = False,
+    schema: Annotated[
+        bool,
+        typer.Option(
+            "--schema", help="Write block.schema.json beside, for editors of TOML."
+        ),
+    ] = False,
     yes: Annotated[
         bool,
         typer.Option("--yes", "-y", help="Ask nothing: take what is suggested."),

@@ -23,6 +23,7 @@ COMMANDS = {
     "convert": "Write what another program has measured as plain tables.",
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
+    "export": "Write a result for CAD, Excel, GIS and other adjustments.",
     "publish": "Publish a result for PROJ, GDAL and QGIS.",
     "orient": "Orient image pairs, and say which are near a dangerous surface.",
 }

@@ -111,13 +111,19 @@ def _without_apostrophes(frame, schema):
 
 def _is_plain(data, header):
     """Whether pyarrow would not pass over anything that must be said."""
+    # single bytes are found ten times as fast as pairs of them
+    n_returns = data.count(b"\r")
     return (
         header.is_first
         and len(set(header.names)) == len(header.names)
-        and data.count(b"\r") == data.count(b"\r\n")
+        and (not n_returns or n_returns == data.count(b"\r\n"))
         and not (b'"' in data and QUOTE_IN_TEXT.search(data))
-        and data.find(b"\n#", _start_of_line(data, header.row + 1) - 1) < 0
+        and not (b"#" in data and _has_comment(data, header))
     )
+
+
+def _has_comment(data, header):
+    return data.find(b"\n#", _start_of_line(data, header.row + 1) - 1) >= 0
 
 
 def _start_of_line(data, row):
@@ -132,7 +138,9 @@ def _start_of_line(data, row):
 
 def _read_fast(data, header, schema, numbers):
     """Read with pyarrow; None where anything is out of the ordinary."""
-    n_bytes = len(data.rstrip(b"\r\n"))
+    n_bytes = len(data)
+    while n_bytes and data[n_bytes - 1] in b"\r\n":  # rstrip would copy all of it
+        n_bytes -= 1
     try:
         table = arrow_csv.read_csv(
             pa.BufferReader(pa.py_buffer(data).slice(0, n_bytes)),

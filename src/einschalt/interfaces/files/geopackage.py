@@ -75,6 +75,8 @@ def write_geopackage(result, path, *, ellipse_scale=None):
                 crs=crs,
                 append=layer is not layers[0],
                 layer_options={"DESCRIPTION": layer.description},
+                # readers of 2018 open it as well, such as QGIS 3.22
+                dataset_options={"VERSION": "1.2"},
             )
         add_styles(file, DATE)
 
@@ -157,11 +159,15 @@ def _plane(frame):
 
 
 def _points_layer(result):
+    xyz, kind = _plane(result.points), "Point"
+    if "height" in result.points and result.points["height"].notna().all():
+        height = result.points["height"].to_numpy(dtype=float)
+        xyz, kind = np.column_stack([xyz, height]), "Point Z"
     return Layer(
         "points",
         result.points,
-        map_shapes.points(_plane(result.points)),
-        "Point",
+        map_shapes.points(xyz),
+        kind,
         "Densified points; lengths in metres, standard errors total",
     )
 

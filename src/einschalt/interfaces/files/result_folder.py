@@ -42,6 +42,7 @@ IF_ANY = (
     "iterations",
     "repeated_settings",
 )
+TABLE_NAMES = (*TABLES, *IF_ANY, "failures")
 SYSTEM = "points.prj"  # GDAL reads it beside points.csv
 ASSESSMENT = "assessment.json"
 CHANGES = "changes.csv"
@@ -185,12 +186,22 @@ def write_result(
     write_folder(folder, output, provenance(result), write, beside=beside)
 
 
+def tables_of(result):
+    """Tables of a result by name, columns in their order; those with rows alone."""
+    tables = {name: getattr(result, name) for name in TABLE_NAMES}
+    return {
+        name: _ordered(frame, FIRST_COLUMNS[name])
+        for name, frame in tables.items()
+        if frame is not None and len(frame)
+    }
+
+
 def _write_tables(result, folder):
     # a table of its own where there is anything in it
     further = [name for name in IF_ANY if len(getattr(result, name))]
     for name in (*TABLES, *further, "failures"):
         frame = _ordered(getattr(result, name), FIRST_COLUMNS[name])
-        decimals = {column: _decimals(column) for column in frame.columns}
+        decimals = {column: decimals_of(column) for column in frame.columns}
         write_csv(frame, folder / f"{name}.csv", decimals=decimals)
         if name != "failures":
             write_parquet(frame, folder / f"{name}.parquet")
@@ -208,7 +219,7 @@ def _ordered(frame, first):
     return frame[[*known, *(name for name in frame.columns if name not in known)]]
 
 
-def _decimals(column):
+def decimals_of(column):
     """Decimals of a column by its name, or by the word that it begins with."""
     if column in DECIMALS:
         return DECIMALS[column]

@@ -120,7 +120,7 @@ def identical_points(fit):
 def publish_folder(folder, name, output, *, crs=None, source_crs=None, **options):
     """Publish what ``einschalt densify`` or ``transform`` has written into a folder."""
     folder = Path(folder)
-    facts = _provenance(folder)
+    facts = provenance_in(folder)
     files = [path for path in sorted(folder.iterdir()) if path.is_file()]
     options |= {"files": files}
     if facts.get("command") == "transform":
@@ -159,7 +159,8 @@ def _fit_in(folder):
     return with_triangles(fit, _table(folder, TRIANGLES), _table(folder, "left_out"))
 
 
-def _provenance(folder):
+def provenance_in(folder):
+    """What provenance.json of a folder with results says; a FileError without one."""
     try:
         content = json.loads((folder / PROVENANCE).read_bytes())
     except (OSError, ValueError):

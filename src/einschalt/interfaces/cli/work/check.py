@@ -6,18 +6,29 @@ from dataclasses import replace
 import typer
 from rich.console import Console
 
-from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.columns_page import explanation_of
 from einschalt.interfaces.reports import problem_list
 from einschalt.pipeline.block.output_system import with_output_system
 
 
-def check(block, given=None):
-    """Print everything that is wrong with a block's input.
+def check(block=None, given=None, explain=None):
+    """Print everything that is wrong with a block's input, or explain a column.
 
     ``given``: settings that go before those of block.toml.
     """
+    if explain is not None:
+        print_out(explanation_of(explain).rstrip("\n"))
+    if block is None and explain is None:
+        raise SettingsError(
+            "no block is named",
+            expected="a folder with block.toml",
+            remedy="Write einschalt check BLOCK",
+        )
+    if block is None:
+        return
     found = _with_output(find_problems(block, given))
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))

@@ -10,17 +10,23 @@ from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.atomic import make_folder
+from einschalt.interfaces.files.block_toml import write_keys
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
+from einschalt.interfaces.programs.recognised import reader_of
 
 CONTROL, IMAGES = "control_points.csv", "image_points.csv"
 
 
-def convert(given, output, *, sheet, layer, crs, decimal):
+def convert(given, output, *, kind, sheet, layer, crs, decimal):
     """Convert markers or a table; what was understood goes to standard error."""
+    read = reader_of(given, kind)
+    if read is not None:
+        _convert_foreign(read(given), given, output, crs)
+        return
     read = _reader(given)
     if read is not None:
         markers = _in_system(read(given, given.name), crs, given)
@@ -28,6 +34,46 @@ def convert(given, output, *, sheet, layer, crs, decimal):
         return
     said = Said(sheet=sheet, layer=layer, crs=crs, decimal=decimal)
     _convert_table(look_at(given, said), given, output)
+
+
+def _convert_foreign(foreign, given, output, crs):
+    """Write the tables of another program into a folder, each as a file."""
+    for note in foreign.notes:
+        print_error(f"note: {note}")
+    if output.suffix and not output.is_dir():
+        raise _no_folder(output)
+    paths = {name: output / f"{name}.csv" for name in foreign.tables}
+    cameras = _camera_paths(foreign.cameras, output)
+    for path in (*paths.values(), *cameras.values()):
+        _require_free(path)
+    make_folder(output)
+    for name, path in cameras.items():
+        write_keys(path, foreign.cameras[name])
+        print_out(f"camera {shortened(name)} of {given.name} in {path}")
+    for name, path in paths.items():
+        write_csv(foreign.tables[name], path)
+        print_out(
+            f"{count(len(foreign.tables[name]), 'row')} of {given.name} in {path}"
+        )
+    crs = _in_system(foreign, crs, given).crs
+    if crs is not None and CONTROL in {path.name for path in paths.values()}:
+        print_out(f'In block.toml: [control_points] crs = "{crs}"')
+
+
+def _camera_paths(cameras, output):
+    """One camera.toml, or one for each camera, numbered."""
+    if len(cameras) == 1:
+        return dict.fromkeys(cameras, output / "camera.toml")
+    return {n: output / f"camera_{k}.toml" for k, n in enumerate(cameras, 1)}
+
+
+def _no_folder(output):
+    return FileError(
+        f"suffix '{output.suffix}' is none for what another program has measured",
+        expected="a folder, or gcp_list.txt for markers",
+        remedy="Name a folder",
+        file=output,
+    )
 
 
 def _reader(path):
@@ -65,12 +111,7 @@ def _convert_markers(markers, given, output):
         print_out(f"{_said(markers)} in {output}")
         return
     if output.suffix and not output.is_dir():
-        raise FileError(
-            f"suffix '{output.suffix}' is none for markers",
-            expected="a folder, or gcp_list.txt",
-            remedy="Name a folder",
-            file=output,
-        )
+        raise _no_folder(output)
     control, measured = output / CONTROL, output / IMAGES
     for path in (control, measured):
         _require_free(path)

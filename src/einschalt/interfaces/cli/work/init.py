@@ -12,6 +12,11 @@ from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.block_schema import (
+    DIRECTIVE,
+    SCHEMA_FILE,
+    schema_text,
+)
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
@@ -30,11 +35,15 @@ PLACES = {
 ASSUMED = "assumed, since no file tells: correct it"
 
 
-def init(folder, more, files, *, template, yes, name, easting, northing, **options):
+def init(
+    folder, more, files, *, template, schema, yes, name, easting, northing, **options
+):
     """Write block.toml of what files hold, or of a template."""
     require_new(folder)
+    head = DIRECTIVE if schema else ""
     if template:
-        write_text(make_folder(folder) / BLOCK_FILE, TEMPLATE)
+        write_text(make_folder(folder) / BLOCK_FILE, f"{head}{TEMPLATE}")
+        _write_schema(folder, schema)
         print_out(f"{folder / BLOCK_FILE}: fill it in, then: einschalt check {folder}")
         return
     if options["crs"] is not None:
@@ -51,8 +60,15 @@ def init(folder, more, files, *, template, yes, name, easting, northing, **optio
         value, reason = _answer(question, yes)
         proposal = answered(proposal, question, value, reason)
     text = block_text(proposal, folder, name or Path(folder).resolve().name)
-    write_text(make_folder(folder) / BLOCK_FILE, text)
+    write_text(make_folder(folder) / BLOCK_FILE, f"{head}{text}")
+    _write_schema(folder, schema)
     _check(folder)
+
+
+def _write_schema(folder, is_asked):
+    """Write what editors check block.toml by; it is the same for all blocks."""
+    if is_asked:
+        write_text(folder / SCHEMA_FILE, schema_text())
 
 
 def require_new(folder):

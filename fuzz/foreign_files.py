@@ -1,0 +1,208 @@
+"""Small files as other programs write them: for the fuzz, and for the tests."""
+
+CAMERAS = "# Number of cameras: 1\n1 PINHOLE 4000 3000 2500 2500 2000 1500\n"
+# a camera that looks down from (10, 20, 100), its x to the east
+IMAGES = """\
+# Number of images: 2, mean observations per image: 1
+1 0 1 0 0 -10 20 100 1 a b.jpg
+2000 1500 7 1 1 -1 2250 1500 8
+2 0 1 0 0 -10 20 100 1 c.jpg
+
+"""
+POINTS_3D = "# Number of points: 2\n7 10 20 0 1 2 3 0.5 1 0\n8 20 20 0 1 2 3 0.25 1 2\n"
+ORIENTATION = """\
+<?xml version="1.0" ?><ExportAPERO><OrientationConique><Externe>
+<Centre>10 20 100</Centre><ParamRotation><CodageMatr><L1>1 0 0</L1>
+<L2>0 -1 0</L2><L3>0 0 -1</L3></CodageMatr></ParamRotation>
+</Externe></OrientationConique></ExportAPERO>
+"""
+DICO = """\
+<DicoAppuisFlottant><OneAppuisDAF><Pt>1 2 3</Pt><NamePt>P1</NamePt>
+<Incertitude>0.01 0.02 0.03</Incertitude></OneAppuisDAF></DicoAppuisFlottant>
+"""
+MEASURED = """\
+<SetOfMesureAppuisFlottants><MesureAppuiFlottant1Im><NameIm>a.tif</NameIm>
+<OneMesureAF1I><NamePt>P1</NamePt><PtIm>5.5 6</PtIm></OneMesureAF1I>
+</MesureAppuiFlottant1Im></SetOfMesureAppuisFlottants>
+"""
+MMVII = """\
+<MMVII_Serialization><SetGCP><NameSet>"a"</NameSet><Measures><Nb>1</Nb>
+<el><Name>"002"</Name><Pt>-0.2 -0.5 0.25</Pt><Sigma2>4 1 0 9 0 16</Sigma2></el>
+</Measures></SetGCP></MMVII_Serialization>
+"""
+VRT = """\
+<VRTDataset><GCPList Projection="EPSG:31467">
+<GCP Id="A" Pixel="1.5" Line="2.5" X="3500000" Y="5300000" Z="12"/>
+<GCP Id="" Pixel="3" Line="4" X="3500100" Y="5300100" Z="13"/>
+</GCPList></VRTDataset>
+"""
+ARCGIS = """\
+<GeodataXform><SpatialReference><WKID>31467</WKID></SpatialReference>
+<SourceGCPs><Double>1</Double><Double>2</Double></SourceGCPs>
+<TargetGCPs><Double>3500000</Double><Double>5300000</Double></TargetGCPs>
+</GeodataXform>
+"""
+QGIS = """\
+#CRS: EPSG:31255
+mapX,mapY,sourceX,sourceY,enable,dX,dY,residual
+13000.5,322000.25,10.5,-20.25,1,0,0,0
+13100,322100,30,-40,0,0,0,0
+"""
+MARKS = """\
+Project Units: meters
+
+Object Point ID,Photo #,X (pixels),Y (pixels),Residual X,Residual Y
+317,1,5007.5,7275.25,0.1,0.6
+"""
+POINTS_PM = """\
+Project Units: meters
+
+Id,Name,Photos (used),X (project units),Y (project units),Z (project units),\
+X Precision,Y Precision,Z Precision,Type
+317," ","1,2",1.5,2.5,3.5,0.01,0.02,n/a,Control
+318," ","1,2",4.5,5.5,6.5,0.01,0.02,0.03,Regular
+"""
+PROJECT = """\
+Bundle Soln
+ 0.0005 20 100 100
+ 1 2 3 4 5 6 7 8 9
+ 0 1 1 1 1 1 1 1 1 1
+ 0 0 0 0 0 0 0 0 0 0
+   0 c:\\my images\\8811.jpg
+   0 10 20 100 90 0 0
+   0 0.1 0.1 0.1 0.1 0.1 0.1
+
+   0 1 1 1 1 1 1 1 1 1 1
+   0 1 1 1 1 1 1 1 1 1 1
+
+     317 1.5 2.5 3.5 0.01 0.02 0.03
+
+   0      317 5007.5 7275.25  1.0  1.0
+
+   1    1      317
+
+   0    1
+"""
+OPK = """\
+CHANTIER : a
+PROJECTION : LAMBERT93
+UNITE ANGLE  : grade
+NOM\tX\tY\tZ\tO\tP\tK\tCAMERA
+im1    1029229.25    6334683.5    3660.75     0     0     100     UCE-M3
+"""
+PRJ = """\
+$PROJECT 5.0.0
+$LINEAR_UNITS_OF_IMAGE : mm
+$PHOTO
+  $PHOTO_NUM : 12
+  $EXT_ORI : 0
+   153.0 10 20 100
+   0 -1 0
+   1 0 0
+   0 0 1
+  $PHOTO_POINTS :
+   P1 1.5 -2.5 1.0 2 { * }
+  $END_POINTS
+$END
+$CONTROL_POINTS
+  P1 1 2 3 HV
+$END
+"""
+GAMA = """\
+<gama-local><network><points-observations><coordinates>
+<point id="A" x="2" y="1"/><cov-mat dim="2" band="1">4 1 9</cov-mat>
+</coordinates></points-observations></network></gama-local>
+"""
+LANDXML = """\
+<LandXML xmlns="http://www.landxml.org/schema/LandXML-1.0"><Units>
+<Metric linearUnit="millimeter"/></Units><CgPoints>
+<CgPoint name="A">2000 1000 3000</CgPoint><CgPoint pntRef="A"/></CgPoints></LandXML>
+"""
+REFERENCE = """\
+# CoordinateSystem: EPSG:4326
+#Label,X/Longitude,Y/Latitude,Z/Altitude,Error_(m),Enable
+"P, 1",13.5,48.25,411.5,0.01,False
+# Total error,,,,0.01
+"""
+# table, then what stands in its first row
+READ = {
+    "a.xml": (LANDXML, "control_points", ["A", 1.0, 2.0, 3.0]),
+    "a.gkf": (GAMA, "control_points", ["A", 1.0, 2.0]),
+    "dico.xml": (DICO, "control_points", ["P1", 1.0, 2.0, 3.0, 0.01, 0.02, 0.03]),
+    "mes.xml": (MEASURED, "image_points", ["a.tif", "P1", 5.5, 6.0]),
+    "mmvii.xml": (MMVII, "control_points", ["002", -0.2, -0.5, 0.25, 2, 3, 4, 1]),
+    "a.vrt": (VRT, "control_points", ["A", 3.5e6, 5.3e6, 12.0, "control"]),
+    "a.tif.aux.xml": (ARCGIS, "image_points", ["a.tif", "1", 1.0, 2.0]),
+    "a.tif.points": (QGIS, "image_points", ["a.tif", "1", 10.5, 20.25]),
+    "marks.txt": (MARKS, "image_points", ["1", "317", 5007.5, 7275.25]),
+    "points.txt": (POINTS_PM, "control_points", ["317", 1.5, 2.5, 3.5, 0.01, 0.02]),
+    "project.txt": (PROJECT, "image_points", ["8811.jpg", "317", 5007.5, 7275.25]),
+    "a.OPK": (OPK, "orientations", ["im1", 1029229.25, 6334683.5, 3660.75]),
+    "a.xyz": ("ID\tX\tY\tZ\nP1 1 2 3\n", "control_points", ["P1", 1.0, 2.0, 3.0]),
+    "a.app": ("P1 3 1 2 4\n", "control_points", ["P1", 1.0, 2.0, 4.0, "3"]),
+    "a.mes": ("P1 im1 5.5 6 \r\n", "image_points", ["im1", "P1", 5.5, 6.0]),
+    "a.con": ("7 1.5 2 1\n-99\n7 3 1\n-99\n", "control_points", ["7", 1.5, 2.0, 3.0]),
+    "a.im": ("12\n7 1500 -2500\n-99\n", "image_points", ["12", "7", 1.5, -2.5]),
+    "geoin.dat": (
+        "CAPA 1\nCHCK P1 1 2 3\n",
+        "control_points",
+        ["P1", 1, 2, 3, "check"],
+    ),
+    "image.dat": ("12 a\n7 1.5 -2.5\n-99\n", "image_points", ["12", "7", 1.5, -2.5]),
+    "itera.dat": ("ORIA 12 1 2 3 0 0 100\n", "orientations", ["12", 1.0, 2.0, 3.0]),
+    "a.ori": ("12 1 2 3\n0 -1 0 1 0\n0 0 0 1\n", "orientations", ["12", 1.0, 2.0, 3.0]),
+    "a.prj": (PRJ, "image_points", ["12", "P1", 1.5, -2.5]),
+    "ref.csv": (REFERENCE, "control_points", ["P, 1", 13.5, 48.25, 411.5, "check"]),
+}
+SINEX = """\
+%=SNX 2.02 EIN 26:060:43200 EIN 26:060:43200 26:060:43200 P 00003 2 S
++SITE/ID
+ 0000  A           P 7/8
+-SITE/ID
++SOLUTION/ESTIMATE
+     1 STAX   0000  A    1 26:060:43200 m    2  4.1000000000000E+06 1.0E-02
+     2 STAY   0000  A    1 26:060:43200 m    2  9.0000000000000E+05 1.0E-02
+     3 STAZ   0000  A    1 26:060:43200 m    2  4.8000000000000E+06 1.0E-02
+-SOLUTION/ESTIMATE
++SOLUTION/MATRIX_ESTIMATE L COVA
+     1     1  1.0E-04
+     2     1  0.0E+00  1.0E-04
+     3     1  0.0E+00  0.0E+00  1.0E-04
+-SOLUTION/MATRIX_ESTIMATE L COVA
+%ENDSNX
+"""
+DXF = """\
+  0
+SECTION
+  2
+ENTITIES
+  0
+POINT
+  8
+0
+ 10
+13000.25
+ 20
+322000.5
+ 30
+411.25
+  0
+ENDSEC
+  0
+EOF
+"""
+SENSORS = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<document version="1.5.0"><chunk label="Chunk 1"><sensors>
+<sensor id="0" label="FC6310" type="frame"><resolution width="5472" height="3648"/>
+<property name="pixel_width" value="0.00241"/>
+<calibration type="frame" class="initial"><f>3000</f></calibration>
+<calibration type="frame" class="adjusted"><resolution width="5472" height="3648"/>
+<f>3239.25</f><cx>-17.5</cx><cy>51.75</cy><k1>-0.0625</k1><p1>0.001</p1></calibration>
+</sensor></sensors><cameras><camera id="0" label="A.JPG" sensor_id="0">
+<transform>1 0 0 10 0 -1 0 20 0 0 -1 100 0 0 0 1</transform></camera>
+<camera id="1" label="B.JPG" sensor_id="0"/></cameras></chunk></document>
+"""
+# read, and not in the table above
+MORE = {"Orientation-a.tif.xml": ORIENTATION, "a.snx": SINEX, "a.dxf": DXF}
+MORE["cameras.xml"] = SENSORS

@@ -1,0 +1,20 @@
+"""What ``einschalt export`` does."""
+
+from einschalt.interfaces import python_api
+from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.files.block_toml import BLOCK_FILE
+from einschalt.interfaces.programs.export import export as export_result
+from einschalt.interfaces.programs.export import writer_of
+
+
+def export(result, more, files, *, overwrite=False):
+    """Write the files, and say what is to be known of each."""
+    files = [*(files or []), *(more or [])]
+    for file in files:  # before the work, which would be lost
+        writer_of(file)
+    if files and (result / BLOCK_FILE).is_file():
+        result = python_api.densify(python_api.read_block(result))
+    for written in export_result(result, *files, overwrite=overwrite):
+        print_out(written.path)
+        for note in written.notes:
+            print_out(f"  {note}")

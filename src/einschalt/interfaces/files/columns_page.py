@@ -1,0 +1,234 @@
+"""All files and columns, explained: as a page, and one column at a time.
+
+Units, what may be missing and which values are allowed come from the schemas that check
+the tables, other names from the dictionary that understands them: the page can say
+nothing else than what is done.
+"""
+
+from difflib import get_close_matches
+
+from einschalt.foundations import tables
+from einschalt.foundations.column_meanings import (
+    INPUT_TABLES,
+    RESULT_TABLES,
+    TABLES,
+    meaning_of,
+)
+from einschalt.foundations.column_words import KINDS, WORDS, folded
+from einschalt.foundations.errors import SettingsError, name_some
+from einschalt.interfaces.files.result_folder import FIRST_COLUMNS
+
+SCHEMAS = {
+    "control_points": (tables.CONTROL_POINTS,),
+    "approximate_points": (tables.APPROXIMATE_POINTS,),
+    "model_points": (tables.MEASURED_MODEL_POINTS,),
+    "y_parallaxes": (tables.Y_PARALLAXES,),
+    "models": (tables.MODEL_BASES, tables.IMAGE_MODELS),
+    "image_points": (tables.IMAGE_POINTS,),
+    "image_pairs": (tables.IMAGE_PAIRS,),
+}
+# columns that results have beside the first ones, which are in their order
+FURTHER = {
+    "points": (
+        *("two_step_easting", "two_step_northing", "two_step_height"),
+        *("standard_error_height_checked", "covariance_eh", "covariance_nh"),
+    ),
+    "models": (
+        *("a0", "a1", "a2", "b0", "b1", "b2", "a", "b", "te", "tn", "th"),
+        *("scale", "omega", "phi", "kappa"),
+    ),
+    "residuals": ("minimal_detectable_bias", "external_reliability", "weight"),
+    "orientations": (
+        *("case", "n_points", "redundancy", "sigma_0", "base", "is_converged"),
+        *("is_ambiguous", "verdict", "inflation", "reason", "m_g_intersection_um"),
+        *("m_g_orientation_um", "bx", "by", "bz", "omega", "phi", "kappa"),
+        *("d_omega", "d_phi", "d_kappa", "d_phi_1", "d_phi_2", "d_kappa_1"),
+        *("d_kappa_2", "d_by", "d_bz"),
+    ),
+    "orientation_residuals": (
+        *("residual_x_left", "residual_y_left", "residual_x_right"),
+        *("residual_y_right", "residual", "redundancy_number", "weight", "w"),
+        *("p_value", "is_suspect"),
+    ),
+    "gross_measurements": ("residual_easting", "residual_northing", "w", "p_value"),
+    "coverages": (
+        *("difference_easting", "difference_northing", "standard_error_difference"),
+        *("p_value", "is_suspect"),
+    ),
+    "error_sources": (
+        *("standard_error_control", "standard_error_high_flight"),
+        *("standard_error_low_flight", "standard_error_orientation"),
+        *("standard_error_own_deformation", "standard_error_control_groups"),
+        *("standard_error_approximate_points", "standard_error_approximate_groups"),
+        *("standard_error_reference_system", "largest_source"),
+    ),
+    "neighbours": (
+        *("standard_error_easting", "standard_error_northing", "covariance_en"),
+        *("standard_error_total", "standard_error_distance"),
+        *("standard_error_across", "standard_error_if_independent"),
+    ),
+    "ellipses": ("semi_major", "semi_minor", "azimuth_gon", "confidence"),
+    "control_left_out": (
+        *("difference_height", "standard_error_easting", "standard_error_northing"),
+        *("covariance_en", "standard_error_total", "standard_error_height"),
+        *("w", "p_value", "p_value_height", "is_suspect"),
+    ),
+    "repeated_settings": (
+        *("m_g_um", "m_g_settings_um", "standard_error_um", "p_value"),
+        *("is_larger", "is_smaller"),
+    ),
+}
+EXAMPLES = {
+    **dict.fromkeys(("point_id", "neighbour_id"), "0012"),
+    "model_id": "11/12",
+    **dict.fromkeys(("image_id", "left_image"), "11"),
+    "right_image": "12",
+    "coverage": "1",
+    "setting": "2",
+    "n_settings": "2",
+    "flight": "low_flight",
+    "role": "control",
+    "easting": "13000.25",
+    "northing": "322000.50",
+    "height": "411.25",
+    "x": "12.3456",
+    "y": "-98.7654",
+    "z": "-152.3400",
+    "base": "92.00",
+    "y_parallax": "0.012",
+    "standard_error_m": "0.03",
+    "transformation": "affine",
+}
+LANGUAGES = {"de": "German", "en": "English", "fr": "French", "it": "Italian"}
+WRITTEN = {"models": "transformations of the models, and how they fit"}
+ALL = "all"
+HEAD = """\
+# Files and columns
+
+Written by `einschalt check --explain all`, from the schemas that check the tables; a
+single column is explained by `einschalt check --explain NAME`. How other names, units
+and encodings are understood: [tables.md](tables.md). Lengths on the ground are metres.
+TOTAL errors are the root of both variances in plan; others are of one coordinate.
+"""
+
+
+def written_columns(table):
+    """Names of the columns that a table of the results may have."""
+    return tuple(dict.fromkeys((*FIRST_COLUMNS[table], *FURTHER.get(table, ()))))
+
+
+def read_columns(table):
+    """Names of the columns that a table of a block may have."""
+    names = (name for schema in SCHEMAS[table] for name in schema.names)
+    return tuple(dict.fromkeys(names))
+
+
+def columns_page():
+    """Page of all tables and columns, as Markdown."""
+    parts = [HEAD, "## Tables that are read\n"]
+    parts += [_input_table(name) for name in INPUT_TABLES]
+    parts.append("## Tables that are written\n")
+    parts += [_result_table(name) for name in RESULT_TABLES]
+    return "\n".join(parts)
+
+
+def _input_table(name):
+    lines = [f"### {name}", "", f"{_capital(TABLES[name])}.", ""]
+    lines += ["| column | unit | needed | meaning | example |", "|---|---|---|---|---|"]
+    for column in read_columns(name):
+        found = _column(name, column)
+        _, meaning = meaning_of(column, name)
+        cells = (found.unit or "text", _needed(name, found), _allowed(found, meaning))
+        lines.append(_row(f"`{column}`", *cells, f"`{EXAMPLES.get(column, '')}`"))
+    return "\n".join([*lines, ""]).replace("``", "")
+
+
+def _column(table, name):
+    found = (c for schema in SCHEMAS[table] for c in schema.columns if c.name == name)
+    return next(found)
+
+
+def _needed(table, column):
+    if any(column.name not in schema.names for schema in SCHEMAS[table]):
+        return "for bases" if column.name == "base" else "for images"
+    if column.is_required:
+        return "yes"
+    return f"no: {column.default}" if column.default else "no"
+
+
+def _allowed(column, meaning):
+    words = [meaning]
+    if column.choices and "or" not in meaning:
+        words.append(" or ".join(column.choices))
+    words += ["above 0"] if column.is_positive else []
+    words += ["may be empty"] if column.may_be_missing else []
+    return "; ".join(words)
+
+
+def _result_table(name):
+    lines = [
+        f"### {name} (result)",
+        "",
+        f"{_capital(WRITTEN.get(name, TABLES[name]))}.",
+        "",
+    ]
+    lines += ["| column | unit | meaning |", "|---|---|---|"]
+    for column in written_columns(name):
+        lines.append(_row(f"`{column}`", *meaning_of(column, name)))
+    return "\n".join([*lines, ""])
+
+
+def _row(*cells):
+    return f"| {' | '.join(cells)} |"
+
+
+def _capital(text):
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def explanation_of(name):
+    """Explain a column, or all of them; a SettingsError where there is none of it.
+
+    A word that stands for a column, such as Rechtswert, is explained as that.
+    """
+    if name == ALL:
+        return columns_page()
+    column = _meant(name)
+    lines = [column if column == name else f"{name}: {column}"]
+    for table in INPUT_TABLES:
+        if column in read_columns(table):
+            found = _column(table, column)
+            said = _allowed(found, meaning_of(column, table)[1])
+            unit, needed = found.unit or "text", _needed(table, found)
+            lines.append(f"  {table}: {said} [{unit}], needed: {needed}")
+    for table in RESULT_TABLES:
+        if column in written_columns(table):
+            unit, said = meaning_of(column, table)
+            lines.append(f"  {table} (result): {said}{f' [{unit}]' if unit else ''}")
+    if column in EXAMPLES:
+        lines.append(f"  example: {EXAMPLES[column]}")
+    for language, words in WORDS.get(column, {}).items():
+        known = LANGUAGES.get(language, "where no better word stands")
+        lines.append(f"  {known}: {', '.join(words.split())}")
+    if column == "role":
+        for kind, languages in KINDS.items():
+            words = " ".join(languages.values()).split()
+            lines.append(f"  {kind}: {', '.join(words)}")
+    return "\n".join(lines)
+
+
+def _meant(name):
+    known = {c for table in INPUT_TABLES for c in read_columns(table)}
+    known |= {c for table in RESULT_TABLES for c in written_columns(table)}
+    if name in known:
+        return name
+    word = folded(name)
+    for column, languages in WORDS.items():
+        if any(word in words.split() for words in languages.values()):
+            return column
+    near = get_close_matches(name.casefold(), known, n=3)
+    raise SettingsError(
+        f"'{name[:40]}' is no column",
+        expected=name_some(near, 3) if near else f"a column of a table, or '{ALL}'",
+        remedy="einschalt check --explain all lists them",
+    )

@@ -1,0 +1,1 @@
+"""Files of other programs: what is handed over to them, and what they measured."""

@@ -1,0 +1,78 @@
+"""Files of BINGO, after its manual: geoin.dat, image.dat and itera.dat."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.programs.foreign import (
+    UNSEEN,
+    Foreign,
+    damaged,
+    lines_of,
+    numbers_of,
+    orientations,
+)
+from einschalt.interfaces.programs.pat_b import read_photos
+
+COMMENTS = ("*", "C ")
+GEOIN = "CONT or CHCK, then name E N H"
+IMAGE = "a line with the photo, lines of point x y [mm], and -99"
+ITERA = "ORIA photo X Y Z phi omega kappa [gon], and CORD point X Y Z"
+ROLES = {"CONT": "control", "CHCK": "check"}
+
+
+def read_control(file) -> Foreign:
+    """Read control and check points of geoin.dat."""
+    lines = [
+        line
+        for line in lines_of(file, comments=COMMENTS)
+        if line.words[0].upper() in ROLES
+    ]
+    if not lines:
+        raise damaged(file.source, "holds no CONT or CHCK", GEOIN)
+    values = numbers_of(lines, file.source, 2, 5, GEOIN)
+    table = pd.DataFrame({"point_id": [line.words[1] for line in lines]})
+    table[["easting", "northing", "height"]] = values
+    table["role"] = [ROLES[line.words[0].upper()] for line in lines]
+    return Foreign({"control_points": table}, None, (f"{file.source}: {UNSEEN}",))
+
+
+def read_images(file) -> Foreign:
+    """Read image coordinates of image.dat [mm]."""
+    return read_photos(file, factor=1.0, expected=IMAGE)
+
+
+def read_result(file) -> Foreign:
+    """Read orientations and points of itera.dat."""
+    lines = lines_of(file, comments=COMMENTS)
+    photos = [line for line in lines if line.words[0].upper() == "ORIA"]
+    points = [line for line in lines if line.words[0].upper() == "CORD"]
+    if not photos and not points:
+        raise damaged(file.source, "holds no ORIA or CORD", ITERA)
+    tables = {}
+    if photos:
+        values = numbers_of(photos, file.source, 2, 8, ITERA)
+        phi, omega, kappa = (values[:, 3:] * RADIANS_PER_GON).T
+        # phi first, then omega, then kappa: from the image to the ground
+        turn = _about(1, phi) @ _about(0, omega) @ _about(2, kappa)
+        angles = angles_from_rotation(np.swapaxes(turn, 1, 2))
+        names = [line.words[1] for line in photos]
+        tables["orientations"] = orientations(names, values[:, :3], angles)
+    if points:
+        table = pd.DataFrame({"point_id": [line.words[1] for line in points]})
+        values = numbers_of(points, file.source, 2, 5, ITERA)
+        table[["easting", "northing", "height"]] = values
+        tables["control_points"] = table.assign(role="new")
+    return Foreign(tables, None, (f"{file.source}: {UNSEEN}",))
+
+
+def _about(axis, angle):
+    """Right-handed rotations about an axis, (n, 3, 3)."""
+    one, two = [(1, 2), (2, 0), (0, 1)][axis]
+    turn = np.zeros((len(angle), 3, 3))
+    turn[:, axis, axis] = 1.0
+    turn[:, one, one] = turn[:, two, two] = np.cos(angle)
+    turn[:, two, one] = np.sin(angle)
+    turn[:, one, two] = -np.sin(angle)
+    return turn

@@ -1,0 +1,221 @@
+"""Results as DXF: points with their numbers, ellipses, residual vectors, on layers.
+
+Each point is a block reference with attributes (NUMBER, ERROR and, where it has one,
+HEIGHT), as CAD programs of surveyors read and write them; its height is its z as well,
+and its layer says what kind it is.
+"""
+
+import logging
+import re
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.files.gdal_files import COPIES
+from einschalt.interfaces.files.map_layers import exaggeration
+from einschalt.interfaces.programs.extras import imported
+from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
+
+COLOURS = {"new": 7, "control": 30, "check": 5}
+NUMBER, HEIGHT, ERROR = "NUMBER", "HEIGHT", "ERROR"
+POINTS = "POINTS_"
+NUMBERS = {"NUMBER", "PUNKTNUMMER", "PUNKTNR", "PKTNR", "NR", "NAME", "PT", "POINT_ID"}
+NUMBERS |= {"NUMERO", "MATRICULE", "ID", "NUM"}
+BLOCK = "EINSCHALT_POINT"
+TEXT_SHARE = 0.15  # of the distance between points
+MOST_POINTS = 2**22
+# what the library lets through of files that it does not expect
+ERRORS = (OSError, ArithmeticError, LookupError, ValueError, TypeError, RuntimeError)
+ERRORS = (*ERRORS, AttributeError, AssertionError, StopIteration, EOFError)
+LINE = re.compile(r"line[: ]+(\d+)")
+COLUMNS = ["point_id", "easting", "northing", "height", "role"]
+EXPECTED = "a drawing with points, or with block references that bear point numbers"
+
+
+def write_dxf(handed, path):
+    """Write the points, their numbers, ellipses and residual vectors; gives notes.
+
+    Ellipses and vectors are drawn so much larger that they are seen: the factor stands
+    in the name of their layer.
+    """
+    ezdxf = imported("ezdxf", "DXF")
+    with _same_file_each_time(ezdxf):
+        document = ezdxf.new("R2010", units=6)  # metres
+        document.header["$MEASUREMENT"] = 1
+        space = document.modelspace()
+        _add_points(document, space, handed)
+        notes = [_add_ellipses(document, space, handed)]
+        notes.append(_add_residuals(document, space, handed))
+        _order_classes(document)
+        document.saveas(path)
+    return [note for note in notes if note]
+
+
+@contextmanager
+def _same_file_each_time(ezdxf):
+    before = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = before
+
+
+def _order_classes(document):
+    """Put the classes of the file in order: the library keeps them in a set."""
+    document.classes.add_required_classes(document.dxfversion)
+    found = document.classes.classes
+    document.classes.classes = dict(sorted(found.items()))
+
+
+def _add_points(document, space, handed):
+    for role, colour in COLOURS.items():
+        document.layers.add(f"{POINTS}{role.upper()}", color=colour)
+    document.layers.add("NUMBERS", color=7)
+    size = _text_height(handed.coordinates[:, :2])
+    block = document.blocks.new(BLOCK)
+    block.add_point((0, 0))
+    block.add_circle((0, 0), size / 4)
+    offset = (size / 2, size / 2)
+    block.add_attdef(NUMBER, offset, dxfattribs={"height": size, "layer": "NUMBERS"})
+    hidden = {"height": size, "flags": 1}  # invisible
+    for tag in (HEIGHT, ERROR):
+        block.add_attdef(tag, (0, 0), dxfattribs=hidden)
+    points = handed.points
+    errors = points.get("standard_error_checked", points.get("standard_error_total"))
+    errors = np.full(len(points), np.nan) if errors is None else errors.to_numpy(float)
+    places = np.column_stack([handed.coordinates[:, :2], np.nan_to_num(handed.heights)])
+    columns = points["point_id"], points["role"], handed.heights, errors, places
+    for name, role, height, error, place in zip(*columns, strict=True):
+        layer = {"layer": f"{POINTS}{str(role).upper()}"}
+        one = space.add_blockref(BLOCK, place, dxfattribs=layer)
+        at = (place[0] + offset[0], place[1] + offset[1], place[2])
+        shown = {"height": size, "layer": "NUMBERS"}
+        one.add_attrib(NUMBER, str(name), at, dxfattribs=shown)
+        for tag, value in ((HEIGHT, height), (ERROR, error)):
+            if np.isfinite(value):
+                said = {**layer, **hidden}
+                one.add_attrib(tag, f"{value:.4f}", place, dxfattribs=said)
+
+
+def _text_height(xy):
+    """Height of numbers that leaves them apart [m]."""
+    area = float(np.prod(np.maximum(np.ptp(xy, axis=0), 1.0)))
+    return TEXT_SHARE * float(np.sqrt(area / len(xy)))
+
+
+def _add_ellipses(document, space, handed):
+    table = handed.table("ellipses")
+    if table is None:
+        return None
+    axes = table[["semi_major", "semi_minor"]].to_numpy(dtype=float)
+    xy = table[["easting", "northing"]].to_numpy(dtype=float)
+    factor = exaggeration(xy, axes * [1.0, 0.0])
+    layer = f"ELLIPSES_X{factor:g}"
+    document.layers.add(layer, color=3)
+    azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
+    for place, (major, minor), along in zip(xy, axes, azimuth, strict=True):
+        if not major > 0.0:
+            continue
+        way = factor * major * np.array([np.sin(along), np.cos(along), 0.0])
+        ratio = float(np.clip(minor / major, 1e-6, 1.0))
+        space.add_ellipse((*place, 0.0), way, ratio, dxfattribs={"layer": layer})
+    level = float(table["confidence"].iloc[0])
+    return f"ellipses of {level:.3g} drawn {factor:g} times as large, layer {layer}"
+
+
+def _add_residuals(document, space, handed):
+    table = handed.table("residuals")
+    if table is None:
+        return None
+    points = handed.points.set_index("point_id")[["easting", "northing"]]
+    start = points.reindex(table["point_id"]).to_numpy(dtype=float)
+    columns = ["residual_easting", "residual_northing"]
+    shift = table[columns].to_numpy(dtype=float)
+    factor = exaggeration(handed.coordinates[:, :2], shift)
+    is_whole = np.isfinite(start).all(axis=1) & np.isfinite(shift).all(axis=1)
+    for flight in table["flight"].unique():
+        layer = f"RESIDUALS_{flight.upper()}_X{factor:g}"
+        document.layers.add(layer, color=1 if flight == "low_flight" else 8)
+        is_in = is_whole & (table["flight"] == flight).to_numpy()
+        ends = start[is_in] + factor * shift[is_in]
+        for one, two in zip(start[is_in], ends, strict=True):
+            space.add_line(one, two, dxfattribs={"layer": layer})
+    drawn = int(is_whole.sum())
+    note = f"{drawn} residual vectors drawn {factor:g} times as long"
+    n_left = len(table) - drawn
+    return f"{note}; {n_left} of points without a place left out" if n_left else note
+
+
+def read_dxf(file) -> Foreign:
+    """Read the points of a drawing: block references with numbers, and points.
+
+    Points without a number are numbered in their order.
+    """
+    document = _document(file)
+    rows, n_unnamed = [], 0
+    for entity in document.modelspace():
+        kind = entity.dxftype()
+        if kind == "INSERT":
+            row = _of_reference(entity)
+            rows += [row] if row is not None else []
+        elif kind == "POINT":
+            n_unnamed += 1
+            place = entity.dxf.location
+            rows.append((str(n_unnamed), place.x, place.y, place.z or np.nan, None))
+        if len(rows) > MOST_POINTS:
+            raise damaged(file.source, f"has more than {MOST_POINTS} points", EXPECTED)
+    is_placed = np.isfinite([row[1:3] for row in rows]).all()
+    if not rows or not is_placed:
+        found = "a point has no place" if rows else "holds no points with a place"
+        raise damaged(file.source, found, EXPECTED)
+    table = pd.DataFrame(rows, columns=COLUMNS).dropna(axis=1, how="all")
+    notes = (f"{file.source}: {n_unnamed} points without a number, numbered",)
+    return Foreign({"control_points": table}, None, notes if n_unnamed else ())
+
+
+def _document(file):
+    """Drawing of a file, as strictly as the library reads it.
+
+    It would mend what is broken as well, and guess at numbers then.
+    """
+    ezdxf = imported("ezdxf", "DXF")
+    with tempfile.TemporaryDirectory(prefix=COPIES) as folder:
+        copy = Path(folder) / "drawing.dxf"
+        copy.write_bytes(file.data)
+        logging.getLogger("ezdxf").setLevel(logging.CRITICAL)  # errors say it
+        try:
+            return ezdxf.readfile(copy)
+        except (ezdxf.DXFError, *ERRORS) as error:
+            raise _broken(error, file) from error
+
+
+def _broken(error, file):
+    said = str(error)
+    line = LINE.search(said)
+    said = said if not isinstance(error, OSError) else "is no DXF"
+    return damaged(
+        file.source,
+        f"is no whole DXF: {shortened(said, 80)}",
+        EXPECTED,
+        int(line[1]) if line else None,
+    )
+
+
+def _of_reference(entity):
+    """Row of a block reference; None where it bears no number."""
+    named = {one.dxf.tag.upper(): one.dxf.text.strip() for one in entity.attribs}
+    number = next((named[tag] for tag in named if tag in NUMBERS), "")
+    if not number:
+        return None
+    place = entity.dxf.insert
+    # a height of 0 is none, unless the attribute says it
+    height = named.get(HEIGHT, "")
+    height = float(height) if is_finite(height) else place.z or np.nan
+    role = entity.dxf.layer.removeprefix(POINTS).casefold()
+    return number, place.x, place.y, height, role if role in COLOURS else None

@@ -1,0 +1,129 @@
+"""Results handed over to other programs: a file for each, its kind by the suffix."""
+
+import shutil
+import tempfile
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from einschalt.foundations.arguments import as_path
+from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.interfaces.files.output_folder import InputFiles, Output
+from einschalt.interfaces.files.table_output import write_file
+from einschalt.interfaces.files.written_files import Source
+from einschalt.interfaces.programs import (
+    drawing,
+    gama,
+    kml,
+    landxml,
+    map_files,
+    metashape_reference,
+    pat_b,
+    results_workbook,
+    sinex,
+)
+from einschalt.interfaces.programs.handed_over import HandedOver, of_folder, of_result
+
+PLUGINS = "einschalt.writers"
+WRITERS = {
+    ".dxf": drawing.write_dxf,
+    ".xlsx": results_workbook.write_workbook,
+    ".kml": kml.write_kml,
+    ".shp": map_files.write_shapefile,
+    ".parquet": map_files.write_geoparquet,
+    ".xml": landxml.write_landxml,
+    ".csv": metashape_reference.write_reference,
+    ".con": pat_b.write_control,
+    ".gkf": gama.write_gama,
+    ".snx": sinex.write_sinex,
+}
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A file that was written, and what is to be known of it."""
+
+    path: Path
+    notes: tuple[str, ...] = ()
+
+    def __str__(self):
+        return "; ".join([str(self.path), *self.notes])
+
+
+def export(result, *files, overwrite=False):
+    """Write a result for other programs: one file for each, its kind by the suffix.
+
+    Parameters
+    ----------
+    result : DensificationResult, str or Path
+        Or the folder into which one was written.
+    *files : str or Path
+        .dxf (points, numbers, ellipses, residual vectors on layers), .xlsx (a sheet per
+        table), .kml, .shp, .parquet (GeoParquet), .xml (LandXML), .csv (reference of
+        Metashape), .con (control list of PAT-B), .gkf (GNU Gama) and .snx (SINEX), both
+        with the covariance of the points.
+    overwrite : bool, optional
+        Replace files that are there; never those of the result.
+
+    Returns
+    -------
+    list of Exported
+        ``path`` and ``notes`` of each: what was drawn larger, which covariances it has,
+        by which operation coordinates were brought over.
+
+    Raises
+    ------
+    EinschaltError
+        A format is not known or cannot hold the result, or a file is there already.
+    """
+    writers = [(as_path("file", file), writer_of(file)) for file in files]
+    if not writers:
+        raise SettingsError(
+            "export was given no file",
+            expected=", ".join(f"NAME{suffix}" for suffix in WRITERS),
+            remedy="Name one or more files",
+        )
+    handed, inputs = _handed_over(result)
+    source = Source("export", handed.name, tuple(inputs))
+    output = Output(source, frozenset(), InputFiles(inputs), overwrite)
+    return [_written(handed, path, write, output) for path, write in writers]
+
+
+def writer_of(file):
+    """Function that writes files of a suffix; a FileError where there is none."""
+    suffix = Path(file).suffix.lower()
+    if suffix in WRITERS:
+        return WRITERS[suffix]
+    for point in entry_points(group=PLUGINS):
+        if point.name == suffix:
+            return point.load()
+    raise FileError(
+        f"suffix '{suffix}' is unknown" if suffix else "the suffix is missing",
+        expected=", ".join(WRITERS),
+        remedy="Name a file with one of these",
+        file=Path(file).name,
+    )
+
+
+def _handed_over(result) -> tuple[HandedOver, list]:
+    """The result with its files, which nothing may replace."""
+    if hasattr(result, "solution"):
+        return of_result(result), list(result.block.files)
+    folder = as_path("result", result)
+    handed = of_folder(folder)
+    return handed, sorted(path for path in folder.iterdir() if path.is_file())
+
+
+def _written(handed, path, write, output):
+    """Write a file, and what belongs to it, each whole or not at all."""
+    with tempfile.TemporaryDirectory(prefix="einschalt-export-") as folder:
+        whole = Path(folder) / path.name
+        notes = write(handed, whole) or ()
+        made = sorted(Path(folder).iterdir(), key=lambda one: one != whole)
+        for one in made:
+            write_file(path.with_name(one.name), output, _copying(one))
+    return Exported(path, tuple(notes))
+
+
+def _copying(made):
+    return lambda place: shutil.copyfile(made, place)

@@ -1,0 +1,113 @@
+"""What was read from a file of another program: plain tables, a system, notes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import FileError, TableError, raise_problems
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.tables import listed
+from einschalt.interfaces.files.text_encodings import read_table_text
+
+# of files that come after the manual alone
+UNSEEN = "read after the manual; no file of the program itself was seen"
+
+
+@dataclass(frozen=True, eq=False)
+class Foreign:
+    """Tables that another program has written, with the columns of the project.
+
+    ``tables`` by name: ``control_points``, ``image_points``, ``image_pairs``,
+    ``orientations``, ``cameras`` …; each becomes a file of its own. ``cameras``: keys
+    of a camera.toml by the name of the camera.
+    """
+
+    tables: dict = field(default_factory=dict)
+    crs: str | None = None
+    notes: tuple[str, ...] = ()
+    cameras: dict = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a text file that is neither empty nor a comment."""
+
+    row: int
+    words: list
+    text: str
+
+
+def damaged(source, found, expected="whole data", row=None):
+    """FileError of a file that another program has not written so."""
+    return FileError(
+        found, expected=expected, remedy="Export it again", file=source, row=row
+    )
+
+
+def lines_of(file, *, comments=("#",), separator=None):
+    """Lines of a text file with their numbers, parted into words."""
+    text = read_table_text(file, file.source)[0].decode("utf-8")
+    lines = []
+    for row, raw in enumerate(text.splitlines(), 1):
+        line = raw.strip()
+        if line and not line.startswith(comments):
+            words = [word.strip() for word in line.split(separator)]
+            lines.append(Line(row, words, line))
+    return lines
+
+
+def numbers_of(lines, source, start, stop, expected):
+    """Words ``start`` to ``stop`` of every line as numbers, (n_lines, n_numbers).
+
+    Lines that have too few, or something else, are named all at once.
+    """
+    is_bad = [
+        k
+        for k, line in enumerate(lines)
+        if len(line.words) < stop or not all(map(is_finite, line.words[start:stop]))
+    ]
+
+    def problem(place):
+        line = lines[place]
+        return TableError(
+            f"{shortened(' '.join(line.words), 60)!r} cannot be read",
+            expected=expected,
+            remedy="Correct the line, or export the file again",
+            file=source,
+            row=line.row,
+        )
+
+    raise_problems(listed(is_bad, problem, "so are the lines"))
+    values = [[float(word) for word in line.words[start:stop]] for line in lines]
+    return np.array(values, dtype=float).reshape(len(lines), stop - start)
+
+
+def is_finite(word):
+    """Whether a word is a number, and neither NaN nor infinite.
+
+    >>> is_finite("1e3"), is_finite("nan"), is_finite("1e999")
+    (True, False, False)
+    """
+    return is_number(word) and bool(np.isfinite(float(word)))
+
+
+def require_rows(lines, source, expected):
+    """Refuse a file without a line that says anything."""
+    if not lines:
+        raise damaged(source, "holds nothing but comments", expected)
+
+
+def orientations(names, centres, angles, **more):
+    """Table of exterior orientations.
+
+    ``centres`` (n, 3) on the ground; ``angles`` omega, phi, kappa (n, 3) of the
+    rotation that turns a vector of the camera into the frame of the ground
+    (docs/conventions.md) [rad].
+    """
+    table = pd.DataFrame({"image_id": [str(name) for name in names]})
+    centres = np.asarray(centres, dtype=float).reshape(-1, 3)
+    table[["easting", "northing", "height"]] = centres
+    table[["omega", "phi", "kappa"]] = np.asarray(angles, dtype=float).reshape(-1, 3)
+    return table.assign(**more)

@@ -1,0 +1,92 @@
+"""Text files of IGN's TopAero: orientations, control points, image points."""
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.rotations import angles_from_rotation, rotation_from_angles
+from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.programs.foreign import (
+    Foreign,
+    damaged,
+    lines_of,
+    numbers_of,
+    orientations,
+    require_rows,
+)
+
+OPK = "image X Y Z omega phi kappa [camera] in each line"
+XYZ = "[name] X Y Z in each line"
+MES = "point image column row in each line"
+APP = "name code X Y Z in each line"
+HEADS = {"NOM", "ID"}  # begin the line with the names of the columns
+SYSTEMS = {"LAMBERT93": "EPSG:2154", "LAMBERT-93": "EPSG:2154", "L93": "EPSG:2154"}
+UNITS = {"degre": np.pi / 180.0, "degree": np.pi / 180.0, "deg": np.pi / 180.0}
+UNITS |= {"grade": RADIANS_PER_GON, "grad": RADIANS_PER_GON, "gon": RADIANS_PER_GON}
+UNITS |= {"radian": 1.0, "rad": 1.0}
+
+
+def read_opk(file) -> Foreign:
+    """Read exterior orientations; angles are degrees unless the header says grades."""
+    lines, unit, said, crs = [], UNITS["degre"], "degrees", None
+    for line in lines_of(file):
+        key, colon, value = line.text.partition(":")
+        if colon and not is_number(line.words[-1]):
+            key, value = key.strip().upper(), value.strip()
+            if key.startswith("UNITE ANGLE"):
+                word = value.casefold().replace("é", "e").rstrip("s")
+                if word not in UNITS:
+                    found = f"the unit of angles {value!r} is unknown"
+                    raise damaged(file.source, found, "degre or grade", line.row)
+                unit, said = UNITS[word], value
+            elif key == "PROJECTION":
+                crs = SYSTEMS.get(value.upper().replace(" ", ""))
+        elif line.words[0].upper() not in HEADS:
+            lines.append(line)
+    require_rows(lines, file.source, OPK)
+    values = numbers_of(lines, file.source, 1, 7, OPK)
+    angles = rotation_from_angles(*(unit * values[:, 3:]).T)
+    table = orientations(
+        [line.words[0] for line in lines], values[:, :3], angles_from_rotation(angles)
+    )
+    cameras = [line.words[7] if len(line.words) > 7 else "" for line in lines]
+    table = table.assign(camera=cameras) if any(cameras) else table
+    note = f"{file.source}: angles read as {said}"
+    return Foreign({"orientations": table}, crs, (note,))
+
+
+def read_xyz(file) -> Foreign:
+    """Read points X Y Z, with a name before them or numbered."""
+    lines = [line for line in lines_of(file) if line.words[0].upper() not in HEADS]
+    require_rows(lines, file.source, XYZ)
+    has_names = len(lines[0].words) > 3
+    start = 1 if has_names else 0
+    values = numbers_of(lines, file.source, start, start + 3, XYZ)
+    numbers = [str(k) for k in range(1, len(lines) + 1)]
+    names = [line.words[0] for line in lines] if has_names else numbers
+    return Foreign({"control_points": _points(names, values)})
+
+
+def read_app(file) -> Foreign:
+    """Read control points with a code, which is kept."""
+    lines = lines_of(file)
+    require_rows(lines, file.source, APP)
+    values = numbers_of(lines, file.source, 2, 5, APP)
+    table = _points([line.words[0] for line in lines], values)
+    return Foreign({"control_points": table.assign(code=[o.words[1] for o in lines])})
+
+
+def _points(names, values):
+    table = pd.DataFrame({"point_id": names})
+    table[["easting", "northing", "height"]] = values
+    return table
+
+
+def read_mes(file) -> Foreign:
+    """Read image points: point, image, column, row [pixels]."""
+    lines = lines_of(file)
+    require_rows(lines, file.source, MES)
+    values = numbers_of(lines, file.source, 2, 4, MES)
+    table = pd.DataFrame({"image_id": [line.words[1] for line in lines]})
+    table["point_id"] = [line.words[0] for line in lines]
+    return Foreign({"image_points": table.assign(x=values[:, 0], y=values[:, 1])})

@@ -1,0 +1,109 @@
+"""References of markers as Metashape imports and exports them: CSV with accuracies."""
+
+import csv
+import io
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
+
+HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),Enable"
+SYSTEM = "# CoordinateSystem: "
+EXPECTED = "#Label,X/Easting,Y/Northing,Z/Altitude, then a line for each point"
+OFF = {"0", "false", "no"}
+
+
+def write_reference(handed, path):
+    """Write the points; check points are not enabled.
+
+    The accuracy in plan is that of one coordinate, as Metashape takes it.
+    """
+    points = handed.points
+    total = points.get("standard_error_checked", points.get("standard_error_total"))
+    unknown = pd.Series(np.nan, points.index)
+    plan = unknown if total is None else total / np.sqrt(2.0)
+    upright = points.get("standard_error_height", unknown)
+    columns = (
+        *(points[name] for name in ("point_id", "easting", "northing")),
+        *(handed.heights, plan, upright, points["role"]),
+    )
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    for name, *numbers, role in zip(*columns, strict=True):
+        said = [f"{v:.5f}" if np.isfinite(v) else "" for v in numbers]
+        out.writerow([name, *said, 0 if role == "check" else 1])
+    system = [] if handed.crs is None else [f"{SYSTEM}{handed.crs}"]
+    lines = "\n".join([*system, HEAD, text.getvalue()])
+    path.write_text(lines, encoding="utf-8", newline="\n")
+    return ["accuracy in plan is that of one coordinate; check points are not enabled"]
+
+
+def is_reference(head):
+    """Whether the first bytes of a file look so."""
+    return b"#Label,X" in head
+
+
+def read_reference(file) -> Foreign:
+    """Read a reference table, its columns by their names."""
+    crs, places, rows = None, None, []
+    for line in lines_of(file, comments=("\0",), separator=","):
+        if line.text.startswith(SYSTEM):
+            crs = _system(line.text.removeprefix(SYSTEM))
+        elif line.text.startswith("#Label"):
+            places = _places(line, file.source)
+        elif not line.text.startswith("#"):
+            if places is None:
+                raise damaged(file.source, "has no line #Label,…", EXPECTED, line.row)
+            rows.append(_row(line, places, file.source))
+    if not rows:
+        raise damaged(file.source, "holds no points", EXPECTED)
+    is_geographic = crs is not None and read_source_crs(crs).is_geographic
+    plane = ("longitude", "latitude") if is_geographic else ("easting", "northing")
+    table = pd.DataFrame(rows, columns=["point_id", *plane, "height", "role"])
+    return Foreign({"control_points": table.dropna(axis=1, how="all")}, crs)
+
+
+def _system(text):
+    try:
+        return code_of(text)
+    except ProjectionError:  # a local one, or one that PROJ does not know
+        return None
+
+
+def _places(line, source):
+    """Where label, x, y, z and the switch stand; the next rows are parted by csv."""
+    words = [word.casefold().lstrip("#") for word in line.words]
+    starts = {"label": "label", "x": "x/", "y": "y/", "z": "z/", "is_on": "enable"}
+    found = {"count": len(words)}
+    found |= {
+        name: next((k for k, word in enumerate(words) if word.startswith(start)), None)
+        for name, start in starts.items()
+    }
+    if None in (found["x"], found["y"]):
+        raise damaged(
+            source, f"{line.text[:60]!r} names no x and y", EXPECTED, line.row
+        )
+    return found
+
+
+def _row(line, places, source):
+    cells = next(csv.reader([line.text]))
+    if len(cells) < places["count"]:
+        said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
+        raise damaged(source, said, EXPECTED, line.row)
+
+    def cell(name):
+        place = places[name]
+        is_there = place is not None and place < len(cells)
+        return cells[place].strip() if is_there else ""
+
+    x, y, z = (cell(name) for name in "xyz")
+    is_place = is_finite(x) and is_finite(y) and (not z or is_finite(z))
+    if not (cell("label") and is_place):
+        raise damaged(source, f"{line.text[:60]!r} is no point", EXPECTED, line.row)
+    height = float(z) if z else np.nan
+    role = "check" if cell("is_on").casefold() in OFF else "control"
+    return cell("label"), float(x), float(y), height, role

@@ -1,0 +1,292 @@
+"""Files of other programs: what stands in them, and damaged ones."""
+
+import io
+
+import numpy as np
+import pytest
+from fuzz.foreign_files import (
+    CAMERAS,
+    DICO,
+    GAMA,
+    IMAGES,
+    LANDXML,
+    MARKS,
+    MMVII,
+    MORE,
+    OPK,
+    ORIENTATION,
+    POINTS_3D,
+    PRJ,
+    PROJECT,
+    QGIS,
+    READ,
+    REFERENCE,
+    VRT,
+)
+from PIL import Image, TiffImagePlugin
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.rotations import rotation_from_angles
+from einschalt.interfaces.files.block_toml import write_keys
+from einschalt.interfaces.files.camera_toml import read_camera
+from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.programs import recognised, sinex
+from einschalt.interfaces.programs.recognised import read_foreign
+
+PLACE = ["easting", "northing", "height"]
+SYSTEMS = {"a.vrt": 31467, "a.tif.aux.xml": 31467, "a.tif.points": 31255}
+SYSTEMS |= {"a.OPK": 2154, "ref.csv": 4326}
+AFTER_MANUAL = {
+    "a.con",
+    "a.im",
+    "geoin.dat",
+    "image.dat",
+    "itera.dat",
+    "a.ori",
+    "a.prj",
+}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_stands_in_a_file_is_read(tmp_path, name):
+    text, table, first = READ[name]
+    (tmp_path / name).write_bytes(text.encode())
+    found = read_foreign(tmp_path / name)
+    assert found.tables[table].iloc[0, : len(first)].tolist() == first
+    known = SYSTEMS.get(name)
+    assert found.crs == (known and f"EPSG:{known}")
+    assert (name in AFTER_MANUAL) == any("after the manual" in n for n in found.notes)
+
+
+def turned(found):
+    """Matrix, from the ground to the camera, of the first image."""
+    table = found.tables["orientations"]
+    return rotation_from_angles(*table.loc[0, ["omega", "phi", "kappa"]])
+
+
+@pytest.mark.parametrize(
+    "name", ["a.OPK", "itera.dat", "a.ori", "a.prj", "project.txt"]
+)
+def test_a_camera_turned_to_the_north_sees_east_below(tmp_path, name):
+    (tmp_path / name).write_bytes(READ[name][0].encode())
+    # kappa is a right angle in all of these: x of the image points to the north
+    matrix = turned(read_foreign(tmp_path / name))
+    np.testing.assert_allclose(matrix @ [0.0, 1.0, 0.0], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(matrix @ [1.0, 0.0, 0.0], [0, -1, 0], atol=1e-12)
+
+
+def test_a_camera_of_micmac_that_looks_down_is_upright(tmp_path):
+    file = tmp_path / "Orientation-a.tif.xml"
+    file.write_text(ORIENTATION)
+    found = read_foreign(file)
+    assert found.tables["orientations"].iloc[0, :4].tolist() == ["a.tif", 10, 20, 100]
+    np.testing.assert_allclose(turned(found), np.eye(3), atol=1e-12)
+
+
+@pytest.fixture
+def colmap(tmp_path):
+    (tmp_path / "cameras.txt").write_text(CAMERAS)
+    (tmp_path / "images.txt").write_text(IMAGES)
+    (tmp_path / "points3D.txt").write_text(POINTS_3D)
+    return tmp_path
+
+
+def test_a_model_of_colmap_is_read_as_it_looks(colmap):
+    found = read_foreign(colmap)
+    oriented = found.tables["orientations"]
+    assert oriented["image_id"].tolist() == ["a b.jpg", "c.jpg"]
+    np.testing.assert_allclose(oriented[PLACE], [[10, 20, 100]] * 2, atol=1e-12)
+    np.testing.assert_allclose(turned(found), np.eye(3), atol=1e-12)
+    assert found.tables["image_points"].to_numpy().tolist() == [
+        ["a b.jpg", "7", 2000.0, 1500.0],
+        ["a b.jpg", "8", 2250.0, 1500.0],
+    ]
+    # 10 to the east of the nadir, 100 below: a tenth of 2500 pixels to the right
+    assert found.tables["object_points"]["x"].tolist() == [10.0, 20.0]
+    assert "1 image points without a point left out" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        (
+            "cameras.txt",
+            "1 PINHOLE 4000",
+            "1 PINHOLE 4OOO",
+            "cameras.txt, row 2: '1 P",
+        ),
+        (
+            "images.txt",
+            "c.jpg\n\n",
+            "c.jpg\n2000\n",
+            "row 5: the points of image c",
+        ),
+        ("images.txt", IMAGES[-34:], "", "holds 1 images, and announces 2: it is cut"),
+        ("images.txt", "100 1 c", "100 9 c", "row 4.*names no camera"),
+        ("points3D.txt", POINTS_3D[-30:], "", "holds 1 points, and announces 2"),
+    ],
+)
+def test_a_damaged_model_of_colmap_is_refused(colmap, file, old, new, said):
+    text = (colmap / file).read_text()
+    assert old in text
+    (colmap / file).write_text(text.replace(old, new))
+    with pytest.raises(EinschaltError, match=said):
+        read_foreign(colmap)
+
+
+def test_homologous_points_are_named_by_their_files(tmp_path):
+    folder = tmp_path / "Homol" / "Pastisa.tif"
+    folder.mkdir(parents=True)
+    (folder / "b.tif.txt").write_text("1.5 2.5 3.5 4.5 1\n5 6 7 8 1\n")
+    for path in (folder / "b.tif.txt", tmp_path / "Homol"):
+        pairs = read_foreign(path).tables["image_pairs"]
+        assert pairs.iloc[0].tolist() == ["a.tif/b.tif", "1", 1.5, 2.5, 3.5, 4.5]
+        assert len(pairs) == 2
+    (folder / "b.tif.txt").write_text("1.5 2.5 3.5 4.5 1\n5 6 7\n")
+    with pytest.raises(EinschaltError, match=r"b\.tif\.txt, row 2: '5 6 7' cannot"):
+        read_foreign(tmp_path / "Homol")
+
+
+def geotiff(ties, keys=(1, 1, 0, 1, 3072, 0, 1, 31467)):
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags.tagtype[33922], tags.tagtype[34735] = 12, 3
+    tags[33922], tags[34735] = tuple(map(float, ties)), tuple(keys)
+    file = io.BytesIO()
+    Image.new("L", (4, 4)).save(file, "TIFF", tiffinfo=tags)
+    return file.getvalue()
+
+
+def test_tie_points_of_a_geotiff_are_read_from_its_tags(tmp_path):
+    ties = [1, 2, 0, 3.5e6, 5.3e6, 0, 3, 4, 0, 3.6e6, 5.4e6, 0]
+    (tmp_path / "a.tif").write_bytes(geotiff(ties))
+    found = read_foreign(tmp_path / "a.tif")
+    assert found.crs == "EPSG:31467"
+    assert found.tables["image_points"][["x", "y"]].to_numpy().tolist() == [
+        [1, 2],
+        [3, 4],
+    ]
+    assert found.tables["control_points"]["easting"].tolist() == [3.5e6, 3.6e6]
+    at_points = (1, 1, 0, 2, 3072, 0, 1, 31467, 1025, 0, 1, 2)
+    (tmp_path / "a.tif").write_bytes(geotiff(ties, at_points))
+    found = read_foreign(tmp_path / "a.tif").tables["image_points"]
+    assert found.loc[0, ["x", "y"]].tolist() == [1.5, 2.5]
+    (tmp_path / "a.tif").write_bytes(geotiff(ties)[:60])
+    with pytest.raises(EinschaltError, match=r"a\.tif: (is no whole|its tags|has)"):
+        read_foreign(tmp_path / "a.tif")
+
+
+DAMAGED = [
+    ("a.xml", LANDXML[:150], "is no whole XML"),
+    ("a.xml", LANDXML.replace("2000 1000", "2000 l000"), "point A: '2000 l000 3000'"),
+    ("a.xml", LANDXML.replace("millimeter", "ell"), "the unit 'ell' is unknown"),
+    ("a.gkf", GAMA.replace("4 1 9", "4 1"), "has 2 covariances of 2 coordinates"),
+    ("dico.xml", DICO.replace("1 2 3", "1 2"), "point P1: '1 2' is not 3 numbers"),
+    ("mmvii.xml", MMVII.replace("<Nb>1", "<Nb>2"), "holds 1 of 2 members"),
+    ("Ori.xml", ORIENTATION.replace("1 0 0", "1 1 0"), "its matrix is no rotation"),
+    ("a.vrt", "<!DOCTYPE a []>" + VRT, "row 1: the XML defines a document type"),
+    ("a.vrt", VRT.replace('Pixel="3"', 'Pixel="x"'), "a GCP says 'x 4"),
+    ("a.points", QGIS.replace("-40", ""), "row 4: '13100,322100,30,,0"),
+    ("marks.txt", MARKS[:-12], "row 4: has 4 of 6 columns"),
+    (
+        "project.txt",
+        PROJECT[: PROJECT.index("   0      317")],
+        "ends before its points and marks",
+    ),
+    ("project.txt", PROJECT[:-10], "lists 0 of its 1 marks at its end"),
+    ("ref.csv", REFERENCE.replace(",0.01,False", ""), "row 3: .* has 4 of 6 columns"),
+    ("a.opk", OPK.replace("grade", "ell"), "row 3: the unit of angles 'ell'"),
+    ("a.opk", OPK[:-40], "row 5: 'im1 1029229.25 6334683.5"),
+    ("a.con", "7 1.5 2 1\n", "has no -99: it is cut off"),
+    ("a.con", "7 1.5 2 1\n7 1.5 2 1\n-99\n", "row 2: point 7 stands twice"),
+    ("a.im", "12\n7 1500 -2500\n", "row 2: photo 12 has no end -99"),
+    ("image.dat", "12\n7 1,5 2\n-99\n", "row 2: '7 1,5 2' cannot be read"),
+    ("geoin.dat", "CONT P1 1 2\n", "row 1: 'CONT P1 1 2' cannot be read"),
+    ("a.ori", "12 1 2 3\n0 -1 0 1 0\n0 0 0\n", "has 12 numbers, which is not 13"),
+    ("a.ori", "12 1 2 3\n0 -1 0 2 0\n0 0 0 1\n", "row 1: the nine elements"),
+    ("a.prj", PRJ[: PRJ.index("$END\n")], "photo 12 has no .END: the file is cut off"),
+    ("a.snx", "%=SNX 2.02\n", "does not end with %ENDSNX"),
+    ("a.dxf", "  0\nSECTION\n  2\nHEADER\n", "is no whole DXF|holds no points"),
+    ("ref.csv", REFERENCE.replace("48.25", "48,25x"), "row 3: .* is no point"),
+    ("a.doc", "x", "is of no program that is known"),
+]
+
+
+@pytest.mark.parametrize(("name", "text", "said"), DAMAGED)
+def test_damaged_files_are_refused_with_a_sentence(tmp_path, name, text, said):
+    (tmp_path / name).write_bytes(text.encode())
+    with pytest.raises(EinschaltError, match=said):
+        read_foreign(tmp_path / name)
+
+
+def test_cameras_of_metashape_become_camera_toml(tmp_path):
+    file = tmp_path / "cameras.xml"
+    file.write_text(MORE["cameras.xml"])
+    found = read_foreign(file)
+    camera = found.cameras["FC6310"]
+    write_keys(tmp_path / "camera.toml", camera)
+    read = read_camera(tmp_path / "camera.toml", "camera.toml")
+    assert (read.given["f"], read.given["cy"]) == (3239.25, 51.75)
+    assert (camera["cx"], camera["k1"], camera["width"]) == (-17.5, -0.0625, 5472)
+    assert camera["pixel_size_um"] == pytest.approx(2.41)
+    oriented = found.tables["orientations"]
+    assert oriented.iloc[0, :4].tolist() == ["A.JPG", 10.0, 20.0, 100.0]
+    np.testing.assert_allclose(turned(found), np.eye(3), atol=1e-12)
+    for old, new, said in (
+        ("3239.25", "x", "the f of sensor FC6310 is no number"),
+        ("100 0 0 0 1", "100 0 0 1", "camera A.JPG is not 16 numbers"),
+        ("1 0 0 10", "2 0 0 10", "is no rotation"),
+    ):
+        file.write_text(MORE["cameras.xml"].replace(old, new))
+        with pytest.raises(EinschaltError, match=said):
+            read_foreign(file)
+
+
+def test_stations_of_others_are_named_by_code_and_solution(tmp_path):
+    text = MORE["a.snx"].replace(" EIN", " IGN").replace("+SITE", "*\n+SITE")
+    two = text.replace("STAX", "VELX").partition("+SOLUTION/MATRIX")[0] + "%ENDSNX\n"
+    file = tmp_path / "a.snx"
+    for data, name, size in ((text, "0000", 1e-2), (two, "0000", 1e-2)):
+        file.write_text(data)
+        if "VELX" in data:
+            with pytest.raises(EinschaltError, match="lacks coordinates of a station"):
+                read_foreign(file)
+            file.write_text(data.replace("VELX", "STAX"))
+        found = read_foreign(file).tables["stations"].iloc[0]
+        assert (found["point_id"], found["standard_error_y"]) == (name, size)
+    file.write_text(text.replace("1.0E-04", "0.0E+00", 1))
+    with pytest.raises(EinschaltError, match="a coordinate has no variance"):
+        read_foreign(file)
+    corr = text.replace("COVA", "CORR").replace("1.0E-04", "1.0E-02")
+    file.write_text(corr.replace("0.0E+00", "5.0E-01", 1))
+    covariance = sinex.read_covariance(read_once(file, file.name))[1]
+    assert covariance[0, 1] == pytest.approx(0.5e-4)
+
+
+def test_a_list_without_a_last_line_break_is_doubted(tmp_path):
+    for text, is_whole in (("P1 1 2 3.5\n", True), ("P1 1 2 3.5", False)):
+        (tmp_path / "a.xyz").write_bytes(text.encode())
+        notes = read_foreign(tmp_path / "a.xyz").notes
+        assert any("is its last line whole?" in note for note in notes) != is_whole
+
+
+def test_tables_are_left_to_their_own_reader(tmp_path):
+    (tmp_path / "t.csv").write_text("point_id,easting,northing\n7,1,2\n")
+    assert recognised.reader_of(tmp_path / "t.csv") is None
+
+
+def test_formats_of_ones_own_are_read_by_suffix_or_name(tmp_path, monkeypatch):
+    import pandas as pd
+
+    class Point:
+        name = ".abc"
+
+        def load(self):
+            return lambda _: {"control_points": pd.DataFrame({"point_id": ["1"]})}
+
+    monkeypatch.setattr(recognised, "entry_points", lambda **_: [Point()])
+    (tmp_path / "a.abc").write_text("")
+    (tmp_path / "a.txt").write_text("")
+    for path, name in ((tmp_path / "a.abc", None), (tmp_path / "a.txt", ".abc")):
+        assert len(read_foreign(path, name).tables["control_points"]) == 1
+    with pytest.raises(EinschaltError, match="format 'abd' is unknown"):
+        read_foreign(tmp_path / "a.abc", "abd")
