@@ -9,9 +9,11 @@ demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/sxb_strasbourg --output out/sxb_strasbourg
 
 # on all cores; a worker that has nothing left takes the last tests of another one, so
-# that those of one file, which share what they look at, mostly stay together
+# that those of one file, which share what they look at, mostly stay together. pytest
+# keeps its own form of the test modules also where the environment forbids it: to make
+# it anew takes each worker, and each later run, as long as all else before the first test
 test: .venv/compiled
-	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
 
 # 200 blocks with known truth, some minutes; writes docs/truth.md
 truth: .venv/installed-test

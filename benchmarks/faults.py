@@ -38,8 +38,8 @@ class Setting:
     blocks, calm, output, scratch : Path
         Input; results of the undisturbed run, and of the disturbed ones; other files.
     rng : Random
-    seconds : float
-        Longest time before a kill.
+    seconds, shortest : float
+        Longest and shortest time before a kill.
     killed : Counter
         How often whom.
     n_ends : int
@@ -52,6 +52,7 @@ class Setting:
     scratch: Path
     rng: Random
     seconds: float = 0.0
+    shortest: float = SHORTEST
     killed: Counter = field(default_factory=Counter)
     n_ends: int = 0
 
@@ -173,7 +174,9 @@ def disturb(setting, start, n_kills):
     while setting.killed.total() < n_kills:
         run = start(setting)
         try:
-            if not run.has_finished(setting.rng.uniform(SHORTEST, setting.seconds)):
+            if not run.has_finished(
+                setting.rng.uniform(setting.shortest, setting.seconds)
+            ):
                 _kill_one(run, setting)
             # one that lost a worker goes on, one that lost its scheduler says so
             if run.has_finished(setting.seconds) or _was_killed_too_late(setting):
@@ -248,7 +251,7 @@ def run(n_kills=N_KILLS, n_blocks=N_BLOCKS, starts=(LocalRun, ClusterRun)):
     return settings
 
 
-def undisturbed(root, n_blocks):
+def undisturbed(root, n_blocks, make=make_blocks):
     """Make blocks and compute them while nobody is killed.
 
     Parameters
@@ -256,19 +259,21 @@ def undisturbed(root, n_blocks):
     root : Path
         Gets the folders blocks and calm.
     n_blocks : int
+    make : callable, optional
+        Writes so many blocks into a folder.
 
     Returns
     -------
     float
         How long it took [s].
     """
-    make_blocks(root / "blocks", n_blocks)
+    make(root / "blocks", n_blocks)
     begin = time.monotonic()
     _batch(root / "blocks", root / "calm", "--workers", "2").wait()
     return time.monotonic() - begin
 
 
-def setting_in(root, seconds, seed):
+def setting_in(root, seconds, seed, shortest=SHORTEST):
     """What is to be disturbed beside an undisturbed run.
 
     Parameters
@@ -278,6 +283,8 @@ def setting_in(root, seconds, seed):
     seconds : float
         Longest time before a kill.
     seed : int
+    shortest : float, optional
+        Shortest time before one.
 
     Returns
     -------
@@ -288,7 +295,13 @@ def setting_in(root, seconds, seed):
     scratch = Path(mkdtemp(dir=root))
     output = root / f"out_{scratch.name}"
     return Setting(
-        root / "blocks", root / "calm", output, scratch, Random(seed), seconds
+        root / "blocks",
+        root / "calm",
+        output,
+        scratch,
+        Random(seed),
+        seconds,
+        shortest,
     )
 
 

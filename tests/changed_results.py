@@ -38,3 +38,18 @@ def judged_before(result, **tables):
     other = changed(result, **tables)
     vars(other)["assessment"] = result.assessment  # as a cached property keeps it
     return other
+
+
+def from_elsewhere(result, block):
+    """The same, as if its block had been read from another place.
+
+    Parameters
+    ----------
+    result : DensificationResult
+    block : Block
+        With the tables of the result's own.
+    """
+    other = judged_before(result, block=block)
+    # its points are judged, and tables of its precision computed, as they were
+    vars(other)["examination"] = result.examination
+    return other

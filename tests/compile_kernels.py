@@ -17,20 +17,27 @@ def orientations():
     """Relative orientation, and models in space."""
     for measurement in ("images", "parallaxes"):
         es.densify(_block(measurement), es.Settings(outliers="snoop"))
+    es.densify(_block("images"), es.Settings(outliers="huber"))
 
 
 def plane():
     """Models in the plane: tests, weights by residuals, and adjustment of the block."""
     for settings in ({"outliers": "huber"}, {"outliers": "snoop"}, SIMULTANEOUS):
         es.densify(_block("machine"), es.Settings(**settings))
+    es.densify(_block("machine"), es.Settings(residual_distribution=SIBSON))
+    # easting and northing as one complex number
+    es.densify(_block("machine", "helmert"), es.Settings(**SIMULTANEOUS))
 
 
-def _block(measurement):
-    geometry = es.BlockGeometry(width=3e3, height=3e3, measurement=measurement)
+def _block(measurement, kind="affine"):
+    geometry = es.BlockGeometry(
+        width=3e3, height=3e3, measurement=measurement, transformation=kind
+    )
     return es.simulate_block("demo", seed=1, geometry=geometry)
 
 
 SIMULTANEOUS = {"method": "simultaneous"}
+SIBSON = "natural_neighbour"
 PARTS = {part.__name__: part for part in (orientations, plane)}
 
 

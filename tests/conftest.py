@@ -1,5 +1,6 @@
 """Computed blocks that several tests look at, and texts to compare with."""
 
+import gc
 import os
 import signal
 from dataclasses import replace
@@ -23,6 +24,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.register_profile("hunt", deadline=None)
 settings.load_profile("hunt" if os.environ.get("EINSCHALT_HUNT") else "fixed")
+
+
+def pytest_collection_finish():
+    """Keep what thousands of tests are made of out of every search for garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 def timed(result):

@@ -126,7 +126,7 @@ class Memory:
 
     def densify(self, block, settings=None, **options):
         """The result of the block, wherever it lies: its path counts as well."""
-        from tests.changed_results import judged_before
+        from tests.changed_results import from_elsewhere
 
         from einschalt.pipeline.densify import densify
 
@@ -134,7 +134,7 @@ class Memory:
         key = (block.name, *files, repr(settings), options.get("kind"))
         if key not in self.results:
             self.results[key] = densify(block, settings, **options)
-        return judged_before(self.results[key], block=block)
+        return from_elsewhere(self.results[key], block)
 
     def render(self, result):
         """The report of what was judged: that of the remembered result."""
@@ -179,9 +179,15 @@ class InThisProcess:
             yield Answer(place, function(task))
 
 
+@pytest.fixture(scope="session")
+def engine_here():
+    """An engine that needs no process."""
+    return InThisProcess()
+
+
 @pytest.fixture
-def in_this_process(monkeypatch):
+def in_this_process(monkeypatch, engine_here):
     """Batches run here; that they run in processes of their own is shown elsewhere."""
     from einschalt.interfaces import python_api
 
-    monkeypatch.setattr(python_api, "chosen_engine", lambda *_: InThisProcess())
+    monkeypatch.setattr(python_api, "chosen_engine", lambda *_: engine_here)

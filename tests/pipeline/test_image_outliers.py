@@ -32,9 +32,9 @@ def only_block(fields):
 
 def rms(result, truth):
     columns = ["easting", "northing"]
-    order = result.points["point_id"]
+    order = result.solution.points["point_id"]
     true = truth.set_index("point_id").loc[order, columns].to_numpy()
-    error = result.points[columns].to_numpy() - true
+    error = result.solution.points[columns].to_numpy() - true
     return np.sqrt(np.mean(np.sum(error**2, axis=1)))
 
 

@@ -33,8 +33,8 @@ def clean():
 
 def rms(result, truth):
     columns = ["easting", "northing"]
-    true = truth.set_index("point_id").loc[result.points["point_id"], columns]
-    off = result.points[columns].to_numpy() - true.to_numpy()
+    true = truth.set_index("point_id").loc[result.solution.points["point_id"], columns]
+    off = result.solution.points[columns].to_numpy() - true.to_numpy()
     return np.sqrt(np.mean(np.sum(off**2, axis=1)))
 
 
@@ -77,10 +77,13 @@ def test_screened_blocks_are_nearly_as_good_as_clean_ones(block, clean, outliers
 def test_suspects_do_not_enter_the_mean(block):
     screened = densify(block, Settings(outliers="snoop"))
     plain = densify(block)
-    n_less = plain.points["n_models"].sum() - screened.points["n_models"].sum()
+    n_less = (
+        plain.solution.points["n_models"].sum()
+        - screened.solution.points["n_models"].sum()
+    )
     assert 0 < n_less <= len(suspects(screened))
     # but every point keeps a value, and every residual its row
-    assert len(screened.points) == len(plain.points)
+    assert len(screened.solution.points) == len(plain.solution.points)
     assert len(screened.residuals) == len(plain.residuals)
 
 

@@ -37,8 +37,10 @@ def in_unit(flight, unit):
 
 def rms_against_truth(result, truth):
     columns = ["easting", "northing"]
-    true = truth.set_index("point_id").loc[result.points["point_id"], columns]
-    return np.sqrt(((result.points[columns].to_numpy() - true) ** 2).sum(axis=1).mean())
+    true = truth.set_index("point_id").loc[result.solution.points["point_id"], columns]
+    return np.sqrt(
+        ((result.solution.points[columns].to_numpy() - true) ** 2).sum(axis=1).mean()
+    )
 
 
 @pytest.mark.parametrize("unit", ["um", "cm", "m"])
@@ -67,8 +69,8 @@ def test_rigid_models_have_the_size_of_the_ground():
     error = rms_against_truth(result, block.truth)
     assert error == pytest.approx(result.figures.mean_total, rel=0.25)
     in_cm = replace(block, low_flight=in_unit(block.low_flight, "cm"))
-    found = es.densify(in_cm).points["easting"]
-    np.testing.assert_allclose(found, result.points["easting"], atol=1e-6)
+    found = es.densify(in_cm).solution.points["easting"]
+    np.testing.assert_allclose(found, result.solution.points["easting"], atol=1e-6)
 
 
 def test_rigid_models_of_another_scale_are_refused():

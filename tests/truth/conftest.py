@@ -25,7 +25,7 @@ def densified_neukirchen(neukirchen):
         settings = Settings(coverage_mean=coverage_mean, weighting=weighting)
         result = densify(neukirchen(seed), settings)
         return SimpleNamespace(
-            points=result.points,
+            points=result.solution.points,
             approximations=result.approximations,
             single_values=result.single_values,
             figures=result.figures,

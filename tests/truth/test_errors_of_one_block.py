@@ -304,8 +304,10 @@ def sorted_rows(table):
 
 def test_errors_are_what_the_operators_make_of_the_noise(case):
     exact, result, noise = case
-    true = exact.points.set_index("point_id").loc[result.points["point_id"], COLUMNS]
-    error = result.points[COLUMNS].to_numpy() - true.to_numpy()
+    true = exact.solution.points.set_index("point_id").loc[
+        result.solution.points["point_id"], COLUMNS
+    ]
+    error = result.solution.points[COLUMNS].to_numpy() - true.to_numpy()
     found = carried(result.errors, on_ground(exact, noise))
     # rigid is linearised: its angle is known to 1e-5
     tolerance = 1e-6 if "rigid" not in set(result.models["transformation"]) else 5e-5
@@ -332,7 +334,7 @@ def test_covariance_is_that_of_dense_algebra(case):
     np.testing.assert_allclose(
         result.errors.covariance, expected, rtol=1e-8, atol=1e-12
     )
-    points = result.points
+    points = result.solution.points
     total = np.sqrt(np.trace(expected, axis1=1, axis2=2))
     np.testing.assert_allclose(points["standard_error_total"], total, rtol=1e-8)
     np.testing.assert_allclose(points["covariance_en"], expected[:, 0, 1], atol=1e-12)
@@ -340,5 +342,5 @@ def test_covariance_is_that_of_dense_algebra(case):
 
 def test_all_points_have_their_precision(case):
     _, result, _ = case
-    assert np.isfinite(result.points["standard_error_total"]).all()
-    assert (result.points["standard_error_total"] > 0.0).all()
+    assert np.isfinite(result.solution.points["standard_error_total"]).all()
+    assert (result.solution.points["standard_error_total"] > 0.0).all()

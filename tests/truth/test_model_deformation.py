@@ -46,7 +46,7 @@ def figures():
                 "edge": low["size_edge"],
                 "modelled": rms(modelled.points, block.truth),
                 "ignored": rms(adjust_block(block).points, block.truth),
-                "two steps": rms(densify(block).points, block.truth),
+                "two steps": rms(densify(block).solution.points, block.truth),
             }
         )
     return pd.DataFrame(rows)

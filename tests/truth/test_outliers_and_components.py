@@ -26,8 +26,8 @@ SEEDS = range(20)
 
 def errors_of(result, truth):
     columns = ["easting", "northing"]
-    true = truth.set_index("point_id").loc[result.points["point_id"], columns]
-    return result.points[columns].to_numpy() - true.to_numpy()
+    true = truth.set_index("point_id").loc[result.solution.points["point_id"], columns]
+    return result.solution.points[columns].to_numpy() - true.to_numpy()
 
 
 def with_low_m_g(block, m_g_um):

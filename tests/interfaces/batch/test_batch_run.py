@@ -14,6 +14,7 @@ from tests.changed_results import Stopped
 
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.interfaces import python_api
 from einschalt.interfaces.batch import batch_run, block_run
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_state import look_at
@@ -537,9 +538,9 @@ def test_unknown_choice(folder, tmp_path):
         es.densify_many([folder], tmp_path, settings={"coverage_mean": "few"})
 
 
-def test_given_folders_that_hold_no_block_are_rows(folder, tmp_path):
+def test_given_folders_that_hold_no_block_are_rows(folder, tmp_path, in_this_process):
     (tmp_path / "empty").mkdir()
-    table = es.densify_many([tmp_path / "empty"], tmp_path / "out", workers=1)
+    table = es.densify_many([tmp_path / "empty"], tmp_path / "out")
     assert table["outcome"].tolist() == ["failed"]
     assert "the folder holds no block.toml" in table["reason"][0]
 
@@ -607,7 +608,9 @@ def test_an_output_that_cannot_be_written_is_said(folder, tmp_path, monkeypatch)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="bytes as names of POSIX")
-def test_names_of_folders_may_be_anything(tmp_path, make_block):
+def test_names_of_folders_may_be_anything(
+    tmp_path, make_block, monkeypatch, engine_here
+):
     """Bytes that are no Unicode, what GDAL parts zip archives by, and line ends."""
     names = [os.fsdecode(b"b\xff"), "=cmd|'calc'!A1", "new\nline", "<b>"]
     for name in names:
@@ -621,7 +624,8 @@ def test_names_of_folders_may_be_anything(tmp_path, make_block):
     for name in table["block"]:
         assert (out / name / "block.gpkg").exists()
     (tmp_path / "blocks" / names[0] / "low_flight.csv").unlink()
-    again = es.densify_many(tmp_path / "blocks", out, workers=1, which="changed")
+    monkeypatch.setattr(python_api, "chosen_engine", lambda *_: engine_here)
+    again = es.densify_many(tmp_path / "blocks", out, which="changed")
     assert (again["outcome"] == "failed").sum() == 1
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -19,23 +20,36 @@ import pytest
 from pyarrow import parquet
 
 import einschalt as es
+from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.pipeline.batch import local_engine
 from einschalt.pipeline.batch.local_engine import LocalEngine
 
 LINUX = pytest.mark.skipif(not Path("/proc").exists(), reason="asks /proc")
 
 
+STARTING = 0.4  # of a run, while processes only import what they need
+
+
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory, benchmark_module):
+def undisturbed(tmp_path_factory, benchmark_module, make_blocks):
     """A sound block and a broken one, and what a calm run of them has left."""
+
+    def make(folder, n_blocks):
+        make_blocks(folder, n_blocks)
+        (folder / f"block_{n_blocks - 1:02d}" / "low_flight.csv").unlink()
+
     faults = benchmark_module("faults")
     root = tmp_path_factory.mktemp("faults")
-    return faults, root, faults.undisturbed(root, n_blocks=2)
+    seconds = faults.undisturbed(root, n_blocks=2, make=make)
+    return faults, partial(
+        faults.setting_in, root, seconds, shortest=STARTING * seconds
+    )
 
 
 @LINUX
 def test_killed_runs_end_with_the_same_bytes(undisturbed):
-    faults, root, seconds = undisturbed
-    setting = faults.setting_in(root, seconds, seed=3)
+    faults, setting_with = undisturbed
+    setting = setting_with(seed=3)
     faults.disturb(setting, faults.LocalRun, n_kills=3)
     assert setting.killed.total() == 3
     assert setting.n_ends >= 1
@@ -44,8 +58,8 @@ def test_killed_runs_end_with_the_same_bytes(undisturbed):
 @LINUX
 def test_killed_cluster_ends_with_the_same_bytes(undisturbed):
     pytest.importorskip("distributed", reason="the extra cluster is not installed")
-    faults, root, seconds = undisturbed
-    setting = faults.setting_in(root, seconds, seed=1)
+    faults, setting_with = undisturbed
+    setting = setting_with(seed=1)
     faults.disturb(setting, faults.ClusterRun, n_kills=1)
     assert setting.killed.total() == 1
 
@@ -68,10 +82,12 @@ def blocks(tmp_path, make_blocks):
 
 
 @pytest.fixture(scope="module")
-def calm(tmp_path_factory, make_blocks, left):
-    """What a process leaves of such blocks that nothing disturbs."""
+def calm(tmp_path_factory, make_blocks, engine_here):
+    """What is left of such blocks that nothing disturbs, not even other processes."""
     root = tmp_path_factory.mktemp("calm")
-    es.densify_many(make_blocks(root / "blocks", 2), root / "out", workers=1)
+    plan = plan_batch(sorted(make_blocks(root / "blocks", 2).iterdir()), root / "out")
+    with batch_folder(root / "out"):
+        run_batch(plan, engine_here)
     return root / "out"
 
 
@@ -81,7 +97,7 @@ def only_small_files():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
-def test_full_disk(blocks, tmp_path, calm, left):
+def test_full_disk(blocks, tmp_path, calm, left, in_this_process):
     """Blocks fail with the reason, nothing is half-written, the next run mends all."""
     out = tmp_path / "out"
     said = batch(blocks, out, "--workers", "1", preexec_fn=only_small_files)
@@ -95,7 +111,7 @@ def test_full_disk(blocks, tmp_path, calm, left):
         assert "may be of this run" in json.loads(path.read_text())["note"]
     assert not list(out.glob("*/provenance.json"))
     assert not [path for path in out.rglob(".*") if path.is_file()]
-    again = es.densify_many(blocks, out, workers=1)
+    again = es.densify_many(blocks, out)
     assert again["outcome"].tolist() == ["done"] * 2
     assert left(out) == left(calm)
 
@@ -110,8 +126,9 @@ def large_table(block, n_rows):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
-def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path):
+def test_a_block_that_needs_more_memory_than_there_is(blocks, tmp_path, monkeypatch):
     """A table of 15 million points beside a block of nine: one row with the reason."""
+    monkeypatch.setattr(local_engine, "TRIES_ALONE", 1)
     large_table(blocks / "block_00", 15_000_000)
     options = {"workers": 1, "memory_gb": 1.0}
     table = es.densify_many(blocks, tmp_path / "out", **options).set_index("block")
@@ -171,7 +188,6 @@ def kill_the_large(children, limit, killed, is_over):
 @LINUX
 def test_a_task_that_outlives_its_runner_keeps_others_out(blocks, tmp_path):
     """On a cluster a killed runner leaves tasks behind: the next one waits for them."""
-    from einschalt.interfaces.batch.batch_run import plan_batch
     from einschalt.interfaces.batch.block_run import run_block
     from einschalt.interfaces.files.folder_lock import locked
 

@@ -129,8 +129,8 @@ def test_pixels_give_the_same_points(image_block, pixel_block):
         image_block.low_flight.principal_distance_mm
     )
     names = ["easting", "northing"]
-    found = es.densify(pixel_block).points[names]
-    wanted = es.densify(image_block).points[names]
+    found = es.densify(pixel_block).solution.points[names]
+    wanted = es.densify(image_block).solution.points[names]
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-6)
 
 

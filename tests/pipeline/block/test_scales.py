@@ -61,7 +61,7 @@ def test_a_coordinate_beyond_all_systems(block):
 def test_one_wrong_point_does_not_stop_a_block(block):
     control = block.control_points.copy()
     control.loc[control.index[2], "easting"] += 50_000.0
-    assert len(es.densify(replace(block, control_points=control)).points)
+    assert len(es.densify(replace(block, control_points=control)).solution.points)
 
 
 def test_base_in_metres_beside_millimetres(parallax_block):

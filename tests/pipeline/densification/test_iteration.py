@@ -48,7 +48,7 @@ def test_passes_are_those_of_the_stages(demo_block, kind):
     block = replace(demo_block, low_flight=low)
     result = densify(block, Settings(iterations=4, weighting="plain"))
     before, expected = by_hand(block, result, 3), by_hand(block, result, 4)
-    np.testing.assert_allclose(result.points[PLAN], expected[PLAN], atol=1e-8)
+    np.testing.assert_allclose(result.solution.points[PLAN], expected[PLAN], atol=1e-8)
     shift = np.hypot(*(expected[PLAN] - before[PLAN]).to_numpy().T)
     last = result.iterations.iloc[-1]
     assert result.iterations["iteration"].tolist() == [2, 3, 4]
@@ -71,7 +71,9 @@ def test_it_ends_where_nothing_moves_by_a_millimetre(demo_block):
 def test_one_pass_is_what_it_was(demo_block, good_result):
     result = densify(demo_block, Settings(iterations=1))
     assert result.iterations.empty
-    np.testing.assert_array_equal(result.points[PLAN], good_result.points[PLAN])
+    np.testing.assert_array_equal(
+        result.solution.points[PLAN], good_result.points[PLAN]
+    )
     assert "Iterations" not in result.summary()
 
 
@@ -83,8 +85,8 @@ def test_held_control_makes_points_better_and_the_claim_knows_it():
         truth = block.truth.set_index("point_id")
         for n, of_passes in squares.items():
             result = densify(block, Settings(iterations=n))
-            true = truth.loc[result.points["point_id"], PLAN].to_numpy()
-            error = result.points[PLAN].to_numpy() - true
+            true = truth.loc[result.solution.points["point_id"], PLAN].to_numpy()
+            error = result.solution.points[PLAN].to_numpy() - true
             of_passes.append(np.mean(error**2))
             inverse = np.linalg.inv(result.errors.covariance)
             square = np.einsum("ni,nij,nj->n", error, inverse, error)
@@ -108,7 +110,9 @@ def test_tables_and_tests_are_those_of_the_last_pass(demo_block):
     assert "control points" not in [test.name for test in result.claim.tests]
     table = result.error_sources
     np.testing.assert_allclose(
-        table["standard_error_total"], result.points["standard_error_total"], atol=1e-9
+        table["standard_error_total"],
+        result.solution.points["standard_error_total"],
+        atol=1e-9,
     )
     shares = result.block_error_sources.set_index("source")["share"]
     before = densify(demo_block).block_error_sources.set_index("source")["share"]
@@ -117,13 +121,13 @@ def test_tables_and_tests_are_those_of_the_last_pass(demo_block):
     once = densify(demo_block).components
     assert result.components == once
     assert result.neighbours["standard_error_total"].notna().all()
-    assert (result.points["standard_error_total"] < 0.1).all()
+    assert (result.solution.points["standard_error_total"] < 0.1).all()
 
 
 def test_the_summary_tells_of_control_that_is_held(demo_block):
     result = densify(demo_block, Settings(iterations=3))
     text = " ".join(sections(result.assessment)["iterations"].text().split())
-    n_held = int((result.points["role"] == "control").sum())
+    n_held = int((result.solution.points["role"] == "control").sum())
     assert f"{n_held} control points held at given coordinates" in text
     assert "Not at its end after 3 passes" in text
     once = densify(demo_block).figures.mean_total
@@ -172,11 +176,13 @@ def test_given_approximations_can_be_iterated(demo_block):
     assert result.claim.is_supported
     # control took part: it is no check any more
     assert "control points" not in [test.name for test in result.claim.tests]
-    truth = demo_block.truth.set_index("point_id").loc[result.points["point_id"], PLAN]
-    once = densify(block).points
+    truth = demo_block.truth.set_index("point_id").loc[
+        result.solution.points["point_id"], PLAN
+    ]
+    once = densify(block).solution.points
     error = {
         name: np.sqrt(np.mean((points[PLAN].to_numpy() - truth.to_numpy()) ** 2))
-        for name, points in (("once", once), ("thrice", result.points))
+        for name, points in (("once", once), ("thrice", result.solution.points))
     }
     assert error["thrice"] < error["once"]
 

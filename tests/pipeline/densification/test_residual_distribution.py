@@ -19,7 +19,7 @@ def block():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_control_has_its_given_coordinates_and_standard_error(block, method):
-    points = densify(block, Settings(residual_distribution=method)).points
+    points = densify(block, Settings(residual_distribution=method)).solution.points
     control = block.control_points.set_index("point_id")
     known = points[points["role"] == "control"].set_index("point_id")
     assert len(known) > 3
@@ -32,8 +32,10 @@ def test_control_has_its_given_coordinates_and_standard_error(block, method):
 
 
 def test_the_distributed_part_can_be_taken_off(block):
-    plain = densify(block).points
-    points = densify(block, Settings(residual_distribution="natural_neighbour")).points
+    plain = densify(block).solution.points
+    points = densify(
+        block, Settings(residual_distribution="natural_neighbour")
+    ).solution.points
     for name in ("easting", "northing"):
         np.testing.assert_allclose(
             points[name] - points[f"distributed_{name}"], plain[name], atol=1e-9
@@ -67,9 +69,9 @@ def test_propagated_error_is_the_true_one_after_the_distribution():
         block = simulate_block("demo", seed=seed)
         result = densify(block, settings)
         columns = ["easting", "northing"]
-        order = result.points["point_id"]
+        order = result.solution.points["point_id"]
         truth = block.truth.set_index("point_id").loc[order, columns]
-        error = result.points[columns].to_numpy() - truth.to_numpy()
+        error = result.solution.points[columns].to_numpy() - truth.to_numpy()
         inverse = np.linalg.inv(result.errors.covariance)
         squares.append(np.einsum("ni,nij,nj->n", error, inverse, error).mean() / 2.0)
     scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))

@@ -26,7 +26,7 @@ SEEDS = range(6)
 def claimed_and_true(block, settings):
     """Mean squares over the new points, TOTAL [m²]."""
     result = densify(block, settings)
-    points = result.points[result.points["role"] == "new"]
+    points = result.solution.points[result.solution.points["role"] == "new"]
     true = block.truth.set_index("point_id").loc[points["point_id"], PLAN]
     error = points[PLAN].to_numpy() - true.to_numpy()
     claimed = np.mean(points["standard_error_total"] ** 2)
@@ -100,7 +100,7 @@ def test_heights_have_their_part_in_it():
     plain, rigorous = (densify(block, s) for s in (PLAIN, RIGOROUS))
     assert rigorous.solution.means.weights.shape[1:] == (3, 3)
     for column in ("standard_error_total", "standard_error_height"):
-        less = rigorous.points[column] - plain.points[column]
+        less = rigorous.solution.points[column] - plain.solution.points[column]
         assert less.mean() < 0.0
 
 
@@ -113,9 +113,9 @@ def test_further_passes_keep_the_weights_of_the_first():
         np.testing.assert_allclose(
             after.means.weights, before.means.weights, atol=1e-12
         )
-    claimed = np.mean(result.points["standard_error_total"] ** 2)
+    claimed = np.mean(result.solution.points["standard_error_total"] ** 2)
     plain = densify(block, Settings(weighting="plain", iterations=4))
-    plain = plain.points["standard_error_total"]
+    plain = plain.solution.points["standard_error_total"]
     assert claimed < 1.05 * np.mean(plain**2)
 
 

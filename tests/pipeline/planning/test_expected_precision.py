@@ -118,10 +118,10 @@ def test_crowded_models_are_laid_out_with_fewer_points():
     assert 20.0 < few.layout_spacing < 30.0
     # the same errors as those of the points that can still be laid out
     mean = expect_precision(crowded).figures.mean
-    assert expect_precision(few).figures.mean == pytest.approx(mean, rel=0.03)
-    assert "apart instead of 10, which hardly matters" in " ".join(
-        expect_precision(few).summary().split()
-    )
+    expected = expect_precision(few)
+    assert expected.figures.mean == pytest.approx(mean, rel=0.03)
+    said = " ".join(expected.summary().split())
+    assert "apart instead of 10, which hardly matters" in said
 
 
 def test_something_else_is_refused():

@@ -100,7 +100,7 @@ def test_errors_are_what_the_operators_make_of_the_noise():
         noise[name] = np.einsum("nij,nj->ni", linear, moved)
         changes[name] = replace(flight, model_points=points)
     noisy = densify(replace(exact, **changes), settings)
-    error = (noisy.points[GROUND] - truth.points[GROUND]).to_numpy()
+    error = (noisy.solution.points[GROUND] - truth.points[GROUND]).to_numpy()
     chains = noisy.errors.chains
     found = sum(chain.of_vectors(noise[source]) for source, chain in chains.items())
     np.testing.assert_allclose(found, error, rtol=0, atol=1e-4 * np.abs(error).max())
@@ -122,12 +122,13 @@ def test_heights_of_control_have_errors_of_their_own(result):
     found = densify(replace(result.block, control_points=control))
     np.testing.assert_allclose(found.errors.standard_errors["control"][:, 2], 0.5)
     assert (
-        found.points["standard_error_height"] > result.points["standard_error_height"]
+        found.solution.points["standard_error_height"]
+        > result.solution.points["standard_error_height"]
     ).all()
     # the plan hardly hangs on heights
     np.testing.assert_allclose(
-        found.points["standard_error_total"],
-        result.points["standard_error_total"],
+        found.solution.points["standard_error_total"],
+        result.solution.points["standard_error_total"],
         rtol=0.15,
     )
 
@@ -147,9 +148,9 @@ def test_heights_that_nothing_checks(result):
     fit = found.solution.high.transformation.fit
     assert (fit.n_points[usable] == 3).all()
     assert found.errors is None
-    assert "standard_error_total" not in found.points
+    assert "standard_error_total" not in found.solution.points
     with pytest.raises(SettingsError, match=r"nothing checks .* its heights"):
-        found.covariance_between([tuple(found.points["point_id"].iloc[:2])])
+        found.covariance_between([tuple(found.solution.points["point_id"].iloc[:2])])
     left = replace(block, high_flight=changed, may_be_unmeasured=True)
     with pytest.raises(SettingsError, match=r'"rigorous", but orientations or heights'):
         densify(left, Settings(weighting="rigorous"))
@@ -174,10 +175,10 @@ def test_distributed_residuals_leave_heights_alone(result):
     np.testing.assert_allclose(
         found.errors.covariance[:, 2, 2], result.errors.covariance[:, 2, 2]
     )
-    is_control = (found.points["role"] == "control").to_numpy()
+    is_control = (found.solution.points["role"] == "control").to_numpy()
     given = 0.03 / np.sqrt(2.0)
     np.testing.assert_allclose(
-        found.points.loc[is_control, "standard_error_easting"], given
+        found.solution.points.loc[is_control, "standard_error_easting"], given
     )
 
 

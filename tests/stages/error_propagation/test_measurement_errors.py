@@ -137,8 +137,10 @@ def test_errors_are_what_the_operators_make_of_the_noise(name):
     # so little noise that what is of second order in it vanishes
     noisy, noise = with_noise(block, np.random.default_rng(5), 1e-3)
     exact, result = densify(block), densify(noisy, settings)
-    true = exact.points.set_index("point_id").loc[result.points["point_id"], GROUND]
-    error = result.points[GROUND].to_numpy() - true.to_numpy()
+    true = exact.solution.points.set_index("point_id").loc[
+        result.solution.points["point_id"], GROUND
+    ]
+    error = result.solution.points[GROUND].to_numpy() - true.to_numpy()
     # weights are those of the noisy block
     found = carried(result.errors, noise)
     assert np.abs(error).max() > 1e-5
@@ -161,7 +163,7 @@ def test_differences_of_image_coordinates(flight):
             table = of_flight.image_points.copy()
             table[["x", "y"]] += step * way[:, :2]
             changed = replace(of_flight, image_points=table)
-            points = densify(replace(block, **{flight: changed})).points
+            points = densify(replace(block, **{flight: changed})).solution.points
             found.append(points[GROUND].to_numpy())
         noise = {s: np.zeros((len(e), 3)) for s, e in errors.standard_errors.items()}
         on_ground = 1e-3 * of_flight.scale_number * way
@@ -180,7 +182,7 @@ def test_a_flight_straight_onto_control():
     noisy, noise = with_noise(block, np.random.default_rng(6), 1e-3)
     exact, result = densify(block), densify(noisy)
     assert set(exact.errors.parts) == {"control", "low_flight"}
-    error = (result.points[GROUND] - exact.points[GROUND]).to_numpy()
+    error = (result.solution.points[GROUND] - exact.solution.points[GROUND]).to_numpy()
     np.testing.assert_allclose(
         carried(exact.errors, noise), error, rtol=0, atol=1e-4 * np.abs(error).max()
     )
@@ -206,7 +208,7 @@ def test_other_approximate_points_have_errors_that_nobody_knows(change):
 
 def test_tables_and_tests_hold_together():
     result = densify(image_block(seed=2))
-    points = result.points
+    points = result.solution.points
     height = points["standard_error_height"].to_numpy()
     np.testing.assert_allclose(height**2, result.errors.covariance[:, 2, 2])
     table = result.error_sources

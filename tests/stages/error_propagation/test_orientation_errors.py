@@ -85,7 +85,7 @@ def test_points_move_as_the_operators_say(names, unmoved):
     settings, block, before = unmoved
     after = densify(with_other_parallaxes(block, names), settings)
     carried = before.errors.chains["orientation"].apply(errors_behind(before, after))
-    moved = (after.points[PLAN] - before.points[PLAN]).to_numpy()
+    moved = (after.solution.points[PLAN] - before.solution.points[PLAN]).to_numpy()
     largest = np.abs(moved).max()
     assert largest > 1e-3
     # the fit is linear; its matrix changes by 1e-3 with the elements
@@ -98,8 +98,10 @@ def test_true_errors_are_those_that_are_claimed(y_parallax_um):
     for seed in range(12):
         block = block_of(seed=seed, y_parallax_um=y_parallax_um)
         result = densify(block, Settings(coverage_mean="most_central"))
-        truth = block.truth.set_index("point_id").loc[result.points["point_id"], PLAN]
-        error = result.points[PLAN].to_numpy() - truth.to_numpy()
+        truth = block.truth.set_index("point_id").loc[
+            result.solution.points["point_id"], PLAN
+        ]
+        error = result.solution.points[PLAN].to_numpy() - truth.to_numpy()
         inverse = np.linalg.inv(result.errors.covariance)
         squares.append(np.einsum("ni,nij,nj->n", error, inverse, error).mean() / 2.0)
         table = result.block_error_sources.set_index("source")["share"]
@@ -151,7 +153,7 @@ def test_parallaxes_without_redundancy_leave_the_size_unknown():
     assert result.orientation_errors == dict.fromkeys(FLIGHTS)
     assert result.errors is None
     adjusted = densify(replace(block, **flights), SIMULTANEOUS)
-    assert "standard_error_total" not in adjusted.points
+    assert "standard_error_total" not in adjusted.solution.points
     assert "y-parallaxes without redundancy do not show" in one_line(adjusted)
 
 
@@ -167,7 +169,7 @@ def test_points_adjusted_simultaneously_have_the_errors_that_are_claimed(
     for seed in range(8):
         block = block_of(seed=seed, y_parallax_um=y_parallax_um)
         result = densify(block, SIMULTANEOUS)
-        points = result.points[result.points["role"] == "new"]
+        points = result.solution.points[result.solution.points["role"] == "new"]
         truth = block.truth.set_index("point_id").loc[points["point_id"], PLAN]
         error = points[PLAN].to_numpy() - truth.to_numpy()
         covariance = np.empty((len(points), 2, 2))
@@ -196,7 +198,7 @@ def test_orientations_that_were_adjusted_are_no_larger_than_their_errors():
 
 def test_images_have_standard_errors_in_the_simultaneous_adjustment_too():
     result = densify(block_of("images"), SIMULTANEOUS)
-    assert result.points["standard_error_total"].notna().all()
+    assert result.solution.points["standard_error_total"].notna().all()
     assert result.figures.mean_total > 0.0
 
 

@@ -74,8 +74,10 @@ def test_a_shift_of_the_control_is_carried_to_every_point(results, demo_block):
         easting=control["easting"] + 1.2, northing=control["northing"] - 0.9
     )
     for name, settings in METHODS.items():
-        there = densify(replace(demo_block, control_points=moved), settings).points
-        here = results[name][0].points
+        there = densify(
+            replace(demo_block, control_points=moved), settings
+        ).solution.points
+        here = results[name][0].solution.points
         np.testing.assert_allclose(there["easting"] - here["easting"], 1.2, atol=1e-6)
         np.testing.assert_allclose(
             there["northing"] - here["northing"], -0.9, atol=1e-6
@@ -90,8 +92,10 @@ def test_heights_share_nothing():
         for name, flight in block.flights.items()
     }
     block = replace(block, **flights)
-    plain = densify(block).points
-    shared = densify(replace(block, shared_errors_m={"control_points": SHARED})).points
+    plain = densify(block).solution.points
+    shared = densify(
+        replace(block, shared_errors_m={"control_points": SHARED})
+    ).solution.points
     assert "standard_error_height" in plain
     column = "standard_error_height"
     np.testing.assert_allclose(shared[column], plain[column])

@@ -61,7 +61,7 @@ def test_claimed_and_true_errors(block):
     figures = []
     for seed in range(8):
         own = simulate_block("demo", seed=seed, geometry=GEOMETRY)
-        points = es.densify(own, es.Settings(method="simultaneous")).points
+        points = es.densify(own, es.Settings(method="simultaneous")).solution.points
         new = points[points["role"] == "new"]
         true = own.truth.set_index("point_id").loc[new["point_id"], AXES]
         error = new[AXES].to_numpy() - true.to_numpy()

@@ -1,5 +1,6 @@
 """Families of tests, each as statsmodels adjusts it alone."""
 
+import gc
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,12 @@ from einschalt.theory.adjustment.multiple_testing import (
     holm,
     is_rejected_by_holm,
 )
+
+
+@pytest.fixture(autouse=True)
+def kept_garbage(monkeypatch):
+    """statsmodels searches all memory at each call, for arrays that it has left."""
+    monkeypatch.setattr(gc, "collect", lambda: 0)
 
 
 @pytest.fixture(scope="module")

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy import sparse
+from scipy import optimize, sparse
 
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 from einschalt.theory.adjustment.variance_components import (
     SumOfSquares,
     VarianceFactors,
     estimate_factors,
+    nonnegative_factors,
 )
 
 N_GROUPS, PER_GROUP = 60, 5
@@ -109,3 +110,17 @@ def test_scaled_is_the_root_of_the_factor():
     assert factors.scaled("a", 5.0) == pytest.approx((10.0, 5.0 * 0.2 / 4.0))
     # where nothing is left: up to a factor of one standard error
     assert factors.scaled("b", 5.0) == pytest.approx((0.0, 5.0 * np.sqrt(0.3)))
+
+
+@pytest.mark.parametrize("n_unknowns", [1, 3, 5])
+def test_factors_that_are_not_negative_are_those_of_scipy(n_unknowns):
+    rng = np.random.default_rng(7)
+    n_at_zero = 0
+    for _ in range(40):
+        design = rng.normal(size=(6, n_unknowns))
+        observed = rng.normal(size=6)
+        expected = optimize.nnls(design, observed)[0]
+        n_at_zero += (expected == 0.0).sum()
+        found = nonnegative_factors(design, observed)
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert n_at_zero > 10

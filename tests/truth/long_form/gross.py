@@ -5,7 +5,7 @@ against those of the same blocks without gross errors, and every gross error tha
 missed against its minimal detectable bias.
 """
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pandas as pd
@@ -95,7 +95,6 @@ def study(flight, seed, modes=MODES, ways=WAYS):
             f"{flight}_gross_error_um": SIZE_UM,
         }
     )
-    clean = simulate_block("neukirchen", seed=seed)
     spoilt = simulate_block("neukirchen", seed=seed, noise=noise)
     gross = gross_errors_of(spoilt, flight)
     hopeless = gross.loc[~_can_be_found(gross), "point_id"]
@@ -105,7 +104,7 @@ def study(flight, seed, modes=MODES, ways=WAYS):
             settings = Settings(coverage_mean=mode, outliers=way)
             result = densify(spoilt, settings)
             squares = squared_errors(result, spoilt.truth)
-            without = squared_errors(densify(clean, settings), clean.truth)
+            without = _squares_without(seed, settings)
             bare = _points_of_bare_models(result)
             has_redundancy = ~squares.index.isin(np.union1d(hopeless, bare))
             found[mode, way] = [
@@ -117,10 +116,16 @@ def study(flight, seed, modes=MODES, ways=WAYS):
     return found
 
 
+@cache
+def _squares_without(seed, settings):
+    clean = simulate_block("neukirchen", seed=seed)
+    return squared_errors(densify(clean, settings), clean.truth)
+
+
 def squared_errors(result, truth):
     """Squared total error of each final point [m²], a Series by point_id."""
     columns = ["easting", "northing"]
-    points = result.points.set_index("point_id")[columns]
+    points = result.solution.points.set_index("point_id")[columns]
     return ((points - truth.set_index("point_id")[columns]) ** 2).sum(axis=1)
 
 

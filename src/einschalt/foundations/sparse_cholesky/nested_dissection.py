@@ -37,7 +37,9 @@ def dissect(neighbours, positions) -> Elimination:
     ``positions`` say roughly where they lie; bad ones cost time, never correctness.
     """
     xy = np.ascontiguousarray(positions, dtype=float)
-    order, start, parent = _dissect(neighbours.start, neighbours.models, xy, LEAF)
+    # of one layout: for another one all of it would be compiled again
+    start, models = map(np.ascontiguousarray, (neighbours.start, neighbours.models))
+    order, start, parent = _dissect(start, models, xy, LEAF)
     position = np.empty(len(order), dtype=np.int64)
     position[order] = np.arange(len(order))
     return Elimination(order, position, start, parent)
@@ -187,7 +189,7 @@ def _dissect(start, neighbours, xy, leaf):
     is_boundary = np.zeros(n, dtype=np.bool_)
     key = np.empty(n)
     rank = np.empty(n, dtype=np.int64)
-    label = 0
+    label = np.int64(0)  # a literal would be compiled as a case of its own
     # a node of the tree owns models[first:last] once its branches are cut off
     stack = np.empty((4 * 64 + 4, 4), dtype=np.int64)
     node_parent = np.empty(2 * n + 2, dtype=np.int64)

@@ -113,7 +113,8 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
     settings = Settings(coverage_mean=coverage_mean, **asked)
     result = densify(block, settings)
     solution = result.solution
-    if not (result.points["role"] == "new").any():
+    points = solution.points  # not judged: nothing has been measured
+    if not (points["role"] == "new").any():
         raise GeometryError(
             "all points of the area would be control points",
             expected="some that are to be densified",
@@ -122,17 +123,17 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
     point_ids = solution.model_points["low_flight"]["point_id"]
     of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
     values = _values(block, result, of_values)
-    is_new = (result.points["role"] == "new").to_numpy()
+    is_new = (points["role"] == "new").to_numpy()
     parts = {
         source: _rms(_total(result.errors.parts[source])[is_new]) for source in SOURCES
     }
-    roles = result.points["role"].value_counts()
+    roles = points["role"].value_counts()
     m_0 = result.figures.m_0_low
     return ExpectedPrecision(
         design=design,
-        points=_points(block, result),
+        points=_points(block, points),
         values=values,
-        figures=_figures(result, values, m_0),
+        figures=_figures(points, values, m_0),
         parts=parts,
         formula=design.after_kovarik(m_0),
         n_high_models=len(solution.high.transformation.models),
@@ -158,11 +159,11 @@ def _values(block, result, totals):
     return result.single_values[shown].merge(propagated, on=list(rows.columns))
 
 
-def _points(block, result):
+def _points(block, points):
     geometry = block.geometry
     names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
-    true = block.truth.set_index("point_id").loc[result.points["point_id"]]
-    return result.points[[*names, "n_models"]].assign(
+    true = block.truth.set_index("point_id").loc[points["point_id"]]
+    return points[[*names, "n_models"]].assign(
         easting=true["easting"].to_numpy() - geometry.centre_easting,
         northing=true["northing"].to_numpy() - geometry.centre_northing,
     )
@@ -181,8 +182,8 @@ def zones_of(values):
     }
 
 
-def _figures(result, values, m_0):
-    new = result.points[result.points["role"] == "new"]
+def _figures(points, values, m_0):
+    new = points[points["role"] == "new"]
     total = values["standard_error_total"].to_numpy()
     paper = values["standard_error_paper"].to_numpy()
     zones = zones_of(values)

@@ -71,7 +71,8 @@ def run_repetition(repetition) -> dict:
         asked.preset, seed=repetition.seed, geometry=asked.geometry, noise=asked.noise
     )
     result = densify(block, asked.settings)
-    new = result.points[result.points["role"] == "new"]
+    points = result.solution.points  # not judged: the truth is known
+    new = points[points["role"] == "new"]
     error = _true_error(new, block.truth)
     return {
         "seed": repetition.seed,

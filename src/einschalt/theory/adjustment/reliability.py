@@ -134,7 +134,8 @@ def joint_point_tests(points, sum_of_squares, redundancy) -> PointTests:
         points.start,
         np.ascontiguousarray(points.residuals, dtype=float),
         np.ascontiguousarray(points.weights, dtype=float),
-        points.leverage,
+        # of one layout, and writable: for each other one it would be compiled again
+        np.array(points.leverage, dtype=float, order="C"),
         points.cross_leverage,
         np.ascontiguousarray(sum_of_squares, dtype=float),
         np.ascontiguousarray(redundancy, dtype=float),

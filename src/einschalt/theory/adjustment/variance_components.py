@@ -14,9 +14,9 @@ docs/theory/variance_components.md.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
-from scipy.optimize import nnls
 
 from einschalt.theory.adjustment.monte_carlo import draw_errors, draws_in_parts
 
@@ -100,7 +100,9 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
         covariance = _covariance_of_sums(products, np.maximum(factors, LEAST_FACTOR))
         root = np.linalg.inv(np.linalg.cholesky(covariance))
         before, factors = factors, factors.copy()
-        factors[is_free] = nnls(root @ design[:, is_free], root @ unexplained)[0]
+        factors[is_free] = nonnegative_factors(
+            root @ design[:, is_free], root @ unexplained
+        )
         if np.max(np.abs(factors - before)) < TOLERANCE:
             break
     cofactors = np.linalg.pinv(root @ design[:, is_free])
@@ -109,6 +111,40 @@ def estimate_factors(sums, standard_errors, seed=0, *, held=None) -> VarianceFac
     covariance = np.zeros((len(sources), len(sources)))
     covariance[np.ix_(is_free, is_free)] = cofactors @ cofactors.T + spread @ spread.T
     return VarianceFactors(sources, factors, covariance)
+
+
+def nonnegative_factors(design, observed):
+    """Least squares with no negative unknown, of which there are a few.
+
+    Of all choices of those that are not 0 the best one. scipy.optimize has the same for
+    many unknowns, and takes as long to be imported as blocks take to be computed.
+
+    Parameters
+    ----------
+    design : ndarray, shape (n_observed, n_unknowns)
+    observed : ndarray, shape (n_observed,)
+
+    Returns
+    -------
+    ndarray, shape (n_unknowns,)
+
+    Examples
+    --------
+    >>> nonnegative_factors(np.eye(2), np.array([3.0, -1.0])).tolist()
+    [3.0, 0.0]
+    """
+    n_unknowns = design.shape[1]
+    best, least = np.zeros(n_unknowns), observed @ observed
+    for choice in product([True, False], repeat=n_unknowns):
+        is_in = np.array(choice, dtype=bool)
+        found = np.zeros(n_unknowns)
+        found[is_in] = np.linalg.lstsq(design[:, is_in], observed)[0]
+        rest = observed - design @ found
+        if (found >= 0.0).all() and rest @ rest < least:
+            best, least = found, rest @ rest
+            if is_in.all():  # nothing fits better
+                break
+    return best
 
 
 def _drawn_products(sums, standard_errors, seed):

@@ -22,6 +22,10 @@ import numpy as np
 from einschalt.foundations.exact_sums import transform_exactly
 from einschalt.theory.block_adjustment.model_graph import Incidence
 
+# rows of a point and unknowns of a model without anything that it has for itself.
+# Loops over these are unrolled; each further pair would be compiled when it first comes
+UNROLLED = {(1, 2), (1, 3), (2, 6), (3, 7)}
+
 
 @dataclass(frozen=True, eq=False)
 class PointSystem:
@@ -145,14 +149,19 @@ def assemble(system, pattern):
         (pattern.start, pattern.row),
         system.incidence.arrays,
         (system.design, system.weights, system.inverse),
-        ((0,) * d, (0,) * u),
+        _ranks(d, u),
     )
     return blocks
 
 
+def _ranks(d, u):
+    """Two of that length: tuples, which the compiler knows, or an array."""
+    return (0,) * d, (0,) * u if (d, u) in UNROLLED else np.empty(u)
+
+
 @numba.njit(cache=True, nogil=True)
 def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
-    # lengths of tuples are known to the compiler, which unrolls the loops over them
+    # loops over the length of a tuple are unrolled
     d, u = len(ranks[0]), len(ranks[1])
     column, block_row = pattern
     model, point, model_start, point_start, rows = incidence
@@ -221,7 +230,7 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
         (pattern.start, pattern.row),
         system.incidence.arrays,
         (system.design, system.weights),
-        ((0,) * d, (0,) * u),
+        _ranks(d, u),
     )
     p = system.inverse
     if d == 1:

@@ -213,7 +213,7 @@ def _choose_range(first, last, model_start, scaled, right_z, out):
 @numba.njit(**COMPILED)
 def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
     """Descend to the minimum, and close the conditions there."""
-    limits = (MOST_FINE_STEPS, FINE)
+    limits = (np.int64(MOST_FINE_STEPS), FINE)
     for k in range(first, last):
         begin, end = model_start[k], model_start[k + 1]
         if end - begin < N_PARAMETERS:

@@ -240,7 +240,8 @@ def find(image, idle, zr, start, found):
     zeros.
     """
     n = image.shape[1]
-    limits = (MOST_ROUGH_STEPS, ROUGH)
+    # a literal number would be compiled as a case of its own
+    limits = (np.int64(MOST_ROUGH_STEPS), ROUGH)
     pose, sums, is_converged = descend(image, idle, zr, start, FIRST_ORDER, limits)
     pose, n_front = facing(image, zr, pose)
     put_pose(pose, found)

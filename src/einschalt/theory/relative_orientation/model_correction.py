@@ -106,7 +106,8 @@ def _bundles(xyz, base, elements, case):
         moved = 0 if case == DEPENDENT_LEFT else 1
         angles[:, moved] = elements[:, :3]
         centres[:, moved, 1:] = elements[:, 3:]
-    return xyz, np.broadcast_to(base, n_points), angles, centres
+    # an array of its own: for another layout the kernels would be compiled again
+    return xyz, np.full(n_points, base, dtype=float), angles, centres
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

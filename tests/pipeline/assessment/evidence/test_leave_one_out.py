@@ -54,7 +54,7 @@ def test_differences_are_those_of_densifying_again(demo_block, high, low, mean):
     settings = Settings(coverage_mean=mean, weighting="plain")
 
     def predict(name):
-        points = densify(as_check_point(block, name), settings).points
+        points = densify(as_check_point(block, name), settings).solution.points
         return points.set_index("point_id").loc[name, PLAN].to_numpy(dtype=float)
 
     assert_same(densify(block, settings), predict, 1e-8)
@@ -103,7 +103,7 @@ def test_rigid_models_to_first_order():
     settings = Settings(weighting="plain")
 
     def predict(name):
-        points = densify(as_check_point(block, name), settings).points
+        points = densify(as_check_point(block, name), settings).solution.points
         return points.set_index("point_id").loc[name, PLAN].to_numpy(dtype=float)
 
     # residuals of 10 cm turn a model of 2 km by 5e-5
