@@ -15,6 +15,7 @@ from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.displacements import (
     NOTHING,
     Displacement,
+    largest,
 )
 from einschalt.pipeline.assessment.evidence.stretch import (
     DETERMINANT,
@@ -132,30 +133,34 @@ class Frame:
         return are_all and max(ratios) < ALIKE * min(ratios)
 
     @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """All reasons not to believe the frame, the gravest first."""
+        is_over = self.n_upside_down > MOST_UPSIDE_DOWN * self.n_spatial
+        held = {
+            Doubt.LARGER_THAN_FILM: bool(self.impossible_films),
+            Doubt.STRETCHED: self.is_stretched,
+            Doubt.OUT_OF_SCALE: self.is_out_of_scale,
+            Doubt.UPSIDE_DOWN: is_over,
+            Doubt.MIRRORED: self.is_mirrored and not self.has_system,
+        }
+        return tuple(doubt for doubt, holds in held.items() if holds)
+
+    @property
     def doubt(self) -> Doubt:
         """The gravest reason not to believe the frame, if there is one."""
-        if self.is_out_of_scale:
-            return Doubt.OUT_OF_SCALE
-        if self.impossible_films:
-            return Doubt.LARGER_THAN_FILM
-        if self.is_stretched:
-            return Doubt.STRETCHED
-        if self.n_upside_down > MOST_UPSIDE_DOWN * self.n_spatial:
-            return Doubt.UPSIDE_DOWN
-        if self.is_mirrored and not self.has_system:
-            return Doubt.MIRRORED
-        return Doubt.NONE
+        return next(iter(self.doubts), Doubt.NONE)
 
     @property
     def could_be_off(self) -> Displacement:
-        """How far coordinates are off if the doubt is right, RMS; 0 without."""
+        """How far coordinates are off if a doubt is right, RMS; 0 without."""
+        return largest(NOTHING, *map(self._off_by, self.doubts))
+
+    def _off_by(self, doubt):
         east, north, height = self.coordinates
-        if self.doubt is Doubt.NONE:
-            return NOTHING
-        if self.doubt in (Doubt.OUT_OF_SCALE, Doubt.LARGER_THAN_FILM):
-            share = self._share_of_scale
+        if doubt in (Doubt.OUT_OF_SCALE, Doubt.LARGER_THAN_FILM):
+            share = self._share_of_scale(doubt)
             return Displacement(share * np.hypot(east, north), share * height)
-        if self.doubt is not Doubt.STRETCHED:
+        if doubt is not Doubt.STRETCHED:
             # an axis of the wrong sign, or taken for the other one
             return Displacement(2.0 * max(east, north), 0.0)
         ratio = self.common.east_by_north
@@ -165,10 +170,9 @@ class Frame:
         off = max(long * (1.0 - 1.0 / ratio), short * (ratio - 1.0))
         return Displacement(float(off), 0.0)
 
-    @property
-    def _share_of_scale(self):
+    def _share_of_scale(self, doubt):
         """What coordinates in another unit are off by, of their own size."""
-        if self.doubt is Doubt.OUT_OF_SCALE:
+        if doubt is Doubt.OUT_OF_SCALE:
             ratio = np.mean([film.scale_ratio for film in self.films])
             return float(abs(1.0 - 1.0 / ratio))
         # of one flight alone it is the scale number
