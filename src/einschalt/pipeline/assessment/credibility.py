@@ -12,7 +12,7 @@ import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
-from einschalt.pipeline.assessment.evidence.displacements import (
+from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     where_it_matters,
 )

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    where_it_matters,
+)
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
-from einschalt.pipeline.assessment.evidence.displacements import where_it_matters
 from einschalt.stages.error_propagation.error_model import CONTROL
 
 COLUMN = "standard_error_height"

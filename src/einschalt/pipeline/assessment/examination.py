@@ -28,14 +28,7 @@ from einschalt.pipeline.assessment.evidence.claim import (
     UNTESTED,
     examine_claim,
 )
-from einschalt.pipeline.assessment.evidence.control.heights import examine_height_claim
-from einschalt.pipeline.assessment.evidence.control.patterns import (
-    NO_PATTERNS,
-    Kind,
-    find_control_patterns,
-)
-from einschalt.pipeline.assessment.evidence.copies import find_copies
-from einschalt.pipeline.assessment.evidence.displacements import (
+from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
     largest,
@@ -43,6 +36,13 @@ from einschalt.pipeline.assessment.evidence.displacements import (
     moved_by_left_out_control,
     moved_by_suspects,
 )
+from einschalt.pipeline.assessment.evidence.control.heights import examine_height_claim
+from einschalt.pipeline.assessment.evidence.control.patterns import (
+    NO_PATTERNS,
+    Kind,
+    find_control_patterns,
+)
+from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.frame import frame_of
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control

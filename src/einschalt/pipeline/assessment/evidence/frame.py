@@ -12,7 +12,7 @@ import numpy as np
 
 from einschalt.foundations.projections import extent_of
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.pipeline.assessment.evidence.displacements import (
+from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
     largest,

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.assessment.evidence.displacements import (
+from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
     Displacement,
     largest,
