@@ -17,6 +17,8 @@ from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 # of the claimed figure: what must come to it, so that chance in single points does
 # not make a claim fall (1.25 in all)
 LEAST_ADDED = 0.75
+# quarter of χ² by its mean, for two coordinates and for one
+LOW_OF_PLAN, LOW_OF_HEIGHT = 0.2877, 0.1015
 # beyond it errors are not only larger than given: something is wrong
 LARGEST_S_0 = 2.0
 
@@ -80,8 +82,8 @@ def _falls(claim):
 def moved_by_suspects(examined) -> Displacement:
     """How far suspects among the new points lie from their other values.
 
-    From the approximate coordinates, or by the spread of their models: one of the
-    values is wrong, and nothing tells whether it is the one that was kept.
+    From the approximate coordinates, or by the spread of their models, beyond what is
+    usual in the block: one of the values is wrong, and nothing tells which.
     """
     two_step = examined.two_step
     if not two_step.is_possible:
@@ -91,13 +93,29 @@ def moved_by_suspects(examined) -> Displacement:
         examined.points.loc[examined.points["is_suspect"], "point_id"],
         residuals.loc[residuals["is_suspect"].astype(bool), "point_id"],
     )
-    points = two_step.points[two_step.points["point_id"].isin(suspects)]
-    apart = apart_from(points, two_step.approximations)
-    spread = points["spread_total"].to_numpy(dtype=float)
-    apart[:, :2] = np.maximum(
-        np.nan_to_num(np.abs(apart[:, :2])), np.nan_to_num(spread)[:, None] / np.sqrt(2)
+    points = two_step.points
+    squares = apart_from(points, two_step.approximations) ** 2
+    spread = points["spread_total"].to_numpy(dtype=float) ** 2
+    plan = np.fmax(
+        _beyond_usual(squares[:, :2].sum(axis=1), LOW_OF_PLAN),
+        _beyond_usual(spread, LOW_OF_PLAN),
     )
-    return _of_new(examined, points["point_id"], np.nan_to_num(apart))
+    height = [_beyond_usual(column, LOW_OF_HEIGHT) for column in squares[:, 2:].T]
+    # half of it in either coordinate
+    apart = np.sqrt(np.column_stack([plan / 2.0, plan / 2.0, *height]))
+    is_suspect = points["point_id"].isin(suspects).to_numpy()
+    return _of_new(examined, points.loc[is_suspect, "point_id"], apart[is_suspect])
+
+
+def _beyond_usual(squares, low):
+    """What squares exceed those of most points by; 0 below.
+
+    The lowest quarter tells what is usual, also where most points are wrong.
+    """
+    if not np.isfinite(squares).any():
+        return np.zeros(len(squares))
+    usual = np.nanquantile(squares, 0.25) / low
+    return np.nan_to_num(np.maximum(squares - usual, 0.0))
 
 
 def moved_between_ways(adjusted) -> Displacement:
