@@ -14,7 +14,6 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     covariance_of,
 )
 from einschalt.pipeline.densify import densify
-from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.theory.adjustment.reliability import noncentrality
 
 
@@ -37,7 +36,7 @@ def is_too_weak(clean, spoilt):
     left_out = examined.left_out_control
     shown = Signatures(examined, left_out)
     numbers = shown.axes.packed(change).reshape(-1, 1)
-    made = shown.axes.unpacked(left_out.chains[CONTROL].apply(numbers)[:, 0])
+    made = shown.axes.unpacked(left_out.of_control.apply(numbers)[:, 0])
     sizes = examined.error_model.standard_errors
     squares = []
     for kept in (PLAN, HEIGHT)[: made.shape[1] - 1]:

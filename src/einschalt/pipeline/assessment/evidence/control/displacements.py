@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
-from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 
 # of the claimed figure: what must come to it, so that chance in single points does
@@ -71,7 +70,7 @@ def moved_by_left_out_control(two_step) -> Displacement:
     if not errors.any():
         return NOTHING
     packed = axes.packed(errors).reshape(-1, 1)
-    moved = axes.unpacked(model.chains[CONTROL].apply(packed)[:, 0])
+    moved = axes.unpacked(model.from_control.apply(packed)[:, 0])
     return _of_new(two_step, two_step.means.points["point_id"], moved)
 
 
