@@ -304,6 +304,7 @@ def densify_many(
     settings=None,
     workers=None,
     memory_gb=None,
+    time_limit_s=None,
     which="changed",
     overwrite=False,
     progress=None,
@@ -325,6 +326,9 @@ def densify_many(
         Processes on this computer, one per core where left out.
     memory_gb : float, optional
         What each of them may use [GB].
+    time_limit_s : float, optional
+        What each block may take [s]: after that it is given up, and is a row that
+        says so.
     which : {"changed", "unfinished", "failed", "all"}, optional
         What is computed: blocks without a result of their present input, settings and
         version; of these not the ones that an interrupted run has seen fail; only
@@ -357,7 +361,7 @@ def densify_many(
     blocks = _folders_of(blocks, output)
     given = _given_settings(settings)
     _require_callable(progress, "the news after each block")
-    engine = chosen_engine(scheduler, workers, memory_gb)
+    engine = chosen_engine(scheduler, workers, memory_gb, time_limit_s)
     options = {"given": given, "which": which, "overwrite": overwrite}
     plan_batch(blocks, output, **options)  # what is wrong is said before
     with batch_folder(output) as folder:
@@ -398,21 +402,23 @@ def _require_callable(progress, news):
         )
 
 
-def chosen_engine(scheduler=None, workers=None, memory_gb=None):
+def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=None):
     """Engine of a cluster where a scheduler is named, else of this computer.
 
     ``scheduler`` is an address tcp://host:port of Dask; ``workers`` are processes, one
-    per core where left out, each with so much ``memory_gb`` [GB].
+    per core where left out, each with so much ``memory_gb`` [GB]. A task that takes
+    longer than ``time_limit_s`` [s] is given up.
     """
     if scheduler is None:
-        return LocalEngine(workers, memory_gb=memory_gb)
+        limits = {"memory_gb": memory_gb, "time_limit_s": time_limit_s}
+        return LocalEngine(workers, **limits)
     if workers is not None or memory_gb is not None:
         raise SettingsError(
             "workers or memory are given beside a scheduler",
             expected="workers of a cluster with what they got when they were started",
             remedy="Leave them out, or the scheduler",
         )
-    return DaskEngine(scheduler)
+    return DaskEngine(scheduler, time_limit_s=time_limit_s)
 
 
 def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):

@@ -6,6 +6,7 @@ from einschalt.pipeline.assessment.choice import (
     TWO_STEP,
     solve_the_better_way,
 )
+from einschalt.pipeline.block.memory import require_memory
 from einschalt.pipeline.block.output_system import with_output_system
 from einschalt.pipeline.densification.iteration import require_iterable
 from einschalt.pipeline.densification.one_adjustment import solve_in_one_adjustment
@@ -47,7 +48,8 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     Raises
     ------
     GeometryError
-        Not one model of a flight could be used.
+        Not one model of a flight could be used, or the block needs more memory than
+        there is.
     SettingsError
         The settings ask for what this block cannot have.
     """
@@ -72,6 +74,7 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
 
 def _require_possible(block, settings):
     """Refuse settings that mean nothing for this block, before the work."""
+    require_memory(block)
     require_control(block, settings)
     require_iterable(block, settings)
     require_rigorous(block, settings.weighting)

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
@@ -143,3 +144,10 @@ def test_one_coverage_has_no_vectors_at_new_points(good_result):
 )
 def test_round_down(value, expected):
     assert round_down(value) == expected
+
+
+def test_settings_of_matplotlib_play_no_part(good_result):
+    """As a matplotlibrc makes them, in the folder where the program is started."""
+    plain = block_map(good_result)
+    with mpl.rc_context({"text.usetex": True, "lines.linewidth": 9.0}):
+        assert block_map(good_result) == plain

@@ -15,6 +15,7 @@ from einschalt.pipeline.batch.dask_engine import DaskEngine
 from einschalt.pipeline.batch.local_engine import (
     EngineError,
     ProcessEndedError,
+    TimeLimitError,
     run_in_order,
 )
 
@@ -120,3 +121,13 @@ def test_dask_is_an_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(SettingsError, match=r"pip install einschalt\[cluster\]"):
         list(DaskEngine("tcp://127.0.0.1:1").answers(eval, ["1"]))
+
+
+def test_a_task_that_hangs_is_ended_on_its_worker(cluster):
+    engine = DaskEngine(cluster.address, time_limit_s=3.0)
+    answers = list(engine.answers(eval, ["1", "__import__('time').sleep(600)", "2"]))
+    values = {answer.place: answer.value for answer in answers}
+    assert values == {0: 1, 1: None, 2: 2}
+    (late,) = (answer.error for answer in answers if answer.error is not None)
+    assert isinstance(late, TimeLimitError)
+    assert "not done within 3 s" in str(late)

@@ -20,6 +20,7 @@ from einschalt.pipeline.batch.local_engine import (
     Answer,
     LocalEngine,
     ProcessEndedError,
+    TimeLimitError,
     run_in_order,
 )
 
@@ -107,6 +108,25 @@ def test_a_task_whose_process_was_killed_is_tried_again(tmp_path):
         f"(__import__('pathlib').Path({str(mark)!r}).touch(), {KILL_ITSELF})"
     )
     assert run_in_order(LocalEngine(2), eval, [task, "1"]) == ["value", 1]
+
+
+@POSIX
+@pytest.mark.parametrize("hanging", ["__import__('time').sleep(60)", "10**10**10"])
+def test_a_task_that_hangs_is_ended_and_its_process_replaced(hanging):
+    """Asleep, or in the midst of C code that hears no signal of Python."""
+    engine = LocalEngine(1, time_limit_s=2.0)
+    started = time.monotonic()
+    answers = list(engine.answers(eval, ["1", hanging, "2"]))
+    assert [answer.value for answer in answers] == [1, None, 2]
+    assert isinstance(answers[1].error, TimeLimitError)
+    assert "not done within 2 s" in str(answers[1].error)
+    assert time.monotonic() - started < 50.0
+
+
+@pytest.mark.parametrize("limit", [0, -1.0, "soon", float("nan")])
+def test_a_time_limit_is_a_number_of_seconds(limit):
+    with pytest.raises(SettingsError, match="time_limit_s"):
+        LocalEngine(1, time_limit_s=limit)
 
 
 @POSIX

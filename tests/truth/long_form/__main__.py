@@ -6,7 +6,7 @@ from pathlib import Path
 
 PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
-    *("precision", "spatial", "components", "gross", "claim"),
+    *("precision", "spatial", "components", "gross", "claim", "blunders"),
     *("simultaneous", "deformation", "real_life", "planning"),
 )
 OPENING = """\
@@ -30,6 +30,7 @@ SHOWN = (
     ("gross errors in either flight", "gross", "gross_errors"),
     ("false alarms of every test, 10⁵ points", "–", "false_alarms"),
     ("claims that are called out, and others", "claim", "claim"),
+    ("one blunder each, and blocks without", "blunders", "blunders"),
     ("simultaneous adjustment, film", "simultaneous", "simultaneous_truth"),
     ("deformations that models share", "deformation", "model_deformation"),
     ("errors of real life", "real_life", "own_deformation"),

@@ -49,6 +49,14 @@ def batch(
         float | None,
         typer.Option(show_default="no limit", help="Memory of each process [GB]."),
     ] = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            show_default="no limit",
+            help="Seconds that a block may take; after that it fails, and the others "
+            "go on.",
+        ),
+    ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option(

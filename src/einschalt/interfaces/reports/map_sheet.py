@@ -4,6 +4,7 @@ import io
 import re
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -15,7 +16,14 @@ from einschalt.foundations.typesetting import length, number
 INK = "#1c2b33"
 FAINT = "#dfe5e8"
 EDGE = "#6b7c85"
+# a matplotlibrc that lies where the program is started (or of the user) plays no part
+PLAIN = {
+    name: value
+    for name, value in dict.items(mpl.rcParamsDefault)
+    if not name.startswith("backend")
+}
 STYLE = {
+    **PLAIN,
     "font.family": "sans-serif",
     "font.size": 9.0,
     "axes.edgecolor": EDGE,

@@ -12,7 +12,10 @@ import numpy as np
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
-from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    LARGEST_S_0,
+    where_it_matters,
+)
 from einschalt.pipeline.assessment.evidence.frame import Doubt
 from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.group_size import sum_of_residuals
@@ -28,8 +31,6 @@ PAPER = "standard_error_paper"
 # a root mean square this much beyond the expected one is worth a word
 MIN_REPORTED_RATIO = 1.25
 N_DRAWS = 100
-# beyond it errors are not only larger than given: something is wrong
-LARGEST_S_0 = 2.0
 
 
 class Reason(StrEnum):
@@ -87,9 +88,13 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
         if stated > value:
             value, reason = stated, Reason.STATED
-    moved, copied = moved_by_control(examined), examined.copies.enlargement
-    if np.isfinite(value) and (moved > 0.0 or copied > 1.0):
-        value = np.hypot(copied * value, moved)
+    least = paper if np.isnan(total) else total
+    moved = _moved(examined, least, is_refuted=not claim.is_supported)
+    copied = examined.copies.enlargement
+    # tests and displacements see the same errors: the larger of the two
+    shown = copied * max(value, np.hypot(least, moved))
+    if shown > value:
+        value = shown
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_contradicted = reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)
     column, doubt = examined.claimed_column, examined.frame.doubt
@@ -142,10 +147,12 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     )
     if is_large:
         ratios.append(s_0)
-    moved, copied = moved_by_control(examined), examined.copies.enlargement
-    value = np.hypot(copied * total * max([1.0, *ratios]), moved)
-    enlargement = value / total if total > 0.0 else 1.0
+    copied = examined.copies.enlargement
+    moved = _moved(examined, total, is_refuted=is_refuted)
     is_refuted = is_refuted or moved > 0.0 or copied > 1.0
+    # tests and displacements see the same errors: the larger of the two
+    value = copied * max(total * max([1.0, *ratios]), np.hypot(total, moved))
+    enlargement = value / total if total > 0.0 else 1.0
     return CredibleFigure(
         value=float(np.hypot(value, examined.figures.shared_error)),
         is_lower_bound=is_refuted,
@@ -157,15 +164,13 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     )
 
 
-def moved_by_control(examined):
-    """What control that is wrong together does to the new points, TOTAL, RMS [m].
-
-    A single wrong point is told by what it makes of its own differences.
-    """
-    pattern = examined.control_patterns.plan
-    if pattern is None or pattern.kind not in (Kind.STEP, Kind.BEND):
-        return 0.0
-    return float(np.nan_to_num(pattern.moved))
+def _moved(examined, claimed, *, is_refuted):
+    """What is wrong moves the new points by so much, TOTAL, RMS [m]; 0 without."""
+    moved = examined.displaced.plan
+    moved = where_it_matters(moved, claimed, is_refuted=is_refuted)
+    if is_refuted or moved > 0.0:  # the other way may be right
+        moved = max(moved, examined.apart_from_two_steps.plan)
+    return float(np.hypot(moved, examined.frame.could_be_off.plan))
 
 
 def _reason(total, *, is_refuted, is_enlarged):

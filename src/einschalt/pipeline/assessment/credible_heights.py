@@ -5,9 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    where_it_matters,
+)
+from einschalt.pipeline.assessment.evidence.control.patterns import Kind
 from einschalt.stages.error_propagation.error_model import CONTROL
 
 COLUMN = "standard_error_height"
+# by which heights of models are too large or too small: beyond it no camera explains it
+LEAST_OF_A_UNIT = 0.5
 
 
 @dataclass(frozen=True)
@@ -27,26 +33,36 @@ def credible_heights(examined) -> CredibleHeights | None:
     the prediction, the control heights' errors as their left-out differences show them,
     and what a pattern in control or in models does to the points.
     """
-    points = examined.solution.points
-    if "height" not in points:
+    if "height" not in examined.solution.points:
         return None
-    total = np.nan
-    if COLUMN in points:
-        new = points.loc[points["role"] == "new", COLUMN].to_numpy(dtype=float)
-        total = float(np.sqrt(np.mean(new**2))) if len(new) else np.nan
-    shown = [_excess_of(examined, test) for test in examined.height_claim.rejected] + [
-        _moved(examined)
-    ]
+    total = examined.stated_height
+    rejected, moved = examined.height_claim.rejected, examined.displaced.height
+    moved = where_it_matters(moved, total, is_refuted=bool(rejected))
+    off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
+    is_refuted = bool(rejected) or moved > 0.0 or off > 0.0
+    shown = [moved, *(_excess_of(examined, test) for test in rejected)]
+    if is_refuted:
+        shown.append(examined.apart_from_two_steps.height)
     extra = max([0.0, *(size for size in shown if np.isfinite(size))])
-    is_refuted = bool(examined.height_claim.rejected) or _moved(examined) > 0.0
+    extra = float(np.hypot(extra, off))
     value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
     factor = value / total if is_refuted and total > 0.0 else 1.0
     return CredibleHeights(value, is_refuted, float(factor))
 
 
-def _moved(examined):
+def _of_another_unit(examined):
+    """What heights are off by that are in another unit than the models, RMS [m].
+
+    No principal distance and no base is taken for one of twice its length.
+    """
     pattern = examined.control_patterns.height
-    return 0.0 if pattern is None else pattern.moved
+    if pattern is None or pattern.kind is not Kind.SCALE:
+        return 0.0
+    ratio = abs(pattern.amplitude[0])
+    if ratio < LEAST_OF_A_UNIT:
+        return 0.0
+    given = examined.block.control_points["height"].to_numpy(dtype=float)
+    return float(np.sqrt(np.nanmean(given**2)) * ratio / (1.0 + ratio))
 
 
 def _excess_of(examined, test):

@@ -18,6 +18,7 @@ from einschalt.pipeline.assessment.credibility import (
     figure_of_adjustment,
     figure_of_two_steps,
 )
+from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.credible_heights import (
     control_height_parts,
     credible_heights,
@@ -27,10 +28,17 @@ from einschalt.pipeline.assessment.evidence.claim import (
     UNTESTED,
     examine_claim,
 )
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    NOTHING,
+    Displacement,
+    largest,
+    moved_between_ways,
+    moved_by_left_out_control,
+    moved_by_suspects,
+)
 from einschalt.pipeline.assessment.evidence.control.heights import examine_height_claim
 from einschalt.pipeline.assessment.evidence.control.patterns import (
     NO_PATTERNS,
-    ControlPatterns,
     Kind,
     find_control_patterns,
 )
@@ -139,6 +147,25 @@ class Examination(PrecisionTables):
         return control_shares_errors(self.block)
 
     @cached_property
+    def displaced(self):
+        """What is wrong moves the new points by so much: Displacement."""
+        patterns = self.control_patterns
+        return largest(
+            self.moved_by_left_out,
+            moved_by_suspects(self),
+            Displacement(patterns.moved_plan, patterns.moved_height),
+        )
+
+    @property
+    def stated_height(self):
+        """Error of the new points' heights as it is propagated, RMS [m], or NaN."""
+        points = self.solution.points
+        if HEIGHT not in points:
+            return np.nan
+        new = points.loc[points["role"] == "new", HEIGHT].to_numpy(dtype=float)
+        return float(np.sqrt(np.mean(new**2))) if len(new) else np.nan
+
+    @cached_property
     def repeated_settings(self):
         """What points that were set several times say of m_g, a DataFrame."""
         return m_g_of_repeated_settings(self)
@@ -154,6 +181,18 @@ class TwoStepExamination(Examination):
     checked = cached_property(checked_figure_of_two_steps)
     is_possible = True
     deformation = None
+    apart_from_two_steps = NOTHING
+    moved_by_left_out = cached_property(moved_by_left_out_control)
+
+    @property
+    def two_step(self):
+        """Itself: what stands beside one adjustment of all models."""
+        return self
+
+    @property
+    def oriented_high_points(self):
+        """Model points of the high flight as they were transformed, or None."""
+        return self.model_points.get("high_flight")
 
     @cached_property
     def error_model(self):
@@ -286,6 +325,14 @@ class SimultaneousExamination(Examination):
         """Examination of the same block in two steps."""
         return examine(self.solution.two_step)
 
+    oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
+    apart_from_two_steps = cached_property(moved_between_ways)
+
+    @property
+    def moved_by_left_out(self):
+        """That of the two steps, unless control was set aside."""
+        return NOTHING if self._set_aside else self.two_step.moved_by_left_out
+
     @property
     def held_control(self):
         """Control points without those that were set aside, rows of ``points``."""
@@ -296,14 +343,15 @@ class SimultaneousExamination(Examination):
     def control_patterns(self):
         """Those of the two steps, unless what makes them was set aside."""
         found, aside = self.two_step.control_patterns, self._set_aside
-        return ControlPatterns(
-            *(
-                None
-                if part and part.point_ids and aside.issuperset(part.point_ids)
-                else part
-                for part in (found.plan, found.height)
-            )
-        )
+        if not aside:
+            return found
+        held = {
+            name: part
+            for name in ("plan", "height")
+            if (part := getattr(found, name)) and not aside.issuperset(part.point_ids)
+        }
+        moved = {f"moved_{name}": part.moved for name, part in held.items()}
+        return replace(NO_PATTERNS, **held, **moved)
 
     @cached_property
     def height_claim(self):
@@ -361,6 +409,8 @@ class NothingExamined:
     control_patterns = NO_PATTERNS
     height_claim = UNTESTED
     control_height_parts = (np.nan, np.nan)
+    oriented_high_points = None
+    moved_by_left_out = NOTHING
 
 
 EXAMINATIONS = {

@@ -4,10 +4,17 @@
 """
 
 import gc
+from functools import partial
 
 from einschalt.foundations.arguments import require_text
 from einschalt.foundations.errors import SettingsError
-from einschalt.pipeline.batch.local_engine import Answer, EngineError, ProcessEndedError
+from einschalt.pipeline.batch.local_engine import (
+    Answer,
+    EngineError,
+    LocalEngine,
+    ProcessEndedError,
+    time_limit,
+)
 
 SECONDS_TO_CONNECT = 30
 EXPECTED = "the address of a running Dask scheduler, such as tcp://10.0.0.5:8786"
@@ -18,12 +25,14 @@ class DaskEngine:
 
     They import the same version of einschalt, and see the same folders under the same
     paths. What a worker does not answer is given to another one by Dask itself, three
-    times.
+    times. With a ``time_limit_s`` [s] a worker computes each task in a process of its
+    own, which it ends when the time is over.
     """
 
-    def __init__(self, scheduler):
+    def __init__(self, scheduler, *, time_limit_s=None):
         require_text("scheduler", scheduler, expected=EXPECTED)
         self.scheduler = scheduler
+        self.time_limit_s = time_limit(time_limit_s)
 
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come.
@@ -32,6 +41,8 @@ class DaskEngine:
         address; an EngineError where it is gone. What was computed stays.
         """
         distributed = _distributed()
+        if self.time_limit_s is not None:
+            function = partial(in_time, function, self.time_limit_s)
         client = self._connected(distributed)
         # of a scheduler that is gone it prints tracebacks beside what is said below
         distributed.client.logger.setLevel("CRITICAL")
@@ -78,6 +89,14 @@ class DaskEngine:
                 remedy="Give the workers more memory, or run fewer on a computer",
             )
         return Answer(place, error=error)
+
+
+def in_time(function, seconds, task):
+    """Call a function with a task in a process that is ended after so many seconds."""
+    (answer,) = LocalEngine(1, time_limit_s=seconds).answers(function, [task])
+    if answer.error is not None:
+        raise answer.error
+    return answer.value
 
 
 def _distributed():

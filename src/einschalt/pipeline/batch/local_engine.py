@@ -16,7 +16,7 @@ import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.spawn import get_executable
@@ -40,6 +40,10 @@ MOST_WORKERS = 1024
 
 class ProcessEndedError(EinschaltError):
     """The process that had the task ended without an answer."""
+
+
+class TimeLimitError(EinschaltError):
+    """The task took longer than it may."""
 
 
 class EngineError(EinschaltError):
@@ -84,10 +88,12 @@ class LocalEngine:
     and without a guard in the calling script. A process that ends without an answer is
     replaced, and so is one whose task found no memory. The task is tried again at the
     end, alone, when all memory is there for it; then it is given up. There are as many
-    as cores unless ``n_workers`` says otherwise; each may use ``memory_gb`` [GB].
+    as cores unless ``n_workers`` says otherwise; each may use ``memory_gb`` [GB]. A
+    process that needs more than ``time_limit_s`` [s] for a task is ended and replaced,
+    and the task given up: it would hang again.
     """
 
-    def __init__(self, n_workers=None, *, memory_gb=None):
+    def __init__(self, n_workers=None, *, memory_gb=None, time_limit_s=None):
         self.n_workers = n_cores() if n_workers is None else n_workers
         if not _is_number_of_processes(self.n_workers):
             raise SettingsError(
@@ -96,6 +102,7 @@ class LocalEngine:
                 remedy=f"This computer has {n_cores()} cores",
             )
         self.memory_bytes = None if memory_gb is None else _bytes_of(memory_gb)
+        self.time_limit_s = time_limit(time_limit_s)
 
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come."""
@@ -135,7 +142,7 @@ class LocalEngine:
             "EINSCHALT_CORES": str(cores),
             "PYTHONPATH": os.pathsep.join(paths),
         }
-        return _Setup(environment, self.memory_bytes)
+        return _Setup(environment, self.memory_bytes, self.time_limit_s)
 
 
 def _is_number_of_processes(value):
@@ -151,10 +158,22 @@ def _bytes_of(memory_gb):
     return int(number * 1e9)
 
 
+def time_limit(seconds):
+    """Seconds for a task as a number, or None without a limit."""
+    if seconds is None:
+        return None
+    expected = "a number above 0 (seconds for each task)"
+    number = finite_number("time_limit_s", seconds, expected=expected)
+    if not number > 0.0:
+        raise SettingsError(f"time_limit_s = {number!r}", expected=expected)
+    return number
+
+
 @dataclass(frozen=True)
 class _Setup:
     environment: dict
     memory_bytes: int | None
+    time_limit_s: float | None
 
 
 class _Crew:
@@ -201,6 +220,7 @@ class _Worker:
         self.setup = setup
         self.process = None
         self.is_ended = False
+        self.is_late = False
         self.is_starting = threading.Lock()
 
     def ask(self, function, task):
@@ -208,7 +228,8 @@ class _Worker:
         try:
             if self.process is None:
                 self._start()
-            answer = self._exchange((function, task))
+            with self._time_limit():
+                answer = self._exchange((function, task))
         except (OSError, EOFError):
             raise self._without_answer() from None
         if isinstance(answer[1], MemoryError):
@@ -239,7 +260,33 @@ class _Worker:
             raise EOFError
         return pickle.loads(body)
 
+    @contextmanager
+    def _time_limit(self):
+        self.is_late = False
+        if self.setup.time_limit_s is None:
+            yield
+            return
+        timer = threading.Timer(self.setup.time_limit_s, self._end_late)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+
+    def _end_late(self):
+        self.is_late = True
+        if self.process is not None:
+            self.process.kill()
+
     def _without_answer(self):
+        if self.is_late:
+            self.stop()
+            return TimeLimitError(
+                f"it was not done within {self.setup.time_limit_s:g} s, and was ended",
+                expected="a task that ends within the time limit",
+                remedy="Raise the time limit, or see what it waits for",
+            )
         return ProcessEndedError(
             f"the process that computed it ended without an answer "
             f"({_said(self.stop())})",

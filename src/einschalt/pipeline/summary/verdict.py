@@ -19,6 +19,7 @@ DOUBTS = {
     Doubt.MIRRORED: "; all models are mirrored: easting and northing exchanged?",
     Doubt.STRETCHED: "; one axis has another scale: a wrong unit or decimal point?",
     Doubt.UPSIDE_DOWN: "; models are upside down: easting and northing exchanged?",
+    Doubt.OUT_OF_SCALE: "; photographs of another scale: control not in metres?",
     Doubt.LARGER_THAN_FILM: "; models larger than film: control not in metres?",
 }
 

@@ -11,10 +11,11 @@ from einschalt.pipeline.assessment.evidence.frame import (
     LARGEST_DIAGONAL_M,
     LARGEST_STRETCH,
     Doubt,
-    _stretch,
+    _film_of,
     are_mirrored,
     are_upside_down,
 )
+from einschalt.pipeline.assessment.evidence.stretch import stretch_of
 
 
 def without_system(result):
@@ -91,8 +92,54 @@ def test_affinities_of_weak_models_are_no_stretch():
     models = pd.DataFrame(weak.reshape(-1, 4), columns=names).assign(n_points=5)
     ratio = np.linalg.cond(weak)
     assert np.median(ratio) - 1.0 > 4.0 * LARGEST_STRETCH
-    assert _stretch(models)[1] > 0.01
+    assert stretch_of(models).p_value > 0.01
     models["b2"] *= 1.2  # feet of another length do not hide in the noise
-    stretch, p_value = _stretch(models)
-    assert stretch == pytest.approx(0.2, rel=0.2)
-    assert p_value < 0.001
+    found = stretch_of(models)
+    assert found.size == pytest.approx(0.2, rel=0.2)
+    assert found.p_value < 0.001
+
+
+def doubted(frame, **fields):
+    known = {"coordinates": (15_000.0, 322_000.0, 520.0), "has_system": False}
+    return replace(frame, **known | fields)
+
+
+def test_a_doubt_of_the_frame_counts_by_what_coordinates_would_be_off(good_result):
+    frame = good_result.examination.frame
+    assert frame.could_be_off.plan == 0.0
+    mirrored = doubted(frame, n_mirrored=frame.n_affine)
+    assert mirrored.could_be_off.plan == 644_000.0
+    common = replace(frame.common, size=999.0, p_value=0.0, east_by_north=1000.0)
+    # northing in thousands: 322 of 322 000
+    in_thousands = (15_000.0, 322.0, 520.0)
+    stretched = doubted(frame, common=common, coordinates=in_thousands)
+    assert stretched.could_be_off.plan == pytest.approx(999.0 * 322.0)
+
+
+def with_scales(frame, *ratios):
+    films = zip(frame.films, ratios, strict=True)
+    return doubted(frame, films=tuple(replace(f, scale_ratio=r) for f, r in films))
+
+
+def test_photographs_of_all_flights_tell_the_unit_of_control(good_result):
+    frame = with_scales(good_result.examination.frame, 0.31, 0.30)
+    assert frame.doubt is Doubt.OUT_OF_SCALE
+    # given as 0.305 of what it is
+    off = frame.could_be_off
+    assert off.plan == pytest.approx(2.28 * 322_350.0, rel=0.01)
+    assert off.height == pytest.approx(2.28 * 520.0, rel=0.01)
+
+
+def test_photographs_of_one_flight_tell_its_scale_number(good_result):
+    frame = with_scales(good_result.examination.frame, 1.02, 10.0)
+    assert frame.doubt is Doubt.NONE
+    (film,) = frame.films_out_of_scale
+    assert film.flight == "low_flight"
+    assert with_scales(frame, 1.02, 0.95).films_out_of_scale == ()
+
+
+def test_scale_of_photographs_is_that_of_their_flights(image_block):
+    places = image_block.truth.set_index("point_id")[["easting", "northing"]]
+    for name, flight in image_block.flights.items():
+        film = _film_of(name, flight, places)
+        assert film.scale_ratio == pytest.approx(1.0, abs=0.1)

@@ -87,7 +87,7 @@ def test_mirrored_models_are_told_apart_from_mirrored_axes():
         facts={"n_mirrored": 30, "n_affine": 30},
     )
     said = suggestion_of(everyone)
-    assert said.problem == "All 30 affine models are mirrored"
+    assert said.problem == "All 30 models are mirrored"
     assert said.remedy.endswith("otherwise exchange easting and northing")
 
 

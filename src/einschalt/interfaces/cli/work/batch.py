@@ -23,7 +23,7 @@ def batch(
     """Compute the blocks below a folder, and print the outcome of each."""
     started = perf_counter()
     where = {name: options[name] for name in ("scheduler", "workers")}
-    where["memory_gb"] = memory
+    where |= {"memory_gb": memory, "time_limit_s": options["time_limit"]}
     how = {"which": _which(options), "overwrite": overwrite}
     blocks = find_blocks(folder, output)
     if dry_run:

@@ -9,19 +9,35 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.special import fdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.projections import extent_of
+from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    NOTHING,
+    Displacement,
+    largest,
+)
+from einschalt.pipeline.assessment.evidence.stretch import (
+    DETERMINANT,
+    Stretch,
+    affinities_onto_control,
+    are_negative,
+    stretch_of,
+)
+from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
-DETERMINANT = ["a1", "a2", "b1", "b2"]
+PLAN = ["easting", "northing"]
 # no aerial camera has a larger photograph than 30 x 30 cm: its diagonal
 LARGEST_DIAGONAL_M = 0.30 * np.sqrt(2.0)
 # film and paper shrink by less, one way more than the other
 LARGEST_STRETCH = 0.005
-# share of an affinity beyond which the smaller axis of a model is nothing
-NEARLY_FLAT = 1.0 - 1e-9
-FEWEST_MODELS = 3
+# of a model of 23 cm film with 60 % overlap
+USUAL_DIAGONAL_M = 0.23 * np.hypot(0.6, 1.0)
+# of the scale of photographs by their scale number: relief and tilt make less
+LARGEST_SCALE_RATIO = 1.5
+# flights that differ by less from their scale numbers have one cause
+ALIKE = 1.25
 # flat terrain fits nearly as well either way: a few may be so by chance
 MOST_UPSIDE_DOWN = 0.9
 # directions in which a model's width is taken: the widest is its diameter within 4 %
@@ -36,6 +52,7 @@ class Doubt(StrEnum):
     STRETCHED = "stretched"  # one axis against the other, more than film or paper is
     UPSIDE_DOWN = "upside_down"  # nearly all spatial models
     LARGER_THAN_FILM = "larger_than_film"  # models, with the scale that is given
+    OUT_OF_SCALE = "out_of_scale"  # the ground, by the photographs of all flights
 
 
 @dataclass(frozen=True)
@@ -45,6 +62,15 @@ class FilmSize:
     flight: str
     scale_number: float
     diameter: float  # of the median model on the ground [m]
+    # of photographs: what their points measure on the ground by what they measure in
+    # them, by the scale number; NaN where no image coordinates tell
+    scale_ratio: float = np.nan
+
+    @property
+    def is_out_of_scale(self):
+        """Whether image coordinates and ground contradict the scale number."""
+        off = np.abs(np.log(self.scale_ratio))
+        return bool(off > np.log(LARGEST_SCALE_RATIO))
 
     @property
     def on_film(self):
@@ -62,24 +88,31 @@ class Frame:
     """What the models of a block say of its ground coordinates."""
 
     films: tuple[FilmSize, ...]
-    n_affine: int  # usable affine models
+    # usable affine models; of other kinds those with enough control to tell
+    n_affine: int
     n_mirrored: int  # of these
     n_spatial: int  # usable spatial models
     n_upside_down: int  # of these
-    stretch: float  # of one axis against the other, common to the affine models
-    stretch_p_value: float  # of a common stretch this large by chance
+    common: Stretch  # of one axis against the other, of all models alike
     # whether a reference system says which axis is which, and where the block lies
     has_system: bool
+    # easting, northing, height of the new points, RMS [m]: how far they are from zero
+    coordinates: tuple[float, float, float]
+
+    @property
+    def stretch(self):
+        """Of one axis against the other, common to the models."""
+        return self.common.size
 
     @property
     def is_mirrored(self):
-        """Whether all affine models are mirrored."""
+        """Whether all models are mirrored."""
         return 0 < self.n_affine == self.n_mirrored
 
     @property
     def is_stretched(self):
-        """Whether affine models have an affinity that is not one of film."""
-        is_significant = self.stretch_p_value < FINDING_SIGNIFICANCE
+        """Whether models have an affinity that is not one of film."""
+        is_significant = self.common.p_value < FINDING_SIGNIFICANCE
         return is_significant and self.stretch > LARGEST_STRETCH
 
     @property
@@ -88,26 +121,75 @@ class Frame:
         return tuple(film for film in self.films if film.is_impossible)
 
     @property
+    def films_out_of_scale(self):
+        """Flights whose photographs have another scale than their scale number."""
+        return tuple(film for film in self.films if film.is_out_of_scale)
+
+    @property
+    def is_out_of_scale(self):
+        """Whether all flights are out of scale alike: what they share is the ground."""
+        ratios = [film.scale_ratio for film in self.films_out_of_scale]
+        are_all = len(ratios) == len(self.films) > 1
+        return are_all and max(ratios) < ALIKE * min(ratios)
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """All reasons not to believe the frame, the gravest first."""
+        is_over = self.n_upside_down > MOST_UPSIDE_DOWN * self.n_spatial
+        held = {
+            Doubt.LARGER_THAN_FILM: bool(self.impossible_films),
+            Doubt.STRETCHED: self.is_stretched,
+            Doubt.OUT_OF_SCALE: self.is_out_of_scale,
+            Doubt.UPSIDE_DOWN: is_over,
+            Doubt.MIRRORED: self.is_mirrored and not self.has_system,
+        }
+        return tuple(doubt for doubt, holds in held.items() if holds)
+
+    @property
     def doubt(self) -> Doubt:
         """The gravest reason not to believe the frame, if there is one."""
-        if self.impossible_films:
-            return Doubt.LARGER_THAN_FILM
-        if self.is_stretched:
-            return Doubt.STRETCHED
-        if self.n_upside_down > MOST_UPSIDE_DOWN * self.n_spatial:
-            return Doubt.UPSIDE_DOWN
-        if self.is_mirrored and not self.has_system:
-            return Doubt.MIRRORED
-        return Doubt.NONE
+        return next(iter(self.doubts), Doubt.NONE)
+
+    @property
+    def could_be_off(self) -> Displacement:
+        """How far coordinates are off if a doubt is right, RMS; 0 without."""
+        return largest(NOTHING, *map(self._off_by, self.doubts))
+
+    def _off_by(self, doubt):
+        east, north, height = self.coordinates
+        if doubt in (Doubt.OUT_OF_SCALE, Doubt.LARGER_THAN_FILM):
+            share = self._share_of_scale(doubt)
+            return Displacement(share * np.hypot(east, north), share * height)
+        if doubt is not Doubt.STRETCHED:
+            # an axis of the wrong sign, or taken for the other one
+            return Displacement(2.0 * max(east, north), 0.0)
+        ratio = self.common.east_by_north
+        long, short = (east, north) if ratio > 1.0 else (north, east)
+        ratio = max(ratio, 1.0 / ratio)
+        # one axis is too long, or the other one too short
+        off = max(long * (1.0 - 1.0 / ratio), short * (ratio - 1.0))
+        return Displacement(float(off), 0.0)
+
+    def _share_of_scale(self, doubt):
+        """What coordinates in another unit are off by, of their own size."""
+        if doubt is Doubt.OUT_OF_SCALE:
+            ratio = np.mean([film.scale_ratio for film in self.films])
+            return float(abs(1.0 - 1.0 / ratio))
+        # of one flight alone it is the scale number
+        least = min(film.on_film for film in self.films)
+        return float(max(1.0 - USUAL_DIAGONAL_M / least, 0.0))
 
 
 def frame_of(examined) -> Frame:
     """Compare the models with film, and with the way round that it shows the ground."""
     mirrored = are_mirrored(examined.models)
+    if mirrored.empty:
+        mirrored = _onto_control(examined)
     over = are_upside_down(examined.models)
     places = examined.points.drop_duplicates("point_id").set_index("point_id")
-    places = places[["easting", "northing"]]
-    stretch, p_value = _stretch(mirrored)
+    places = places[PLAN]
+    is_new = (examined.points["role"] == "new").to_numpy()
+    new = examined.points[is_new].reindex(columns=GROUND_NAMES)
     return Frame(
         films=tuple(
             _film_of(name, flight, places)
@@ -117,9 +199,9 @@ def frame_of(examined) -> Frame:
         n_mirrored=int(mirrored["is_mirrored"].sum()),
         n_spatial=len(over),
         n_upside_down=int(over["is_upside_down"].sum()),
-        stretch=stretch,
-        stretch_p_value=p_value,
+        common=stretch_of(mirrored),
         has_system=_has_system(examined.block.crs),
+        coordinates=tuple(_rms(axis) for axis in new.to_numpy(dtype=float).T),
     )
 
 
@@ -134,51 +216,26 @@ def are_mirrored(models):
         return models.iloc[:0].assign(is_mirrored=False)
     is_affine = (models["transformation"] == "affine") & models["is_usable"]
     affine = models[is_affine.astype(bool)]
-    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
-    return affine.assign(is_mirrored=a1 * b2 - a2 * b1 < 0.0)
+    return affine.assign(is_mirrored=are_negative(affine))
 
 
-def _stretch(affine):
-    """Stretch that affine models share, and the probability of it by chance.
-
-    Errors of a model turn its affinity into any direction: with its sign they cancel in
-    the mean, and their scatter tells how well. An affinity that is common stands fast
-    in the axes of the machine or in those of the ground; the clearer one is told.
-    """
-    if len(affine) < FEWEST_MODELS:
-        return 0.0, 1.0
-    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
-    # ground = turned z + mirrored conj(z), z = x + i y
-    turned = 0.5 * ((a1 + b2) + 1j * (b1 - a2))
-    mirrored = 0.5 * ((a1 - b2) + 1j * (b1 + a2))
-    is_over = np.abs(mirrored) > np.abs(turned)
-    large = np.where(is_over, mirrored, turned)
-    small = np.where(is_over, turned, mirrored)
-    # a model that puts all of its points on a line has no axes
-    is_plane = np.abs(small) < NEARLY_FLAT * np.abs(large)
-    if is_plane.sum() < FEWEST_MODELS:
-        return 0.0, 1.0
-    large, small, is_over = large[is_plane], small[is_plane], is_over[is_plane]
-    of_machine = np.where(is_over, np.conj(small / large), small / large)
-    weights = affine["n_points"].to_numpy(dtype=float)[is_plane]
-    found = [_common(part, weights) for part in (of_machine, small / np.conj(large))]
-    affinity, p_value = min(found, key=lambda pair: (pair[1], -pair[0]))
-    # the clearer of two
-    return 2.0 * affinity / (1.0 - affinity), min(2.0 * p_value, 1.0)
+def _onto_control(examined):
+    """Affine parameters onto control of models that cannot be stretched themselves."""
+    block = examined.block
+    if block.high_flight is None:
+        return are_mirrored(examined.models).iloc[:0]
+    points = block.high_flight.model_points
+    if block.high_flight.has_images:
+        points = examined.oriented_high_points
+    if points is None:
+        return are_mirrored(examined.models).iloc[:0]
+    found = affinities_onto_control(points, block.control_points)
+    return found.assign(is_mirrored=are_negative(found))
 
 
-def _common(affinities, weights):
-    """Size of the weighted mean of complex affinities, and its p-value.
-
-    Easting and northing of equal precision make their errors circular: two degrees of
-    freedom each.
-    """
-    mean = np.average(affinities, weights=weights)
-    degrees = 2 * (len(affinities) - 1)
-    scatter = np.sum(weights * np.abs(affinities - mean) ** 2) / degrees
-    size = np.sum(weights) * np.abs(mean) ** 2 / 2.0
-    ratio = size / scatter if scatter > 0.0 else np.inf
-    return float(np.abs(mean)), float(fdtrc(2, degrees, ratio))
+def _rms(values):
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
 
 
 def are_upside_down(models):
@@ -200,7 +257,20 @@ def _film_of(name, flight, places):
     widest = (models.max() - models.min()).max(axis=1)
     widest = widest[widest > 0.0]
     diameter = float(widest.median()) if len(widest) else np.nan
-    return FilmSize(name, float(flight.scale_number), diameter)
+    ratio = _scale_of(flight, places) / flight.scale_number
+    return FilmSize(name, float(flight.scale_number), diameter, ratio)
+
+
+def _scale_of(flight, places):
+    """Scale number of the median photograph, from ground and image; NaN without."""
+    if not flight.has_images:
+        return np.nan
+    images = flight.image_coordinates()[["image_id", "point_id", "x", "y"]]
+    both = images.join(places, on="point_id").dropna()
+    spread = both.groupby("image_id")[["x", "y", *PLAN]].var()
+    of_image = METRES_PER_MM * np.sqrt(spread["x"] + spread["y"])
+    of_ground = np.sqrt(spread[PLAN].sum(axis=1))
+    return float((of_ground / of_image).median())
 
 
 def _named(columns):

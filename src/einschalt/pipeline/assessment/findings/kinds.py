@@ -9,6 +9,7 @@ KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
     "measurements_given_twice": (MEASUREMENTS, GRAVE),
     "models_larger_than_film": (FLIGHT, GRAVE),
+    "scale_numbers_contradicted": (FLIGHT, GRAVE),
     "stretched_models": (BLOCK, GRAVE),
     "failed_models": (MODELS, WARNING),
     "points_without_coordinates": (POINTS, WARNING),

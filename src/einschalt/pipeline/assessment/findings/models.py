@@ -1,5 +1,7 @@
 """Models that failed or are weak, and points that hang on them."""
 
+import numpy as np
+
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.frame import (
     LARGEST_DIAGONAL_M,
@@ -111,6 +113,8 @@ def mirrored_models(examined):
         )
     models = are_mirrored(examined.models)
     mirrored = models[models["is_mirrored"]]
+    if mirrored.empty:  # of other kinds some may be so by their control
+        return None
     return finding(
         "mirrored_models",
         names=mirrored["model_id"],
@@ -142,19 +146,42 @@ def models_larger_than_film(examined):
     )
 
 
+def scale_numbers_contradicted(examined):
+    """Flights whose photographs have another scale than their scale number."""
+    frame = examined.frame
+    found = frame.films_out_of_scale
+    if not found:
+        return None
+    worst = max(found, key=lambda film: abs(np.log(film.scale_ratio)))
+    of_all = frame.is_out_of_scale
+    return finding(
+        "scale_numbers_contradicted",
+        names=[film.flight for film in found],
+        statistic="scale number, from image coordinates and ground",
+        observed=worst.scale_ratio * worst.scale_number,
+        expected=worst.scale_number,
+        remedy="look_at_units_of_control" if of_all else "correct_scale_number",
+        facts={
+            "flight": worst.flight,
+            "scale_number": worst.scale_number,
+            "found": worst.scale_ratio * worst.scale_number,
+        },
+    )
+
+
 def stretched_models(examined):
-    """Affine models of which one axis is stretched more than film can be."""
+    """Models of which one axis is stretched more than film can be."""
     frame = examined.frame
     if not frame.is_stretched:
         return None
     return finding(
         "stretched_models",
-        statistic="common stretch of one axis of affine models against the other",
+        statistic="common stretch of one axis of the models against the other",
         observed=frame.stretch,
         expected=0.0,
         remedy="look_at_units_of_each_axis",
         facts={
-            "n_affine": frame.n_affine,
+            "n_models": frame.common.n_models,
             "per_cent": 100.0 * frame.stretch,
             "largest_per_cent": 100.0 * LARGEST_STRETCH,
         },
@@ -200,6 +227,7 @@ TWO_STEP = SIMULTANEOUS = (
     models_with_large_m_0,
     mirrored_models,
     models_larger_than_film,
+    scale_numbers_contradicted,
     stretched_models,
     points_in_one_coverage,
     points_in_one_model,

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from einschalt.pipeline.assessment.credibility import LARGEST_S_0, TOTAL, is_large_s_0
+from einschalt.pipeline.assessment.credibility import TOTAL, is_large_s_0
+from einschalt.pipeline.assessment.evidence.control.displacements import LARGEST_S_0
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding, first_names
 from einschalt.theory.adjustment.global_tests import ratio_p_value

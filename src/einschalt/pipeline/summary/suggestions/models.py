@@ -20,6 +20,13 @@ REMEDIES = {
     "look_at_units_and_scale_number": (
         "Give control in metres, and scale_number as the denominator"
     ),
+    "look_at_units_of_control": (
+        "Both flights say so: look at the unit of the control points first"
+    ),
+    "correct_scale_number": (
+        "Correct the scale number before m_g_um: the claim follows from both; or the "
+        "principal distance"
+    ),
     "look_at_units_of_each_axis": (
         "Right where the machine's axes have different scales; otherwise look at the "
         "decimal points and units of easting and northing, and of x and y"
@@ -64,16 +71,20 @@ WORDS = {
         "{n_models:count model} with m_0 more than {times_usual:.0f} times that of "
         "the flight: {models:models of n_models}; up to {largest_m_0:length}"
     ),
-    "all_models_mirrored": "All {n_affine:count affine model} are mirrored",
+    "all_models_mirrored": "All {n_affine:count model} are mirrored",
     "stretched_models": (
-        "One axis has another scale than the other: the {n_affine:count affine model} "
-        "are stretched by {per_cent:.3g} % (median), and film by no more than "
+        "One axis has another scale than the other: {n_models:count model} are "
+        "stretched alike, by {per_cent:.3g} %, and film by no more than "
         "{largest_per_cent:.1f} %"
     ),
     "models_larger_than_film": (
         "The models of the {flight:flight} measure {diameter:length} on the ground, "
         "which is {on_film_mm:.0f} mm in photographs 1:{scale_number:.0f}; no film is "
         "larger than {largest_mm:.0f} mm across"
+    ),
+    "scale_numbers_contradicted": (
+        "The photographs of the {flight:flight} have the scale 1:{found:.0f} on the "
+        "ground, and scale_number is {scale_number:.0f}"
     ),
     "mirrored_models": (
         "{n_mirrored} of {n_affine:count affine model} mirrored: "

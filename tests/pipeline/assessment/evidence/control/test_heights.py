@@ -152,3 +152,10 @@ def test_the_summary_sets_both_comparisons(spatial_result):
     section = said.partition("Do the heights stand?")[2]
     assert "control points, each left out" in section
     assert "check points" in section
+
+
+def test_heights_in_feet_are_off_by_their_own_size(spatial_block):
+    result = densified(spatial_block, "two_step", lambda c: c["height"] / 0.3048)
+    true = true_height_error(result)
+    assert true > 1000.0
+    assert 0.5 * true < result.assessment.credible_heights.value < 2.0 * true

@@ -11,6 +11,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
     Kind,
     Pattern,
     _patterns,
+    _wrong,
     find_control_patterns,
 )
 from einschalt.pipeline.assessment.evidence.control.signatures import (
@@ -149,3 +150,13 @@ def test_few_control_points_tell_no_pattern(good_result):
 
     found = find_control_patterns(Few)
     assert (found.plan, found.height) == (None, None)
+
+
+def test_of_two_parts_either_may_be_the_wrong_one():
+    is_used = np.array([True, True, True, False])
+    step = Pattern(Kind.STEP, np.array([1.0, 0.0, 0.0, 0.0]))
+    small, large = _wrong(step, is_used)
+    assert small is step
+    assert large.of_control.tolist() == [0.0, 1.0, 1.0, 0.0]
+    bend = Pattern(Kind.BEND, np.ones(4))
+    assert _wrong(bend, is_used) == (bend,)

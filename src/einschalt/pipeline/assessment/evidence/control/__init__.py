@@ -1,1 +1,1 @@
-"""Control that is wrong together, and heights of known points."""
+"""Control that is wrong together, heights of known points, and what wrong ones do."""

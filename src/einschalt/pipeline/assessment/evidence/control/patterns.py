@@ -9,7 +9,7 @@ tested apart. What moves, turns or stretches everything alike shows in no differ
 See docs/theory/claim.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -74,6 +74,10 @@ class ControlPatterns:
 
     plan: FoundPattern | None
     height: FoundPattern | None
+    # what chance does not explain, be it a pattern or larger errors: what the clearest
+    # pattern does to the new points, TOTAL in plan, and in height, RMS [m]
+    moved_plan: float = 0.0
+    moved_height: float = 0.0
 
 
 NO_PATTERNS = ControlPatterns(None, None)
@@ -92,7 +96,7 @@ def find_control_patterns(examined) -> ControlPatterns:
         return NO_PATTERNS
     signatures = Signatures(examined, left_out)
     patterns = _patterns(control, left_out.point_ids)
-    scores, heights = examined.patterns.scores, None
+    scores, height = examined.patterns.scores, (None, 0.0)
     plan = (
         _of_differences(signatures, patterns, PLAN)
         if scores is None
@@ -100,8 +104,9 @@ def find_control_patterns(examined) -> ControlPatterns:
     )
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
-        heights = _worst(signatures, found, HEIGHT, _of_differences(signatures, found))
-    return ControlPatterns(_worst(signatures, patterns, PLAN, plan), heights)
+        height = _worst(signatures, found, HEIGHT, _of_differences(signatures, found))
+    plan = _worst(signatures, patterns, PLAN, plan)
+    return ControlPatterns(plan[0], height[0], plan[1], height[1])
 
 
 def _scales(block, n_control):
@@ -131,29 +136,48 @@ def _of_scores(scores, patterns):
 
 
 def _worst(signatures, patterns, axes, tests):
-    """The clearest of all patterns in some axes, if chance does not explain it."""
+    """The clearest of all patterns in some axes, if chance does not explain it.
+
+    FoundPattern, or None where errors that are all larger than given are no pattern;
+    and what it does to the new points, 0 where chance explains it.
+    """
     place = None if tests is None else tests.worst
     if place is None:
-        return None
+        return None, 0.0
     n_tests = np.isfinite(tests.squares).sum()
     p_value, if_scaled = (
         float(min(values[place] * n_tests, 1.0))
         for values in (tests.p_values, tests.p_values_if_scaled)
     )
-    # errors that are all larger than given are no pattern
-    if p_value > SYSTEMATIC_SIGNIFICANCE or if_scaled > SURELY_NOT_SCALED:
-        return None
+    if p_value > SYSTEMATIC_SIGNIFICANCE:
+        return None, 0.0
     pattern, amplitude = patterns[place], tests.amplitudes[place]
+    is_used = (signatures.control["role"] != "check").to_numpy()
+    moved = max(
+        signatures.moved(each, amplitude, axes) for each in _wrong(pattern, is_used)
+    )
+    moved = float(np.nan_to_num(moved))
+    if if_scaled > SURELY_NOT_SCALED:
+        return None, moved
     names = signatures.control["point_id"].to_numpy(dtype=object)
-    return FoundPattern(
+    found = FoundPattern(
         kind=pattern.kind,
         flights=pattern.flights,
         point_ids=tuple(names[pattern.of_control != 0.0]),
-        n_control=int((signatures.control["role"] != "check").sum()),
+        n_control=int(is_used.sum()),
         amplitude=tuple(map(float, amplitude)),
         p_value=p_value,
-        moved=signatures.moved(pattern, amplitude, axes),
+        moved=moved,
     )
+    return found, moved
+
+
+def _wrong(pattern, is_used):
+    """What may be wrong where this is found: of two parts nothing tells which."""
+    if pattern.kind is not Kind.STEP:
+        return (pattern,)
+    others = np.where(is_used, 1.0 - pattern.of_control, 0.0)
+    return (pattern, replace(pattern, of_control=others))
 
 
 def _patterns(control, left_out):

@@ -1,0 +1,165 @@
+"""How far what is wrong moves the new points: lower bounds of what is not known.
+
+Every measure looks at the same errors from another side, so that the largest counts:
+what wrong control does through the operators of the propagation; how far suspects lie
+from where another flight or coverage has them; how far both ways of densification come
+apart; what a doubt of the whole frame means for the coordinates.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.theory.adjustment.point_operator import GROUND_NAMES
+
+# of the claimed figure: what must come to it, so that chance in single points does
+# not make a claim fall (1.25 in all)
+LEAST_ADDED = 0.75
+# quarter of χ² by its mean, for two coordinates and for one
+LOW_OF_PLAN, LOW_OF_HEIGHT = 0.2877, 0.1015
+# beyond it errors are not only larger than given: something is wrong
+LARGEST_S_0 = 2.0
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Of the new points, RMS [m]; 0 where nothing shows."""
+
+    plan: float  # TOTAL
+    height: float
+
+
+NOTHING = Displacement(0.0, 0.0)
+
+
+def where_it_matters(moved, claimed, *, is_refuted):
+    """What counts of a displacement beside a claim [m]: 0 where chance may make it.
+
+    Where the claim is refuted anyway, everything counts.
+    """
+    is_large = moved > LEAST_ADDED * claimed or not claimed > 0.0
+    return moved if is_refuted or is_large else 0.0
+
+
+def largest(*found) -> Displacement:
+    """The largest of several, in plan and in height."""
+    return Displacement(
+        *(max(getattr(d, a) for d in found) for a in ("plan", "height"))
+    )
+
+
+def moved_by_left_out_control(two_step) -> Displacement:
+    """What control that the others contradict does to the new points.
+
+    Each contradicted point is taken to be as wrong as its prediction from the others
+    says; all points where together they are worse than given.
+    """
+    left_out, model = two_step.left_out_control, two_step.error_model
+    if left_out is None:
+        return NOTHING
+    table, axes = two_step.control_left_out, model.axes
+    errors = np.zeros((len(two_step.block.control_points), len(axes.names)))
+    names = two_step.block.control_points["point_id"].to_numpy(dtype=object)
+    place = {name: row for row, name in enumerate(names)}
+    rows = np.array([place[name] for name in left_out.point_ids])
+    is_wrong = table["is_suspect"].to_numpy(dtype=bool) | _falls(two_step.claim)
+    errors[rows, :2] = -left_out.differences * is_wrong[:, None]
+    if left_out.has_heights and _falls(two_step.height_claim):
+        errors[rows, 2] = -left_out.of_heights[0]
+    if not errors.any():
+        return NOTHING
+    packed = axes.packed(errors).reshape(-1, 1)
+    moved = axes.unpacked(model.from_control.apply(packed)[:, 0])
+    return _of_new(two_step, two_step.means.points["point_id"], moved)
+
+
+def _falls(claim):
+    return any(test.name == LEFT_OUT for test in claim.rejected)
+
+
+def moved_by_suspects(examined) -> Displacement:
+    """How far suspects among the new points lie from their other values.
+
+    From the approximate coordinates, or by the spread of their models, beyond what is
+    usual in the block: one of the values is wrong, and nothing tells which.
+    """
+    two_step = examined.two_step
+    if not two_step.is_possible:
+        return NOTHING
+    residuals = examined.residuals
+    suspects = examined.suspects.union(
+        examined.points.loc[examined.points["is_suspect"], "point_id"],
+        residuals.loc[residuals["is_suspect"].astype(bool), "point_id"],
+    )
+    points = two_step.points
+    squares = apart_from(points, two_step.approximations) ** 2
+    spread = points["spread_total"].to_numpy(dtype=float) ** 2
+    plan = np.fmax(
+        _beyond_usual(squares[:, :2].sum(axis=1), LOW_OF_PLAN),
+        _beyond_usual(spread, LOW_OF_PLAN),
+    )
+    height = [_beyond_usual(column, LOW_OF_HEIGHT) for column in squares[:, 2:].T]
+    # half of it in either coordinate
+    apart = np.sqrt(np.column_stack([plan / 2.0, plan / 2.0, *height]))
+    is_suspect = points["point_id"].isin(suspects).to_numpy()
+    return _of_new(examined, points.loc[is_suspect, "point_id"], apart[is_suspect])
+
+
+def _beyond_usual(squares, low):
+    """What squares exceed those of most points by; 0 below.
+
+    The lowest quarter tells what is usual, also where most points are wrong.
+    """
+    if not np.isfinite(squares).any():
+        return np.zeros(len(squares))
+    usual = np.nanquantile(squares, 0.25) / low
+    return np.nan_to_num(np.maximum(squares - usual, 0.0))
+
+
+def moved_between_ways(adjusted) -> Displacement:
+    """How far one adjustment lies from the two steps, beyond the errors of both.
+
+    These are enlarged by s_0, but not by one that gross errors make.
+    """
+    two_step = adjusted.two_step
+    if not two_step.is_possible:
+        return NOTHING
+    apart = apart_from(adjusted.points, two_step.points)
+    apart = _of_new(adjusted, adjusted.points["point_id"], apart)
+    s_0 = float(np.clip(np.nan_to_num(adjusted.adjustment.s_0), 1.0, LARGEST_S_0))
+    both = (adjusted, two_step)
+    plan = s_0 * np.linalg.norm([each.figures.mean_within for each in both])
+    height = s_0 * np.linalg.norm([each.stated_height for each in both])
+    return Displacement(_beyond(apart.plan, plan), _beyond(apart.height, height))
+
+
+def _beyond(found, expected):
+    expected = float(np.nan_to_num(expected))
+    return float(np.sqrt(max(found**2 - expected**2, 0.0)))
+
+
+def apart_from(points, others):
+    """Coordinates of points less those that others have, (n_points, 2 or 3) [m]."""
+    axes = [name for name in GROUND_NAMES if name in points and name in others]
+    there = others.drop_duplicates("point_id").set_index("point_id")[axes]
+    there = there.reindex(points["point_id"]).to_numpy(dtype=float)
+    return points[axes].to_numpy(dtype=float) - there
+
+
+def _of_new(examined, point_ids, moved):
+    """RMS over all new points of what some points are moved by, (n, 2 or 3)."""
+    points = examined.solution.points
+    new = points.loc[points["role"] == "new", "point_id"]
+    if new.empty:
+        return NOTHING
+    squares = np.nan_to_num(moved[new_rows(point_ids, new)]) ** 2
+    sums = np.zeros(3)
+    sums[: squares.shape[1]] = squares.sum(axis=0)
+    mean = sums / len(new)
+    return Displacement(float(np.sqrt(mean[:2].sum())), float(np.sqrt(mean[2])))
+
+
+def new_rows(point_ids, new):
+    """Rows of points that are new ones."""
+    return np.isin(np.asarray(point_ids, dtype=object), new.to_numpy(dtype=object))

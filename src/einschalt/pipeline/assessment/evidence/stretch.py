@@ -1,0 +1,124 @@
+"""One axis of the ground against the other: a stretch that all models share.
+
+Affine models take it up, and have it in their parameters; of models that keep their
+shape it is told by an affine fit onto control.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.special import fdtrc  # scipy.stats takes a second to import
+
+from einschalt.foundations.batches import segment_sum
+
+DETERMINANT = ["a1", "a2", "b1", "b2"]
+# share of an affinity beyond which the smaller axis of a model is nothing
+NEARLY_FLAT = 1.0 - 1e-9
+FEWEST_MODELS = 3
+# points on a line tell nothing across it: of the longer extent, squared
+LEAST_WIDTH = 1e-3
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What models have in common."""
+
+    size: float  # of one axis against the other, 0 without
+    p_value: float  # of a common stretch this large by chance
+    east_by_north: float  # scale of easting by that of northing
+    n_models: int
+
+
+NO_STRETCH = Stretch(0.0, 1.0, 1.0, 0)
+
+
+def stretch_of(affine) -> Stretch:
+    """Stretch that models share, from their affine parameters and ``n_points``.
+
+    Errors of a model turn its affinity into any direction: with its sign they cancel in
+    the mean, and their scatter tells how well. An affinity that is common stands fast
+    in the axes of the machine or in those of the ground; the clearer one is told.
+    """
+    if len(affine) < FEWEST_MODELS:
+        return NO_STRETCH
+    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
+    # ground = turned z + mirrored conj(z), z = x + i y
+    turned = 0.5 * ((a1 + b2) + 1j * (b1 - a2))
+    mirrored = 0.5 * ((a1 - b2) + 1j * (b1 + a2))
+    is_over = np.abs(mirrored) > np.abs(turned)
+    large = np.where(is_over, mirrored, turned)
+    small = np.where(is_over, turned, mirrored)
+    # a model that puts all of its points on a line has no axes
+    is_plane = np.abs(small) < NEARLY_FLAT * np.abs(large)
+    if is_plane.sum() < FEWEST_MODELS:
+        return NO_STRETCH
+    large, small, is_over = large[is_plane], small[is_plane], is_over[is_plane]
+    of_machine = np.where(is_over, np.conj(small / large), small / large)
+    weights = affine["n_points"].to_numpy(dtype=float)[is_plane]
+    found = [_common(part, weights) for part in (of_machine, small / np.conj(large))]
+    affinity, p_value = min(found, key=lambda pair: (pair[1], -pair[0]))
+    size = np.abs(large) ** 2 - np.abs(small) ** 2
+    east = np.average((a1**2 + a2**2)[is_plane] / size, weights=weights)
+    north = np.average((b1**2 + b2**2)[is_plane] / size, weights=weights)
+    return Stretch(
+        size=2.0 * affinity / (1.0 - affinity),
+        p_value=min(2.0 * p_value, 1.0),  # the clearer of two
+        east_by_north=float(np.sqrt(east / north)),
+        n_models=int(is_plane.sum()),
+    )
+
+
+def _common(affinities, weights):
+    """Size of the affinity that models share, and the p-value of their weighted mean.
+
+    Easting and northing of equal precision make their errors circular: two degrees of
+    freedom each. What a wrong point makes of the models around it is not common: most
+    models must have it.
+    """
+    mean = np.average(affinities, weights=weights)
+    degrees = 2 * (len(affinities) - 1)
+    scatter = np.sum(weights * np.abs(affinities - mean) ** 2) / degrees
+    size = np.sum(weights) * np.abs(mean) ** 2 / 2.0
+    ratio = size / scatter if scatter > 0.0 else np.inf
+    of_most = np.hypot(np.median(affinities.real), np.median(affinities.imag))
+    return float(min(np.abs(mean), of_most)), float(fdtrc(2, degrees, ratio))
+
+
+def affinities_onto_control(model_points, control) -> pd.DataFrame:
+    """Affine parameters of models onto control, whatever they are transformed by.
+
+    Of every model whose control points span a plane, with ``n_points``.
+    """
+    used = control.loc[control["role"] != "check", ["point_id", "easting", "northing"]]
+    both = model_points.drop(columns=["easting", "northing"], errors="ignore")
+    both = both.merge(used, on="point_id").sort_values(["coverage", "model_id"])
+    keys = both[["coverage", "model_id"]].to_numpy(dtype=object)
+    is_first = np.ones(len(both), dtype=bool)
+    is_first[1:] = (keys[1:] != keys[:-1]).any(axis=1)
+    start = np.append(np.flatnonzero(is_first), len(both))
+    n_points = np.diff(start)
+    at, to = (
+        _centred(both[names].to_numpy(dtype=float), start)
+        for names in (["x", "y"], ["easting", "northing"])
+    )
+    own = segment_sum(at[:, :, None] * at[:, None, :], start)
+    mixed = segment_sum(to[:, :, None] * at[:, None, :], start)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        width = np.linalg.det(own) / np.trace(own, axis1=1, axis2=2) ** 2
+    is_known = (n_points > FEWEST_MODELS) & (width > LEAST_WIDTH)
+    matrix = mixed[is_known] @ np.linalg.inv(own[is_known])
+    table = pd.DataFrame(matrix.reshape(-1, 4), columns=DETERMINANT)
+    return table.assign(n_points=n_points[is_known])
+
+
+def _centred(values, start):
+    count = np.diff(start)
+    mean = segment_sum(values, start) / count[:, None]
+    return values - np.repeat(mean, count, axis=0)
+
+
+def are_negative(affine):
+    """Whether each of some affine models is mirrored: a negative determinant."""
+    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
+    return a1 * b2 - a2 * b1 < 0.0

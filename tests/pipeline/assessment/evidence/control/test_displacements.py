@@ -1,0 +1,108 @@
+"""What is wrong is covered by the figure to believe: how far it moves the points."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from einschalt.pipeline.assessment.evidence.control.displacements import (
+    NOTHING,
+    Displacement,
+    largest,
+    moved_between_ways,
+    moved_by_suspects,
+    where_it_matters,
+)
+from einschalt.pipeline.densify import densify
+
+PLAN = ["easting", "northing"]
+
+
+def true_error(result):
+    """TOTAL error of the new points, RMS [m]."""
+    new = result.points[result.points["role"] == "new"]
+    truth = result.block.truth.set_index("point_id").loc[new["point_id"], PLAN]
+    miss = new[PLAN].to_numpy() - truth.to_numpy()
+    return float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_wrong_control_counts_by_what_it_does_to_the_points(demo_block, method):
+    control = demo_block.control_points.copy()
+    used = control.index[control["role"] == "control"][[2, 9]]
+    control.loc[used, "easting"] += [1.5, -0.8]
+    block = replace(demo_block, control_points=control)
+    result = densify(block, block.settings.updated({"method": method}))
+    believed, true = result.assessment.credible.value, true_error(result)
+    assert true > 1.5 * result.figures.mean_total
+    assert 0.5 * true < believed < 4.0 * true
+    assert not result.assessment.claim_is_supported
+
+
+def test_a_point_that_a_whole_flight_has_elsewhere(demo_block):
+    low = demo_block.low_flight
+    points = low.model_points.copy()
+    new = demo_block.truth["point_id"]
+    new = new[~new.isin(demo_block.control_points["point_id"])]
+    is_it = points["point_id"] == new.iloc[30]
+    points.loc[is_it, "x"] += 0.5
+    block = replace(demo_block, low_flight=replace(low, model_points=points))
+    result = densify(block, block.settings.updated({"method": "simultaneous"}))
+    assert result.assessment.credible.value > 0.5 * true_error(result) > 0.05
+
+
+def test_clean_blocks_are_not_moved(good_result, simultaneous_result):
+    for result in (good_result, simultaneous_result):
+        examined = result.examination
+        claimed = result.figures.mean_total
+        plan = examined.displaced.plan
+        assert where_it_matters(plan, claimed, is_refuted=False) == 0.0
+        assert result.assessment.credible.factor < 1.1
+    assert simultaneous_result.examination.apart_from_two_steps.plan < 0.05
+
+
+@pytest.mark.parametrize(
+    ("moved", "is_refuted", "counted"),
+    [(0.05, False, 0.0), (0.05, True, 0.05), (0.08, False, 0.08)],
+)
+def test_what_chance_may_do_counts_where_the_claim_falls(moved, is_refuted, counted):
+    assert where_it_matters(moved, 0.1, is_refuted=is_refuted) == counted
+
+
+def test_the_largest_of_several():
+    found = largest(Displacement(0.1, 3.0), NOTHING, Displacement(0.2, 1.0))
+    assert found == Displacement(0.2, 3.0)
+
+
+def fake(points, s_0=1.0):
+    table = pd.DataFrame({"point_id": list("abcd"), **points, "role": "new"})
+    table = table.assign(spread_total=0.1, is_suspect=table["point_id"] == "d")
+    return SimpleNamespace(
+        points=table,
+        solution=SimpleNamespace(points=table),
+        figures=SimpleNamespace(mean_within=0.1),
+        stated_height=np.nan,
+        adjustment=SimpleNamespace(s_0=s_0),
+        residuals=table[["point_id", "is_suspect"]],
+        suspects=set(),
+        is_possible=True,
+        approximations=table.assign(easting=table["easting"] - [9.0, 0.0, 0.0, 3.0]),
+    )
+
+
+def test_suspects_may_be_where_the_other_flight_has_them():
+    one = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
+    one.two_step = one
+    # d alone is a suspect: 3 m of four points, and the spread across
+    assert moved_by_suspects(one).plan == pytest.approx(1.5, rel=0.01)
+
+
+@pytest.mark.parametrize(("s_0", "expected"), [(1.0, 1.9950), (50.0, 1.9799)])
+def test_ways_that_come_apart_by_more_than_their_errors(s_0, expected):
+    one = fake({"easting": np.full(4, 2.0), "northing": np.zeros(4)}, s_0)
+    one.two_step = fake({"easting": np.zeros(4), "northing": np.zeros(4)})
+    found = moved_between_ways(one)
+    # errors beyond twice the stated ones explain nothing: s_0 counts up to 2
+    assert found.plan == pytest.approx(expected, abs=1e-4)
