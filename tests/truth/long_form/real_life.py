@@ -33,14 +33,14 @@ from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
-N_BLOCKS = 20
+N_BLOCKS = 100
 FIRST_SEED = 20_000
 TWO_STEPS, SIMULTANEOUS, CHOSEN = "two steps", "simultaneous", "auto"
 # the points of a block share few errors: these figures are known less well
-KNOWN_TO = 0.08
+KNOWN_TO = 0.04
 CLAIMED = {"low": 0.9, "high": 1.1, "known_to": KNOWN_TO}
 INSIDE = {"low": 0.93, "high": 0.97, "known_to": KNOWN_TO}
-CLEAN = {"low": 0.97, "high": 1.03, "known_to": 0.04}
+CLEAN = {"low": 0.97, "high": 1.03, "known_to": 0.02}
 MEASURED = {"high_flight": 7.5, "low_flight": 5.0}
 WITHOUT = BlockNoise(high_m_g_um=0.0, low_m_g_um=0.0)
 WITHOUT_CONTROL = BlockNoise(control_standard_error=0.0)

@@ -47,6 +47,7 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
         adjustment=SimpleNamespace(deformations=found),
         solution=SimpleNamespace(two_step=beside),
         points=mine,
+        shares_control_errors=False,
     )
 
 

@@ -48,7 +48,12 @@ def examined_with(*, detected=False, modelled=False, alike=False, own="", checks
 
     beside = SimpleNamespace(is_possible=True, points=points(two))
     solution = SimpleNamespace(two_step=beside)
-    return SimpleNamespace(adjustment=adjusted, solution=solution, points=points(one))
+    return SimpleNamespace(
+        adjustment=adjusted,
+        solution=solution,
+        points=points(one),
+        shares_control_errors=False,
+    )
 
 
 def verdict(examined):
