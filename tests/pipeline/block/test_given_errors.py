@@ -8,6 +8,9 @@ import pytest
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.files.block_writing import write_block
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 
 CONTROL = "control_points"
 
@@ -38,6 +41,19 @@ def test_too_many_points_to_correlate(demo_block, monkeypatch):
         replace(demo_block, correlation_lengths_m={CONTROL: 100.0})
     # errors that are said to be independent need no room
     assert replace(demo_block, correlation_lengths_m={CONTROL: 0.0}) is not None
+
+
+def test_iterations_hold_no_control_of_unknown_shifts(demo_block):
+    known = demo_block.truth
+    block = Block(
+        low_flight=demo_block.low_flight,
+        approximate_points=known,
+        control_points=demo_block.control_points.assign(group="north"),
+        crs=demo_block.crs,
+    )
+    with pytest.raises(EinschaltError, match="shifts of unknown size") as caught:
+        densify(block, Settings(iterations=2))
+    assert "group_error_m" in str(caught.value)
 
 
 def test_a_folder_keeps_them(demo_block, tmp_path):

@@ -27,7 +27,11 @@ from einschalt.stages.error_propagation.error_model import (
     assumed_model,
     places_fitted_onto,
 )
-from einschalt.stages.error_propagation.given_points import errors_of_control
+from einschalt.stages.error_propagation.given_points import (
+    CONTROL_POINTS,
+    errors_of_control,
+    group_members,
+)
 from einschalt.stages.error_propagation.operators import (
     GroundSources,
     flight_operator,
@@ -83,6 +87,18 @@ def require_iterable(block, settings):
             f"{said}, but the low flight is transformed in space ({kind})",
             expected="a plane transformation, or iterations = 1",
             remedy='Set transformation = "affine" or "helmert" in [low_flight]',
+        )
+    control = block.control_points
+    is_only_held = block.high_flight is None and control is not None
+    if (
+        is_only_held
+        and group_members(control) is not None
+        and CONTROL_POINTS not in block.group_errors_m
+    ):
+        raise SettingsError(
+            f"{said} hold control, whose groups have shifts of unknown size",
+            expected="group_error_m in [control_points]",
+            remedy="Give it, or take the column group out",
         )
 
 
