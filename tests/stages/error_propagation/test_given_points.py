@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import einschalt as es
+from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
 from einschalt.stages.error_propagation.error_model import model_of_block
 from einschalt.stages.error_propagation.given_points import (
@@ -147,3 +149,52 @@ def test_the_model_of_a_block_says_what_it_assumes(demo_block):
     )
     assert list(model.high.control.chains) == ["control"]
     assert not model.is_assumed
+
+
+def test_groups_of_single_points_in_each_model_are_not_told(demo_block):
+    """Their means are the residuals again: nothing tells shifts from errors."""
+    control = demo_block.control_points
+    each = densify(
+        replace(demo_block, control_points=control.assign(group=control["point_id"]))
+    )
+    assert each.errors is None
+
+
+def test_what_is_said_of_approximate_points_that_are_control_counts(demo_block):
+    control = demo_block.control_points
+    block = Block(
+        low_flight=demo_block.low_flight,
+        approximate_points=demo_block.truth.assign(group="all"),
+        approximate_m_0_m=0.05,
+        group_errors_m={"approximate_points": 0.3},
+        control_points=demo_block.truth.assign(standard_error_m=0.03),
+        may_be_unmeasured=True,
+        crs=demo_block.crs,
+    )
+    assert len(control) < len(block.control_points)
+    parts = densify(block).errors.parts
+    shift = parts["approximate_groups"][:, 0, 0]
+    np.testing.assert_allclose(shift, 0.3**2 / 2.0, rtol=1e-6)
+
+
+def test_held_control_has_no_shifts(demo_block):
+    control = demo_block.control_points.drop(columns="standard_error_m")
+    block = replace(
+        demo_block,
+        control_points=control.assign(group="all"),
+        group_errors_m={"control_points": 0.1},
+    )
+    adjusted = es.adjust_block(block)
+    held = adjusted.points["role"] == "control"
+    assert adjusted.points.loc[held, "standard_error_total"].max() < 1e-9
+
+
+def test_estimated_sizes_leave_alone_what_control_shares(demo_block):
+    control = demo_block.control_points.assign(group="all")
+    errors = {"control_points": 0.2}
+    block = replace(demo_block, control_points=control, group_errors_m=errors)
+    given = es.adjust_block(block)
+    estimated = es.adjust_block(block, variance_components="estimated")
+    for one in (given, estimated):
+        # a shift that all points have, in full
+        assert one.points["standard_error_total"].min() > 0.18

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
@@ -14,6 +15,7 @@ from einschalt.stages.error_propagation.given_points import (
     CONTROL_POINTS,
     GROUPS,
     errors_of_control,
+    group_members,
 )
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.least_squares import SQRT2
@@ -142,7 +144,11 @@ def _given_errors(examined, point_ids):
         return np.zeros(len(point_ids))
     errors = given.set_index("point_id")["standard_error_m"].astype(float)
     own = np.nan_to_num(errors.reindex(point_ids).to_numpy())
-    return np.hypot(own, examined.group_error)
+    members = group_members(given)
+    if members is None:
+        return own
+    is_in_group = pd.Series(members.sum(axis=1), index=given["point_id"].to_numpy())
+    return np.hypot(own, examined.group_error * is_in_group.reindex(point_ids))
 
 
 def _claimed(examined, rows):

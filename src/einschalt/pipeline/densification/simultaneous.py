@@ -395,7 +395,8 @@ def own_deformation_of(block, settings, flights, approximations):
     try:
         tables = with_known_groups(block_tables(block, flights, kinds))
         part, _ = determined_part(tables)
-    except (GeometryError, TableError):  # control cannot hold all models at once
+    # control cannot hold all models at once
+    except (GeometryError, TableError, NoConvergenceError):
         return None
     names = tables.point_id[part.points]
     axes = ["easting", "northing", *(["height"] if tables.is_spatial else [])]

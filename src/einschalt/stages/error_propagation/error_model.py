@@ -370,6 +370,8 @@ def model_of_given_approximations(
     sources = GroundSources(places_fitted_onto(block, known["point_id"]), len(known))
     is_control = approximations_are_control(block)
     is_control = is_control and "standard_error_m" in block.control_points
+    # what is said of the approximate points themselves comes first
+    is_control = is_control and not errors_are_stated(block)
     if is_control:
         rows = pd.Index(block.control_points["point_id"])
         rows = rows.get_indexer(known["point_id"])

@@ -38,6 +38,9 @@ def with_group_sizes(model, given, flight, fit, free=()):
     if is_told:
         held = dict.fromkeys(model.standard_errors.keys() - factors.keys(), 0.0)
         found = estimate_factors(sums, model.standard_errors, held=held)
+        # what hides in the noise may be as large as it is uncertain
+        spread = np.sqrt(np.diag(found.covariance))
+        found = replace(found, factors=np.maximum(found.factors, spread))
         factors = dict(zip(found.sources, found.factors, strict=True))
     sizes = {
         name: size * np.sqrt(factors.get(name, 1.0))
@@ -54,13 +57,14 @@ def with_group_sizes(model, given, flight, fit, free=()):
 def sum_of_residuals(model, flight, fit) -> SumOfSquares:
     """Residuals of a flight in plan, and how they come from the errors of all sources.
 
-    ``fit`` is its transformation.
+    ``fit`` is its transformation; suspects count as 0.
     """
     observed, axes = fit.observed, model.axes
     operator = model.low if model.is_last(flight) else model.high.operator
     rows, n_rows = observed.row_numbers, operator.measured.n_points
     fitted = selection(rows, n_rows, axes)
-    plan = by_coordinate(sparse.eye_array(len(rows)), axes, is_plan_only=True)
+    plan = sparse.diags_array(_is_sound(fit).astype(float))
+    plan = by_coordinate(plan, axes, is_plan_only=True)
     # what a model leaves of misclosures at its points
     left = (plan @ fitted @ operator.measured @ fitted.T).formed().finite()
     residuals = axes.packed(np.nan_to_num(fit.fit.residuals))
@@ -70,6 +74,15 @@ def sum_of_residuals(model, flight, fit) -> SumOfSquares:
     )
 
 
+def _is_sound(fit):
+    """Which of the fitted points are no suspects."""
+    of_model = np.diff(fit.observed.start)
+    is_usable = np.repeat(fit.models["is_usable"].to_numpy(dtype=bool), of_model)
+    is_sound = np.ones(len(is_usable), dtype=bool)
+    is_sound[is_usable] = ~fit.residuals["is_suspect"].to_numpy(dtype=bool)
+    return is_sound
+
+
 def _sums(model, source, flight, fit):
     """Sums of squares: of all residuals, and of their means by model and group.
 
@@ -77,7 +90,8 @@ def _sums(model, source, flight, fit):
     """
     observed = fit.observed
     cells = _cells(observed, model.groups_of_fits(flight, source, observed))
-    if cells is None:
+    # of single points they are the residuals again
+    if cells is None or cells.nnz == cells.shape[0]:
         return None
     every, means = (
         sum_of_residuals(model, flight, fit),

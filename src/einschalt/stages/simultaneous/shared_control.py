@@ -99,11 +99,12 @@ def _size(solution, groups):
     own = observations.drawn_control(rng, N_DRAWS)
     shifts = groups @ rng.standard_normal((groups.shape[1], shape[0] * N_DRAWS))
     shifts = shifts.reshape(-1, *shape)
-    noise, shown = (
-        squares(solution.answer_to(measured, given)[0] - given).mean()
+    noise, of_shifts = (
+        squares(solution.answer_to(measured, given)[0] - given)
         for measured, given in ((errors, own), (np.zeros_like(errors), shifts))
     )
-    if shown < LEAST_SHOWN * squares(shifts).mean():
+    if of_shifts.mean() < LEAST_SHOWN * squares(shifts).mean():
         return None
     seen = squares(np.nan_to_num(solution.control_residuals)[:, :, None])[0]
-    return np.sqrt(max(seen - noise, 0.0) / shown)
+    # what hides in the noise may be as large as that scatters
+    return np.sqrt(max(seen - noise.mean(), noise.std()) / of_shifts.mean())

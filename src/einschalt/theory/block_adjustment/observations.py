@@ -118,7 +118,12 @@ class ObservedBlock:
         return root @ own + _times_normal(rng, shared.groups, shape)
 
     def with_shared_control(self, shared):
-        """Put shifts of groups, of known sizes, beside the errors that control has."""
+        """Put shifts of groups, of known sizes, beside the errors that control has.
+
+        What is held is without errors.
+        """
+        is_free = sparse.diags_array((~self.is_fixed).astype(float))
+        shared = replace(shared, groups=(is_free @ shared.groups).tocsr())
         each = shared.variance[:, None, None] * np.eye(self.control.shape[1])
         each[~self.is_control] = 0.0
         covariance = self.control_covariance + each

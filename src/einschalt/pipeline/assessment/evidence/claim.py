@@ -290,6 +290,11 @@ class _ClaimTests:
         given = examined.block.control_points
         if given is None or "standard_error_m" not in given:
             return None
+        unknown = (
+            "" if self.drawn.control is not None else self._control().to_be_estimated
+        )
+        if unknown and unknown not in self.drawn.sources:
+            return None
         observed, roles = _known(examined)
         rows = np.flatnonzero((roles == role) & np.isfinite(observed).all(axis=1))
         picked = (selection(rows, len(observed), model.axes) @ model.final).formed()
@@ -298,6 +303,9 @@ class _ClaimTests:
         of_given = self._given_errors(names)
         return _test_of_size(KNOWN[role], observed[rows], of_points - of_given)
 
+    def _control(self):
+        return errors_of_control(self.examined.block, self.model.axes)
+
     def _given_errors(self, point_ids):
         """Draws of the errors of given coordinates."""
         given = self.examined.block.control_points
@@ -305,7 +313,7 @@ class _ClaimTests:
         axes = self.model.axes
         if self.drawn.control is not None:
             return axes.plan(self.drawn.control)[place]
-        control = errors_of_control(self.examined.block, axes)
+        control = self._control()
         known = self.drawn.sources
         if not control.sizes.keys() <= known.keys():
             n_draws = self.drawn.low.shape[1]

@@ -137,7 +137,9 @@ def _carried(examined):
 def _shared(examined):
     block = examined.block
     if block.high_flight is not None:
-        return Shared.HIGH_FLIGHT
+        is_known = np.isfinite(examined.figures.mean_total)
+        is_untold = examined.shares_control_errors and not is_known
+        return Shared.GROUPS_UNTOLD if is_untold else Shared.HIGH_FLIGHT
     is_stated = errors_are_stated(block)
     if np.isfinite(examined.figures.mean_total):
         return Shared.NEIGHBOURS_STATED if is_stated else Shared.MODEL_CONTROL

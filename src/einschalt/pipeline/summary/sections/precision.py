@@ -68,7 +68,7 @@ SHARED = {
         "neighbouring approximate points share errors, which is not known here"
     ),
     Shared.GROUPS_UNTOLD: (
-        "groups of approximate points are displaced: group_error_m is not given, and "
+        "groups of given points are displaced: group_error_m is not given, and "
         "residuals do not show it"
     ),
 }

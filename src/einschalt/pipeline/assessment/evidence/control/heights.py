@@ -62,7 +62,10 @@ def _check(examined):
     at = encode(given["point_id"]).locate(encode(ids))
     own = errors_of_control(examined.block, Axes.SPACE)
     own = own.picked(selection(at, len(given), Axes.SPACE))
-    covariance = covariance + covariance_of(own.chains, own.sizes, HEIGHT)
+    if own.to_be_estimated and own.to_be_estimated not in errors.standard_errors:
+        return None
+    sizes = {name: errors.standard_errors.get(name, s) for name, s in own.sizes.items()}
+    covariance = covariance + covariance_of(own.chains, sizes, HEIGHT)
     differences = rows["difference_height"].to_numpy(dtype=float)
     return _test(HEIGHT_OF_CHECK, differences, covariance)
 
