@@ -206,6 +206,17 @@ def test_a_block_that_is_adjusted_again_keeps_its_terms(make_block):
     assert len(plain.with_terms(terms).common) == len(found.common) == 2
 
 
+def test_a_rough_solution_is_rough_by_less_than_a_tenth_of_a_millimetre(make_block):
+    observations = make_block("grid", "helmert", affinity=4e-4)
+    found = adjust(observations, (CommonTerms(0, (AFFINITY,)),))
+    larger = 3.0 * observations.standard_error * (1.0 + (observations.model == 1))
+    changed = replace(observations, standard_error=larger)
+    exact, rough = found.readjusted(changed), found.readjusted(changed, is_rough=True)
+    np.testing.assert_allclose(rough.points, exact.points, rtol=0.0, atol=1e-4)
+    assert rough.sum_of_squares == pytest.approx(exact.sum_of_squares, rel=1e-6)
+    assert not np.allclose(exact.points, found.points, rtol=0.0, atol=1e-4)
+
+
 def test_the_affinity_of_the_film_is_found(make_block):
     observations = make_block("grid", "helmert", affinity=4e-4)
     found = adjust(observations, (CommonTerms(0, (AFFINITY,)),))

@@ -26,7 +26,9 @@ from einschalt.theory.block_adjustment.solver import Solver, build_solver, order
 
 # common parameters are bilinear with the models; they move by 1e-4 in the first pass
 MOST_PASSES = 6
-SETTLED = 1e-13
+# share of the size of a model by which their last step moves a point; the next would
+# be 1e-4 as large
+SETTLED, ROUGHLY = 1e-13, 1e-5
 # what orientations do to points [m] follows from models that they move by 1e-4
 SETTLED_ON_GROUND = 1e-10
 # share of a term that models and other terms must leave of it
@@ -74,9 +76,15 @@ class BlockSolution(AdjustedBlock):
     bordered: Bordered  # in the order of elimination
     reduced: ModelFrames  # of the reduced coordinates in which the models were solved
 
-    def readjusted(self, observations):
-        """Adjust the same models and points with other errors or given coordinates."""
-        return adjust(observations, self.terms, self.ordering)
+    def readjusted(self, observations, *, is_rough=False):
+        """Adjust the same models and points with other errors or given coordinates.
+
+        A rough solution is for sums over the block, and starts from this one.
+        """
+        if not is_rough:
+            return adjust(observations, self.terms, self.ordering)
+        start = self.common, self.affinities[self.ordering.order]
+        return adjust(observations, self.terms, self.ordering, start, ROUGHLY)
 
     @property
     def linear(self):
@@ -172,20 +180,26 @@ def _to_measured(frames, n_unknowns, is_affine):
     return jacobian
 
 
-def adjust(observations, terms=(), ordering=None) -> BlockSolution:
+def adjust(
+    observations, terms=(), ordering=None, start=None, settled=SETTLED
+) -> BlockSolution:
     """Adjust all models of a block with its control.
 
     The block is determined (see :mod:`.determinacy`); ``terms`` are deformations that
     the models of a flight share; an ``ordering`` comes from an earlier adjustment of
-    the same models and points. Raises UndeterminedTermsError where the points of the
-    models do not determine the terms.
+    the same models and points, and so does a ``start``: common parameters, and
+    affinities in the order of elimination. Passes end where the common
+    parameters move no point further than ``settled`` times the size of a model. Raises
+    UndeterminedTermsError where the points of the models do not determine the terms.
     """
     task = _Task(observations, terms, ordering)
-    common = np.zeros(len(task.deformation.names))
-    passed = task.pass_with(common, None)
-    used = None
+    common, used = np.zeros(len(task.deformation.names)), None
+    if start is not None:
+        common, used = start
+    passed = task.pass_with(common, used)
     for _ in range(MOST_PASSES):
-        if task.is_settled(passed.common - common) and task.is_oriented(passed, used):
+        is_settled = task.is_settled(passed.common - common, settled)
+        if is_settled and task.is_oriented(passed, used):
             break
         common, used = passed.common, passed.affinities
         passed = task.pass_with(common, used)
@@ -258,10 +272,10 @@ class _Task(BlockInOrder):
         change = (passed.affinities - used)[self.incidence.model][:, :, 1:]
         return np.abs(change @ self._orientation).max() <= SETTLED_ON_GROUND
 
-    def is_settled(self, step):
+    def is_settled(self, step, settled):
         """Whether a step of the common parameters moves nothing any more."""
         reach = np.abs(self._columns).max(axis=(0, 1), initial=0.0)
-        return (np.abs(step) * reach <= SETTLED * self.deformation.extent).all()
+        return (np.abs(step) * reach <= settled * self.deformation.extent).all()
 
     def pass_with(self, common, affinities):
         """Adjust with model coordinates corrected by known common parameters."""

@@ -154,11 +154,11 @@ class _Score:
         return np.array(sums) / omega
 
 
-def _bent(plain, own):
+def _bent(solution, own):
     """The same block with own deformations."""
-    observations = plain.observations
+    observations = solution.observations
     bent = bent_columns(observations, own)
-    return plain.readjusted(replace(observations, bent=bent))
+    return solution.readjusted(replace(observations, bent=bent), is_rough=True)
 
 
 def _nothing(own, p_value=np.nan):
@@ -174,8 +174,10 @@ def _estimated(plain, own, judged):
         return nothing
     errors = _measuring_errors(plain.observations, own)
     before = np.zeros(len(own.size))
+    bent = plain
     for _ in range(MOST_PASSES):
-        step, redundancy = _step(_bent(plain, own), own)
+        bent = _bent(bent, own)
+        step, redundancy = _step(bent, own)
         if np.abs(np.expm1(step)).max() < SETTLED:
             break
         # steps that shrink slowly are those of a geometric series
@@ -187,7 +189,7 @@ def _estimated(plain, own, judged):
         own = found.without_small(errors)
         if not own.kinds:
             return nothing
-    bent = _bent(plain, own)
+    bent = _bent(bent, own)
     own = replace(own, p_value=_chance(_deviance(plain) - _deviance(bent), own))
     # sizes stand beside the errors of measuring; where these are smaller than given,
     # so are they

@@ -30,7 +30,7 @@ from einschalt.theory.transformation.helmert_3d import angles_of, parameters_fro
 
 MOST_PASSES = 50
 # a step that is as small as this changes nothing but its own square [m]
-SETTLED = 1e-7
+SETTLED, ROUGHLY = 1e-7, 1e-3
 N_UNKNOWNS = 7
 
 
@@ -50,9 +50,13 @@ class SpatialSolution(AdjustedBlock):
     # standard errors
     bent: np.ndarray
 
-    def readjusted(self, observations):
-        """Adjust the same models and points with other errors or given coordinates."""
-        return _Task(observations, self.ordering).solve(self.placement)
+    def readjusted(self, observations, *, is_rough=False):
+        """Adjust the same models and points with other errors or given coordinates.
+
+        A rough solution is for sums over the block.
+        """
+        settled = ROUGHLY if is_rough else SETTLED
+        return _Task(observations, self.ordering).solve(self.placement, settled)
 
     @property
     def linear(self):
@@ -142,8 +146,8 @@ class _Task(BlockInOrder):
         if observations.bent is not None:
             self._bent = observations.bent[self.rows]
 
-    def solve(self, start) -> SpatialSolution:
-        """Iterate from a start."""
+    def solve(self, start, settled=SETTLED) -> SpatialSolution:
+        """Iterate from a start until no step is larger than ``settled`` [m]."""
         order = self.ordering.order
         place = start.arranged(lambda values: values[order])
         control = self.control_from(place.origin)
@@ -157,7 +161,7 @@ class _Task(BlockInOrder):
             step = found.parameters[:, :N_UNKNOWNS, 0]
             size = np.abs(step).max()
             place = _moved(place, step, extent)
-            if size < SETTLED:
+            if size < settled:
                 return self._solution(place, control, found, (solver, extent))
             if not np.isfinite(size) or (size > last > 1e6 * SETTLED):
                 break
