@@ -45,6 +45,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
 from einschalt.pipeline.assessment.evidence.frame import frame_of
+from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables
 from einschalt.pipeline.assessment.evidence.repeated_settings import (
@@ -119,6 +120,7 @@ class Examination(PrecisionTables):
 
     frame = cached_property(frame_of)
     copies = cached_property(find_copies)
+    image_tails = cached_property(find_image_tails)
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)
     known_control = cached_property(control_points)

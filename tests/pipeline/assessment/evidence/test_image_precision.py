@@ -14,6 +14,7 @@ from einschalt.pipeline.assessment.findings.orientations import (
 )
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
@@ -63,3 +64,39 @@ def test_models_without_redundancy_say_nothing(images):
     rows = rows_of(computed(images)).assign(redundancy=0, sigma_0=np.nan)
     assert np.isnan(common_sigma_0(rows)[0])
     assert np.isnan(image_component(rows, images.low_flight).estimated)
+
+
+def spoilt(block, share=0.12, times=12.0):
+    """A share of the image points of the low flight measured much worse."""
+    points = block.low_flight.image_points.copy()
+    rng = np.random.default_rng(4)
+    is_bad = rng.random(len(points)) < share
+    noise = rng.normal(scale=times * 5e-3 / np.sqrt(2.0), size=(len(points), 2))
+    points.loc[is_bad, ["x", "y"]] += noise[is_bad]
+    return replace(block.low_flight, image_points=points)
+
+
+@pytest.fixture(scope="module")
+def with_worse_points(images):
+    flights = {"high_flight": images.high_flight, "low_flight": spoilt(images)}
+    block = Block(control_points=images.control_points, crs=images.crs, **flights)
+    return densify(block, Settings(outliers="tukey"))
+
+
+def test_the_good_ones_of_the_image_points_keep_their_sigma_0(with_worse_points):
+    examined = with_worse_points.examination
+    tails = examined.image_tails
+    assert list(tails) == ["low_flight"]
+    # m_g is total, and a pair of photographs spoils a condition by either point
+    assert tails["low_flight"].sigma == pytest.approx(5e-3 / np.sqrt(2.0), rel=0.15)
+    assert tails["low_flight"].share == pytest.approx(1.0 - 0.88**2, abs=0.06)
+    # what the models have without that
+    assert common_sigma_0(rows_of(with_worse_points))[0] > 5e-3
+    low = with_worse_points.assessment.flights[1]
+    assert low.orientation.sigma_0 == pytest.approx(1e-3 * tails["low_flight"].sigma)
+    said = " ".join(with_worse_points.summary().split())
+    assert "of the image points of the low flight lie beyond 3 sigma_0 of the" in said
+
+
+def test_image_points_that_are_alike_have_no_tails(images):
+    assert densify(images).examination.image_tails == {}

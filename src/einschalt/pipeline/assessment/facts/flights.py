@@ -7,6 +7,7 @@ import numpy as np
 from einschalt.foundations.units import METRES_PER_MM, ground_from_image_um
 from einschalt.pipeline.assessment.evidence.image_precision import (
     common_sigma_0,
+    good_sigma_0,
     image_component,
 )
 from einschalt.pipeline.assessment.evidence.variance_components import Component
@@ -73,24 +74,26 @@ def flight_facts(examined) -> tuple[FlightFacts, ...]:
             m_g_um=float(flight.m_g_um),
             m_g_ground=float(ground_from_image_um(flight.m_g_um, flight.scale_number)),
             m_0=float(m_0[name]),
-            orientation=_orientation(examined.orientations, name, flight),
+            orientation=_orientation(examined, name, flight),
             shown_m_g=getattr(components, name, None),
         )
         for name, flight in examined.block.flights.items()
     )
 
 
-def _orientation(orientations, name, flight):
-    rows = orientations[orientations["flight"] == name]
+def _orientation(examined, name, flight):
+    rows = examined.orientations[examined.orientations["flight"] == name]
     if rows.empty:
         return None
+    good = good_sigma_0(examined, name)
+    sigma_0 = common_sigma_0(rows)[0] if good is None else good
     m_g = rows[["m_g_intersection_um", "m_g_orientation_um"]].astype(float)
     rays, bent = np.sqrt((m_g**2).mean())
-    shown = image_component(rows, flight) if flight.has_images else None
+    shown = image_component(rows, flight, good) if flight.has_images else None
     is_known = shown is not None and np.isfinite(shown.estimated)
     return OrientationFacts(
         n_models=len(rows),
-        sigma_0=float(common_sigma_0(rows)[0] * METRES_PER_MM),
+        sigma_0=float(sigma_0 * METRES_PER_MM),
         is_from_images=flight.has_images,
         image_points=shown if is_known else None,
         m_g_intersection_um=float(rays),

@@ -4,7 +4,10 @@ import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.frame import are_upside_down
-from einschalt.pipeline.assessment.evidence.image_precision import image_component
+from einschalt.pipeline.assessment.evidence.image_precision import (
+    good_sigma_0,
+    image_component,
+)
 from einschalt.pipeline.assessment.findings.kinds import (
     MODEL,
     finding,
@@ -14,6 +17,7 @@ from einschalt.pipeline.assessment.findings.kinds import (
 )
 from einschalt.stages.stage3_model_transformation import transform_models
 from einschalt.theory.adjustment.global_tests import ratio_p_value
+from einschalt.theory.adjustment.heavy_tails import FAR_OUT_BY_CHANCE
 from einschalt.theory.adjustment.multiple_testing import any_significant, bonferroni
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -23,6 +27,7 @@ SPOILT = 1.2
 IMAGE_POINT = (*MODEL, "point_id")
 # what was done with image points that contradict their pair
 DONE = {"keep": "measure_again_or_snoop", "snoop": "taken_out"}
+TAILS = dict.fromkeys(("keep", "snoop"), "weigh_wrong_points_down")
 
 
 def orientations_without_convergence(examined):
@@ -116,7 +121,7 @@ def image_points_worse_than_given(examined):
         flight = examined.block.flights[name]
         if not flight.has_images:
             continue
-        shown = image_component(rows, flight)
+        shown = image_component(rows, flight, good_sigma_0(examined, name))
         if shown.estimated > shown.given and shown.is_contradicted:
             worse.append(shown.facts_of(name))
     if not worse:
@@ -129,6 +134,33 @@ def image_points_worse_than_given(examined):
         expected=worse[0]["given_um"] * METRES_PER_UM,
         remedy="give_that_m_g_or_a_larger_one",
         facts={"flights": tuple(worse)},
+    )
+
+
+def heavy_tails_of_image_points(examined):
+    """Flights of whose image points a share is much worse than the others."""
+    flights = tuple(
+        {
+            "flight": name,
+            "far_out": tails.far_out,
+            "good_sigma_0": tails.sigma * METRES_PER_MM,
+            "share": tails.share,
+            "times_as_large": tails.factor,
+        }
+        for name, tails in examined.image_tails.items()
+    )
+    if not flights:
+        return None
+    worst = max(examined.image_tails.values(), key=lambda tails: tails.far_out)
+    return finding(
+        "heavy_tails_of_image_points",
+        names=[part["flight"] for part in flights],
+        statistic="image points beyond three standard errors of the good ones",
+        observed=worst.far_out,
+        expected=FAR_OUT_BY_CHANCE,
+        probability=worst.p_value,
+        remedy=TAILS.get(examined.settings.outliers, "wrong_points_weigh_less"),
+        facts={"flights": flights},
     )
 
 
@@ -204,6 +236,7 @@ FOR_BOTH = (
     orientations_with_large_sigma_0,
     models_upside_down,
     image_points_worse_than_given,
+    heavy_tails_of_image_points,
 )
 TWO_STEP = (*FOR_BOTH, corrections_that_spoil)
 SIMULTANEOUS = (*FOR_BOTH, corrections_that_spoil_two_steps)

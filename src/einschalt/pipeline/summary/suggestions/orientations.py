@@ -2,8 +2,8 @@
 
 from math import isfinite
 
-from einschalt.foundations.typesetting import count, fixed
-from einschalt.pipeline.summary.wording import some_models, two_figures
+from einschalt.foundations.typesetting import count, fixed, length, number
+from einschalt.pipeline.summary.wording import flight_name, some_models, two_figures
 
 REMEDIES = {
     "look_for_gross_errors_of_orientation": (
@@ -27,6 +27,14 @@ REMEDIES = {
     ),
     "measure_again_or_snoop": 'Measure them again, or set outliers = "snoop"',
     "taken_out": "They were taken out of the orientation: measure them again",
+    "weigh_wrong_points_down": (
+        'Match or measure them again, or set outliers = "tukey", which keeps the '
+        "orientations of the good ones; the figures take all for alike"
+    ),
+    "wrong_points_weigh_less": (
+        "They have less weight in the orientation, but their model points count as the "
+        "others: match or measure them again"
+    ),
     "weighted_down": "They have less weight in the orientation: measure them again",
 }
 
@@ -54,6 +62,23 @@ def image_points_worse_than_given(finding):
     )
 
 
+def heavy_tails_of_image_points(finding):
+    """How many are far out, and how good the others are."""
+    chance = f"({_percent(finding.expected)} by chance)"
+    return "; ".join(
+        f"{_percent(part['far_out'])} of the image points of the "
+        f"{flight_name(part['flight'])} lie beyond 3 sigma_0 of the good ones "
+        f"{chance}; the good ones have {length(part['good_sigma_0'])}, "
+        f"{_percent(part['share'])} of all have errors "
+        f"{number(part['times_as_large'])} times as large"
+        for part in finding.facts["flights"]
+    )
+
+
+def _percent(share):
+    return f"{number(100.0 * share)} %"
+
+
 WORDS = {
     "orientations_without_convergence": (
         "{n_models:count model} with a relative orientation that did not converge: "
@@ -70,6 +95,7 @@ WORDS = {
         "{models:models of n_models}; up to {largest_sigma_0:length}"
     ),
     "image_points_worse_than_given": image_points_worse_than_given,
+    "heavy_tails_of_image_points": heavy_tails_of_image_points,
     "corrections_that_spoil": (
         "The corrections by y-parallaxes make the {flight:flight} fit worse: m_0 "
         "{m_0_corrected:length}, without them {m_0_uncorrected:length}"
