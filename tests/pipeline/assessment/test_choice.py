@@ -17,10 +17,16 @@ AUTO = Settings(method="auto")
 PLANE = ["easting", "northing"]
 
 
-def way(value, n_models=10, *, is_lower_bound=False):
+def way(value, n_models=10, *, is_lower_bound=False, left_out=None, n_left_out=10):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
     models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
-    return SimpleNamespace(credible=figure, models=models)
+    n_left_out = 0 if left_out is None else n_left_out
+    control = pd.DataFrame(
+        {"easting": left_out, "northing": 0.0},
+        index=[f"c{k}" for k in range(n_left_out)],
+    )
+    parts = {"models": models, "left_out_differences": control}
+    return SimpleNamespace(credible=figure, **parts)
 
 
 @pytest.mark.parametrize(
@@ -35,6 +41,42 @@ def way(value, n_models=10, *, is_lower_bound=False):
             way(0.03, is_lower_bound=True),
             "two_step",
             ChoiceReason.CONTRADICTED,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.03, is_lower_bound=True, left_out=0.04),
+            "simultaneous",
+            ChoiceReason.LEFT_OUT,
+        ),
+        (
+            way(0.09, is_lower_bound=True, left_out=0.06),
+            way(0.03, is_lower_bound=True, left_out=0.07),
+            "two_step",
+            ChoiceReason.CONTRADICTED,
+        ),
+        (
+            way(0.05, left_out=0.06, n_left_out=7),
+            way(0.03, is_lower_bound=True, left_out=0.04, n_left_out=7),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.07, is_lower_bound=True, left_out=0.04),
+            "simultaneous",
+            ChoiceReason.LEFT_OUT,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.07, is_lower_bound=True, left_out=0.05),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        (
+            way(0.02, is_lower_bound=True, left_out=0.01),
+            way(0.03, left_out=0.04),
+            "two_step",
+            ChoiceReason.LEFT_OUT,
         ),
         (way(0.050), way(0.051), "two_step", ChoiceReason.SMALLER),
         (way(0.050, 8), way(0.051), "simultaneous", ChoiceReason.MORE_MODELS),

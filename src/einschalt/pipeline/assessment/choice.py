@@ -15,6 +15,10 @@ from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
 # figures of precision are no better known than that
 ALIKE = 1.03
+# fewer points that were left out tell nothing of a way
+FEWEST_LEFT_OUT = 8
+# they lie so much nearer to a way that its larger figure does not count
+MUCH_NEARER = 0.8
 
 
 class ChoiceReason(StrEnum):
@@ -24,6 +28,9 @@ class ChoiceReason(StrEnum):
     SUPPORTED = "supported"  # measurements contradict the other one's figure
     SMALLER = "smaller"  # its figure is the smaller one
     MORE_MODELS = "more_models"  # figures are alike, and it determines more models
+    # measurements contradict its figure, but control points that were left out lie
+    # nearer to it
+    LEFT_OUT = "left_out"
     CONTRADICTED = "contradicted"  # measurements contradict both figures: the default
     ONLY_FIGURE = "only_figure"  # the other one has no figure at all
     NO_FIGURE = "no_figure"  # neither has
@@ -46,7 +53,8 @@ def solve_the_better_way(
     """Densify a block in both ways, and keep the one that is better supported.
 
     By the figure to believe of each, which the tests of each enlarge; a figure that is
-    a lower bound only gives way to one that is not.
+    a lower bound only gives way to one that is not, unless control points that were
+    left out lie nearer to its points: much nearer where its figure is the larger one.
     """
     arguments = block, settings, flights, report_progress
     obstacle = _obstacle(block, settings)
@@ -86,7 +94,8 @@ def _obstacle(block, settings):
 def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     """Method whose figure to believe is the better one, and the reason.
 
-    Of two examinations, or what has their ``credible`` and ``models``.
+    Of two examinations, or what has their ``credible``, ``models`` and
+    ``left_out_differences``.
     """
     both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
     value = {name: found.credible.value for name, found in both.items()}
@@ -95,6 +104,10 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
         reason = ChoiceReason.ONLY_FIGURE if known else ChoiceReason.NO_FIGURE
         return (known or [TWO_STEP])[0], reason
     sound = [name for name in both if not both[name].credible.is_lower_bound]
+    smaller = min(both, key=value.get)
+    nearer, ratio = _nearer_to_left_out(both)
+    if nearer not in sound and ratio <= (1.0 if nearer == smaller else MUCH_NEARER):
+        return nearer, ChoiceReason.LEFT_OUT
     if not sound:
         return TWO_STEP, ChoiceReason.CONTRADICTED
     if len(sound) == 1:
@@ -105,4 +118,22 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     are_alike = max(value.values()) <= ALIKE * min(value.values())
     if are_alike and len(set(n_models.values())) > 1:
         return max(both, key=n_models.get), ChoiceReason.MORE_MODELS
-    return min(both, key=value.get), ChoiceReason.SMALLER
+    return smaller, ChoiceReason.SMALLER
+
+
+def _nearer_to_left_out(both):
+    """Which way control that was left out lies nearer to, and how near.
+
+    Name, and RMS of its differences over that of the other way, infinite where nothing
+    tells; of control points that both ways can predict.
+    """
+    tables = {k: found.left_out_differences for k, found in both.items()}
+    shared = tables[TWO_STEP].index.intersection(tables[SIMULTANEOUS].index)
+    squares = {
+        k: float(np.nansum(table.loc[shared].to_numpy(dtype=float) ** 2))
+        for k, table in tables.items()
+    }
+    nearer, other = sorted(squares, key=squares.get)
+    if len(shared) < FEWEST_LEFT_OUT or not squares[other] > 0.0:
+        return TWO_STEP, np.inf
+    return nearer, float(np.sqrt(squares[nearer] / squares[other]))

@@ -92,6 +92,7 @@ RELIABILITY_COLUMNS = [
 ]
 
 
+PLAN = ["easting", "northing"]
 # of a solution, and of one in two steps
 SOLVED = (*(f.name for f in fields(Solution)), "approximations", "coverages")
 SOLVED_IN_TWO_STEPS = (
@@ -280,6 +281,16 @@ class TwoStepExamination(Examination):
         """Every control point predicted without itself, LeftOutControl or None."""
         return leave_out_control(self)
 
+    @property
+    def left_out_differences(self):
+        """Control points as all others predict them less as given, (easting, northing).
+
+        DataFrame by point_id.
+        """
+        table = self.control_left_out.set_index("point_id")
+        columns = ["difference_easting", "difference_northing"]
+        return table[columns].set_axis(PLAN, axis=1)
+
     @cached_property
     def control_patterns(self):
         """Control that is wrong together: ControlPatterns."""
@@ -329,6 +340,15 @@ class SimultaneousExamination(Examination):
 
     oriented_high_points = property(attrgetter("two_step.oriented_high_points"))
     apart_from_two_steps = cached_property(moved_between_ways)
+
+    @property
+    def left_out_differences(self):
+        """Control points as all others predict them less as given, (easting, northing).
+
+        DataFrame by point_id; the error of given coordinates that explains a point.
+        """
+        control = self.adjustment.control.set_index("point_id")
+        return -control[["strain_easting", "strain_northing"]].set_axis(PLAN, axis=1)
 
     @property
     def moved_by_left_out(self):

@@ -110,6 +110,7 @@ WAYS = 'Which way (method = "auto"; total, RMS)'
 TAKEN = {"two_step": "two steps", "simultaneous": "simultaneous adjustment"}
 WHY = {
     ChoiceReason.SUPPORTED: "the measurements contradict the figure of the other one",
+    ChoiceReason.LEFT_OUT: "control points that were left out lie nearer to it",
     ChoiceReason.SMALLER: "its figure is the smaller one",
     ChoiceReason.MORE_MODELS: "the figures are alike, and it determines more models",
     ChoiceReason.CONTRADICTED: "measurements contradict both figures",
