@@ -33,10 +33,10 @@ def with_group_sizes(model, given, flight, fit, free=()):
     if not source:
         return model
     sums = _sums(model, source, flight, fit)
-    factors = dict.fromkeys((source, *free), 0.0)
-    is_told = sums is not None
+    # 0 where the residuals do not tell
+    factors, is_told = {source: 0.0}, sums is not None
     if is_told:
-        held = dict.fromkeys(model.standard_errors.keys() - factors.keys(), 0.0)
+        held = dict.fromkeys(model.standard_errors.keys() - {source, *free}, 0.0)
         found = estimate_factors(sums, model.standard_errors, held=held)
         # what hides in the noise may be as large as it is uncertain
         spread = np.sqrt(np.diag(found.covariance))
@@ -45,11 +45,10 @@ def with_group_sizes(model, given, flight, fit, free=()):
     sizes = {
         name: size * np.sqrt(factors.get(name, 1.0))
         for name, size in model.standard_errors.items()
-        if is_told or name == source
     }
     return replace(
         model,
-        standard_errors={**model.standard_errors, **sizes},
+        standard_errors=sizes,
         is_assumed=model.is_assumed or not is_told,
     )
 
@@ -93,10 +92,8 @@ def _sums(model, source, flight, fit):
     # of single points they are the residuals again
     if cells is None or cells.nnz == cells.shape[0]:
         return None
-    every, means = (
-        sum_of_residuals(model, flight, fit),
-        by_coordinate(cells, model.axes),
-    )
+    every = sum_of_residuals(model, flight, fit)
+    means = by_coordinate(cells, model.axes)
     of_cells = {name: means @ chain for name, chain in every.chains.items()}
     of_cells = SumOfSquares(means.apply(every.values), of_cells)
     size, n_fits = model.standard_errors[source], cells.shape[1]

@@ -10,13 +10,12 @@ import numpy as np
 from scipy import sparse
 
 from einschalt.stages.error_propagation.given_points import group_members
+from einschalt.stages.error_propagation.group_size import LEAST_SHOWN
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.spatial_correlation import exponential_factor
 from einschalt.theory.block_adjustment.observations import SharedControl
 
 N_DRAWS = 100
-# share of the squares of shifts that control must show in its residuals
-LEAST_SHOWN = 0.02
 
 
 @dataclass(frozen=True)
