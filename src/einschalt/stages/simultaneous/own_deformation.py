@@ -65,7 +65,8 @@ def estimate_for(tables, sample, terms=()):
         own = estimate_own_deformation(plain)
         if not is_detected(own):
             return own
-        again = estimate_own_deformation(_as_residuals_show(tables, sample, plain))
+        again = _as_residuals_show(tables, sample, plain)
+        again = estimate_own_deformation(again, own)
     except (UndeterminedTermsError, NoConvergenceError):
         return None
     if is_detected(again):

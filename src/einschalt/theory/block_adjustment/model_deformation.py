@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from einschalt.theory.block_adjustment.block_solution import (
+    ROUGHLY,
     UndeterminedTermsError,
     adjust,
 )
@@ -64,7 +65,9 @@ def examine_deformation(solution, flight) -> DeformationTest:
         return nothing
     others = tuple(t for t in solution.terms if t.flight != flight)
     try:
-        larger = adjust(observations, (*others, own), solution.ordering)
+        # its sum of squares is least: it changes by the square of what is left
+        terms = (*others, own)
+        larger = adjust(observations, terms, solution.ordering, settled=ROUGHLY)
     except UndeterminedTermsError:  # the points of the models cannot tell terms apart
         return nothing
     if not larger.sum_of_squares > 0.0:

@@ -62,13 +62,15 @@ N_DRAWS = 79
 NUMBERS_AT_ONCE = 2_000_000
 
 
-def estimate_own_deformation(plain) -> OwnDeformation:
+def estimate_own_deformation(plain, begin=None) -> OwnDeformation:
     """Estimate how much the models of each flight are bent, each in its own way.
 
     Parameters
     ----------
     plain : BlockSolution or SpatialSolution
         Without own deformations; its terms are what models of a flight share.
+    begin : OwnDeformation, optional
+        Sizes that the same block has with other errors of measuring.
 
     Returns
     -------
@@ -80,14 +82,16 @@ def estimate_own_deformation(plain) -> OwnDeformation:
     if plain.redundancy <= len(guess.size) or not plain.sum_of_squares > 0.0:
         return _nothing(guess)
     # the largest residual alone would be the pattern
-    p_value = chance_of_residuals(_without_gross(plain, plain), guess)
+    good = _without_gross(plain, plain)
+    p_value = chance_of_residuals(good, guess)
     if not p_value < WORTH_A_LOOK:
         return _nothing(guess, p_value)
-    own = _estimated(plain, guess, plain)
+    own = _estimated(good, guess if begin is None else begin)
     if not (own.kinds and own.p_value < LEAST_CHANCE):
         return own
     # residuals that the deformations explain are no gross errors
-    return _estimated(plain, own, _bent(plain, own))
+    again = _without_gross(plain, _bent(plain, own))
+    return own if again is good else _estimated(again, own)
 
 
 def chance_of_residuals(plain, own):
@@ -166,9 +170,8 @@ def _nothing(own, p_value=np.nan):
     return replace(own, size=nil, relative_error=nil * np.nan, p_value=p_value)
 
 
-def _estimated(plain, own, judged):
-    """Sizes without the gross errors of a solution, beginning with those of ``own``."""
-    plain = _without_gross(plain, judged)
+def _estimated(plain, own):
+    """Sizes of a block without gross errors, beginning with those of ``own``."""
     nothing = _nothing(own)
     if plain.redundancy <= len(own.size) or not plain.sum_of_squares > 0.0:
         return nothing
