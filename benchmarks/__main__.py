@@ -18,6 +18,7 @@ RACES = (
     "propagation",
     "batches",
     "block_adjustment",
+    "reading",
 )
 
 

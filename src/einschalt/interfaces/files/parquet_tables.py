@@ -40,6 +40,8 @@ NUMBER_BYTES = 8
 MOST_PACKED = 100
 HARMLESS_BYTES = 2**27  # 16 million rows
 LONGEST_SAID = 200
+# so many that the dictionary of their names fits into a page and the caches
+ROWS_OF_A_GROUP = 2**15
 
 
 def read_parquet(path, schema, *, source=None):
@@ -203,8 +205,11 @@ def _decoded(column, source):
     n_bytes = 0
     for chunk in chunks:
         if pa.types.is_string(chunk.type.value_type):
-            lengths = pc.binary_length(chunk.dictionary).take(chunk.indices)
-            n_bytes += pc.sum(lengths, min_count=0).as_py()
+            lengths = pc.binary_length(chunk.dictionary)
+            at_most = len(chunk) * (pc.max(lengths).as_py() or 0)
+            if at_most > MOST_PACKED * chunk.nbytes:  # few names may be long
+                at_most = pc.sum(lengths.take(chunk.indices), min_count=0).as_py()
+            n_bytes += at_most
     _refuse_unpacked(n_bytes, column.nbytes, source)
     decoded = [chunk.dictionary_decode() for chunk in chunks]
     return pa.chunked_array(decoded, column.type.value_type)
@@ -235,4 +240,6 @@ def write_parquet(frame, path):
     )
     # pyarrow takes names of files only where they are Unicode
     with replacing(path) as hidden, hidden.open("wb") as file:
-        parquet.write_table(table, file, compression="zstd")
+        parquet.write_table(
+            table, file, compression="zstd", row_group_size=ROWS_OF_A_GROUP
+        )
