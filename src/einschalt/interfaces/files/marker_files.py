@@ -28,7 +28,11 @@ from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.foundations.tables import listed
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.input_files import read_once, read_text_bytes
+from einschalt.interfaces.files.input_files import (
+    companions,
+    read_once,
+    read_text_bytes,
+)
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
@@ -236,15 +240,17 @@ def _names_of(numbered, source):
     return names
 
 
-def read_opensfm(path, source=None) -> Markers:
+def read_opensfm(path, source=None, beside=()) -> Markers:
     """Read ``ground_control_points.json``, with the sizes of reconstruction*.json.
+
+    ``beside``: those files, where they were read before.
 
     OpenSfM counts from the middle of an image in units of its longer side; pixels need
     that side, which the reconstruction beside it has.
     """
     source = source or Path(path).name
     given = _json(path, source)
-    sizes = _image_sizes(Path(path).parent)
+    sizes = _image_sizes(beside or companions(path))
     points, rows, unknown = [], [], set()
     try:
         for one in given["points"]:
@@ -284,11 +290,12 @@ def _json(path, source):
         ) from error
 
 
-def _image_sizes(folder):
-    """Width and height of images, by name, of all reconstructions in a folder."""
+def _image_sizes(files):
+    """Width and height of images, by name, of all reconstructions."""
     sizes = {}
-    for path in sorted(folder.glob("reconstruction*.json")):
-        parts = _json(path, path.name)
+    for file in files:
+        path = Path(file)
+        parts = _json(file, path.name)
         try:
             for part in parts:
                 for image, shot in part["shots"].items():

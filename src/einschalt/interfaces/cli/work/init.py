@@ -11,7 +11,6 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.atomic import make_folder, write_text
-from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
     SCHEMA_FILE,
@@ -22,6 +21,7 @@ from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 
 PLACES = {
