@@ -157,7 +157,8 @@ def _damaged(source, found):
 def read_odm(path, source=None) -> Markers:
     """Read a ``gcp_list.txt``: the system, then X Y Z px py image [name]."""
     source = source or Path(path).name
-    lines = read_text_bytes(path, source).decode("utf-8").splitlines()
+    data = read_text_bytes(path, source)
+    lines = data.decode("utf-8").splitlines()
     numbered = [
         (row, line.split())
         for row, line in enumerate(lines, 1)
@@ -192,6 +193,8 @@ def read_odm(path, source=None) -> Markers:
         points.setdefault(marked, (name, *map(float, words[:3]), role))
         rows.append((words[5], name, float(words[3]), float(words[4])))
     n_check = sum(point[-1] == "check" for point in points.values())
+    if not data.endswith((b"\n", b"\r")):
+        notes.append(f"{source}: ends without a line break: is its last line whole?")
     if n_check:
         said = count(n_check, "point")
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
@@ -222,12 +225,12 @@ def _crs_of_line(first, source):
 
 def _names_of(numbered, source):
     """Name of the point of each row; numbers where the list has none."""
-    places, names = {}, []
+    places, first_at, names = {}, {}, []
     for row, words in numbered:
         place = tuple(words[:3])
         name = words[6] if len(words) > 6 else None
-        name = name or next((n for n, p in places.items() if p == place), None)
-        name = name or str(len(places) + 1)
+        name = name or first_at.get(place) or str(len(places) + 1)
+        first_at.setdefault(place, name)
         if places.setdefault(name, place) != place:
             raise TableError(
                 f"point {name} has other coordinates than in an earlier line",

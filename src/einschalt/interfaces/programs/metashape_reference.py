@@ -8,7 +8,13 @@ import pandas as pd
 
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
+from einschalt.interfaces.programs.foreign import (
+    Foreign,
+    cells_of,
+    damaged,
+    is_finite,
+    lines_of,
+)
 
 HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),Enable"
 SYSTEM = "# CoordinateSystem: "
@@ -90,7 +96,7 @@ def _places(line, source):
 
 
 def _row(line, places, source):
-    cells = next(csv.reader([line.text]))
+    cells = cells_of(line.text, source, line.row)
     if len(cells) < places["count"]:
         said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
         raise damaged(source, said, EXPECTED, line.row)
