@@ -1,8 +1,5 @@
 """References of markers as Metashape imports and exports them: CSV with accuracies."""
 
-import csv
-import io
-
 import numpy as np
 import pandas as pd
 
@@ -36,15 +33,21 @@ def write_reference(handed, path):
         *(points[name] for name in ("point_id", "easting", "northing")),
         *(handed.heights, plan, upright, points["role"]),
     )
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
+    rows = []
     for name, *numbers, role in zip(*columns, strict=True):
         said = [f"{v:.5f}" if np.isfinite(v) else "" for v in numbers]
-        out.writerow([name, *said, 0 if role == "check" else 1])
+        rows.append(",".join([_quoted(name), *said, "0" if role == "check" else "1"]))
     system = [] if handed.crs is None else [f"{SYSTEM}{handed.crs}"]
-    lines = "\n".join([*system, HEAD, text.getvalue()])
+    lines = "\n".join([*system, HEAD, *rows, ""])
     path.write_text(lines, encoding="utf-8", newline="\n")
     return ["accuracy in plan is that of one coordinate; check points are not enabled"]
+
+
+def _quoted(name):
+    """A name in quotes where it would not come back without: # begins a comment."""
+    text = str(name)
+    is_special = text.startswith("#") or any(sign in text for sign in ',"')
+    return '"{}"'.format(text.replace('"', '""')) if is_special else text
 
 
 def is_reference(head):
