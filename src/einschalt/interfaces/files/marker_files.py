@@ -158,19 +158,7 @@ def read_odm(path, source=None) -> Markers:
     """Read a ``gcp_list.txt``: the system, then X Y Z px py image [name]."""
     source = source or Path(path).name
     data = read_text_bytes(path, source)
-    lines = data.decode("utf-8").splitlines()
-    numbered = [
-        (row, line.split())
-        for row, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not numbered:
-        raise FileError(
-            "holds no line but comments",
-            expected="the system in the first line, then X Y Z px py image [name]",
-            remedy="Export the list again",
-            file=source,
-        )
+    numbered = _numbered_lines(data, source)
     crs = _crs_of_line(numbered[0], source)
     is_bad = [k for k, (_, words) in enumerate(numbered) if k and not _is_row(words)]
 
@@ -199,6 +187,24 @@ def read_odm(path, source=None) -> Markers:
         said = count(n_check, "point")
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
     return _markers(list(points.values()), rows, crs, notes, source)
+
+
+def _numbered_lines(data, source):
+    """Words of all lines that are no comments, with their numbers."""
+    lines = data.decode("utf-8").splitlines()
+    numbered = [
+        (row, line.split())
+        for row, line in enumerate(lines, 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not numbered:
+        raise FileError(
+            "holds no line but comments",
+            expected="the system in the first line, then X Y Z px py image [name]",
+            remedy="Export the list again",
+            file=source,
+        )
+    return numbered
 
 
 def _is_row(words):

@@ -1,6 +1,7 @@
 """What was read from a file of another program: plain tables, a system, notes."""
 
 import csv
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -108,7 +109,7 @@ def is_finite(word):
     >>> is_finite("1e3"), is_finite("nan"), is_finite("1e999")
     (True, False, False)
     """
-    return is_number(word) and bool(np.isfinite(float(word)))
+    return is_number(word) and math.isfinite(float(word))
 
 
 def require_rows(lines, source, expected):
