@@ -78,7 +78,7 @@ def choices(raw, column):
 def identifiers(raw):
     """Names as text without blanks around them; as :func:`numbers` gives them."""
     is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
-    if is_text and are_tidy(raw):
+    if is_text and are_tidy(raw):  # then nothing is to be said of any
         return raw.astype(str), np.zeros(len(raw), dtype=bool), described
     text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()

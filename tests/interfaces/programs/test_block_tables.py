@@ -1,12 +1,14 @@
 """Blocks that name files of other programs, as these programs wrote them."""
 
+import pandas as pd
 import pytest
 from fuzz.foreign_files import MORE, READ
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.tables import CONTROL_POINTS, IMAGE_POINTS
 from einschalt.interfaces.files.understood_tables import Said
-from einschalt.interfaces.new_block.looked_at import look_at
+from einschalt.interfaces.new_block.looked_at import files_below, look_at
+from einschalt.interfaces.programs import recognised
 from einschalt.interfaces.programs.block_tables import find_problems
 
 SYSTEM = "EPSG:31255"
@@ -141,3 +143,34 @@ def test_markers_and_cameras_of_metashape_are_tables_and_camera(small_block):
     (problem,) = found.problems
     assert "right_image 'b.tif' has no image points" in str(problem)
     assert "an image_id of markers.xml" in str(problem)
+
+
+def test_formats_of_ones_own_stand_for_tables(small_block, monkeypatch):
+    """Their readers are given the path, as in convert."""
+
+    class Point:
+        name = ".abc"
+
+        def load(self):
+            def read(path):
+                lines = path.read_text().splitlines()
+                cells = [line.split() for line in lines]
+                table = pd.DataFrame(cells, columns=["point_id", "easting", "northing"])
+                return {"control_points": table}
+
+            return read
+
+    monkeypatch.setattr(recognised, "entry_points", lambda **_: [Point()])
+    small_block.write("c.abc", "".join(" ".join(r) + "\n" for r in rows(small_block)))
+    small_block.replace("block.toml", "control_points.csv", "c.abc")
+    found = find_problems(small_block.path)
+    assert not found.problems, found.problems
+    assert len(found.block.control_points) == len(rows(small_block))
+
+
+def test_images_of_a_folder_are_not_looked_at(small_block):
+    for name in ("a.tif", "b.TIFF", "c.xml"):
+        small_block.write(name, "x")
+    names = {path.name for path in files_below(small_block.path)}
+    assert {"c.xml", "control_points.csv"} <= names
+    assert not {"a.tif", "b.TIFF"} & names

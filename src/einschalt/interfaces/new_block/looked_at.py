@@ -78,12 +78,13 @@ class Looked:
 
 
 def files_below(folder):
-    """Files of a folder that may be tables or cameras."""
+    """Files of a folder that may be tables or cameras; images are not looked at."""
     known = (*READ_SUFFIXES, ".toml", ".json", *recognised.SUFFIXES)
     return sorted(
         path
         for path in Path(folder).iterdir()
         if path.suffix.lower() in known
+        and path.suffix.lower() not in recognised.IMAGES
         and path.is_file()
         and not path.name.startswith(".")
     )

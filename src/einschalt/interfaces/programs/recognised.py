@@ -111,6 +111,7 @@ FORMATS = (
     ),
 )
 BY_NAME = {one.name: one for one in FORMATS}
+IMAGES = (".tif", ".tiff")  # large, and seldom with points
 SUFFIXES = tuple({suffix: None for one in FORMATS for suffix in one.suffixes})
 
 
@@ -131,7 +132,7 @@ def reader_of(path, name=None):
     if plugin is not None:
         return plugin
     if micmac.is_homologous(path):
-        return micmac.read_homologous
+        return lambda given: micmac.read_homologous(Path(given))
     head, suffix = _head(file), path.suffix.lower()
     for one in FORMATS:
         is_known = suffix in one.suffixes
@@ -225,7 +226,7 @@ def _plugin(name):
     """Reader of an installed package, by its suffix or its word."""
     for point in entry_points(group=PLUGINS):
         if point.name == name:
-            return lambda path: _of_plugin(point, path)
+            return lambda path: _of_plugin(point, Path(path))
     return None
 
 
