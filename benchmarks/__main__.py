@@ -19,6 +19,7 @@ RACES = (
     "batches",
     "block_adjustment",
     "own_deformation",
+    "reading",
 )
 
 

@@ -24,12 +24,12 @@ from einschalt.interfaces.batch.changes_file import (
     PREVIOUS,
     compare_with_previous,
 )
-from einschalt.interfaces.files.block_folder import find_problems, read_block
 from einschalt.interfaces.files.block_toml import read_block_toml
 from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.input_files import checksum
 from einschalt.interfaces.files.result_folder import PROVENANCE
 from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.interfaces.programs.block_tables import find_problems, read_block
 from einschalt.interfaces.programs.recognised import read_foreign
 from einschalt.interfaces.reports.problem_list import problem_lines
 from einschalt.pipeline.batch.block_table import blocks_table

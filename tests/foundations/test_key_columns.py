@@ -43,3 +43,24 @@ def test_rows_are_told_apart_as_by_pandas(monkeypatch, largest):
 
 def test_rows_of_an_empty_table():
     assert row_codes([[], []]).tolist() == []
+
+
+@pytest.mark.parametrize("kind", ["str", "string[python]", "large_string[pyarrow]"])
+@pytest.mark.parametrize("n_chunks", [1, 3])
+def test_long_columns_say_the_same_byte_by_byte(monkeypatch, kind, n_chunks):
+    """Repeated rows are never overlooked, and blanks around names neither."""
+    monkeypatch.setattr(key_columns, "MANY", 1)
+
+    def column(names):
+        series = pd.Series(names, dtype=kind)
+        parts = np.array_split(np.arange(len(names)), n_chunks)
+        chunks = [pd.Series(series.iloc[part]) for part in parts]
+        return pd.concat(chunks)[1:]  # its first name lies before it in memory
+
+    ids = column(["x", "0012", "7/8", "12", "7/", "Öl"])
+    models = column(["x", "8", "1", "8", "81", "8"])
+    assert not key_columns.may_repeat([ids, models])  # 7/8|1 is not 7/|81
+    assert key_columns.may_repeat([column(["x", "a", "b", "a"]), column(list("xyzy"))])
+    assert key_columns.are_tidy(column(["x", "0012", "7 8", "a"]))
+    for odd in (" a", "a\t", "", "\xa0a", "\u2003a", "a\u2003", None):
+        assert not key_columns.are_tidy(column(["x", "a", odd, "b"])), odd

@@ -13,6 +13,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.display_names import shortened
+from einschalt.foundations.key_columns import are_tidy
 from einschalt.foundations.number_parsing import LARGEST_NUMBER, describe_fault
 
 LARGEST_BITS = 1000  # of a whole number that a float can hold
@@ -77,6 +78,8 @@ def choices(raw, column):
 def identifiers(raw):
     """Names as text without blanks around them; as :func:`numbers` gives them."""
     is_text = pd.api.types.is_string_dtype(raw) and raw.dtype != object
+    if is_text and are_tidy(raw):  # then nothing is to be said of any
+        return raw.astype(str), np.zeros(len(raw), dtype=bool), described
     text = raw if is_text else raw.astype(object).map(_name, na_action="ignore")
     text = text.fillna("").astype(str).str.strip()
     is_bad = (text == "").to_numpy(dtype=bool)

@@ -1,10 +1,12 @@
 """Columns of names compared as a whole, by their integer codes."""
 
 import numpy as np
+import pyarrow as pa
 
 from einschalt.foundations.names import Coded, encode
 
 LARGEST_CODE = 2**62
+MANY = 50_000  # rows from which compiled code is worth its start
 
 
 def is_among(names, known):
@@ -31,3 +33,36 @@ def row_codes(columns):
             codes = np.unique(codes, return_inverse=True)[1]
         codes = codes * n_names + part.codes
     return codes
+
+
+def may_repeat(columns):
+    """Whether two rows could have the same names in all columns of text.
+
+    False is certain; True is said of short columns without looking.
+    """
+    if len(columns[0]) < MANY:
+        return True
+    # compiled code takes its time to load
+    from einschalt.foundations import name_bytes  # noqa: PLC0415
+
+    return name_bytes.may_repeat([_as_text(one) for one in columns])
+
+
+def are_tidy(names):
+    """Whether no name of a long column of text is missing, or has blanks around it.
+
+    True is certain; False is said of short columns without looking.
+    """
+    if len(names) < MANY:
+        return False
+    from einschalt.foundations import name_bytes  # noqa: PLC0415
+
+    return name_bytes.are_tidy(_as_text(names))
+
+
+def _as_text(names):
+    """A column of text as Arrow has it, in one of the two forms with plain places."""
+    is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
+    column = names if is_arrow else pa.array(names, from_pandas=True)
+    is_plain = pa.types.is_string(column.type) or pa.types.is_large_string(column.type)
+    return column if is_plain else column.cast(pa.large_string())

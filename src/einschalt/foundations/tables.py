@@ -5,8 +5,9 @@ table as far as it could be understood, every problem, and notes on what was ign
 """
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ import pandas as pd
 from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
-from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.key_columns import may_repeat, row_codes
 from einschalt.foundations.names import Coded, encode
 
 MOST_LISTED = 20  # rows of one fault said one by one; more are said once, and counted
@@ -197,8 +198,12 @@ class CheckedTable:
     frame: pd.DataFrame
     problems: tuple[EinschaltError, ...] = ()
     notes: tuple[str, ...] = ()  # what was ignored or filled in
-    # the columns of the key as codes; empty where the key is not complete
-    coded: dict[str, Coded] = field(default_factory=dict)
+    key: tuple[str, ...] = ()  # its columns; empty where the key is not complete
+
+    @cached_property
+    def coded(self) -> dict[str, Coded]:
+        """The columns of the key as codes."""
+        return {name: encode(self.frame[name]) for name in self.key}
 
 
 def check_table(frame, schema, *, source=None) -> CheckedTable:
@@ -234,11 +239,11 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     # a coverage that need not be given, and is not, is no part of the key
     optional = {column.name for column in schema.columns if not column.is_required}
     key = [name for name in schema.key if name in columns or name not in optional]
-    coded = {}
-    if key and all(name in columns for name in key):
-        coded = {name: encode(columns[name]) for name in key}
-        problems += _check_key(checked, coded, source, schema)
-    return CheckedTable(checked, tuple(problems), tuple(notes), coded)
+    key = tuple(key) if all(name in columns for name in key) else ()
+    table = CheckedTable(checked, (), tuple(notes), key)
+    if key and may_repeat([checked[name] for name in key]):
+        problems += _check_key(table, source, schema)
+    return replace(table, problems=tuple(problems))
 
 
 def _unfit(frame, schema, source):
@@ -354,7 +359,8 @@ def _cell(frame, name, place):
     return None if pd.isna(value) else cell_values.whole_text(value).strip() or None
 
 
-def _check_key(frame, coded, source, schema):
+def _check_key(table, source, schema):
+    frame, coded = table.frame, table.coded
     codes = row_codes(list(coded.values()))
     is_doubled = pd.Series(codes).duplicated(keep="first").to_numpy()
     if not is_doubled.any():

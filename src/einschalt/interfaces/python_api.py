@@ -24,15 +24,14 @@ from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
 from einschalt.interfaces.batch.block_search import find_blocks
-from einschalt.interfaces.files.block_folder import read_block as read_checked_block
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.programs import block_tables
 from einschalt.interfaces.programs.export import export as export_result
-from einschalt.interfaces.programs.recognised import reader_of
 from einschalt.interfaces.publication.publish import publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
@@ -179,7 +178,7 @@ def read_block(path, settings=None):
         Something in the input stops the computation; several faults come together.
     """
     require_kind("settings", settings, Mapping | None, expected="a dict of settings")
-    return read_checked_block(as_path("path", path), settings, kind=Block)
+    return block_tables.read_block(as_path("path", path), settings, kind=Block)
 
 
 def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs=None):
@@ -222,9 +221,10 @@ def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs
         if text is not None:
             require_text(name, text, expected="a text, or nothing")
     path = as_path("path", path)
-    foreign = reader_of(path)
-    if foreign is not None and columns == {} and layer is None and sheet is None:
-        return _foreign_points(foreign(path), path, crs)
+    if columns == {} and layer is None and sheet is None:
+        foreign = block_tables.found_in(path)
+        if foreign is not None:
+            return _foreign_points(foreign, path, crs)
     beside = tuple(read_once(one, one.name) for one in companions(path))
     said = Said(columns, sheet, layer, decimal, crs)
     table = understand_table(path, CONTROL_POINTS, said, beside=beside)

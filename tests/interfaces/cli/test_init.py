@@ -5,7 +5,10 @@ import shutil
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyogrio
 import pytest
+import shapely
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import app
@@ -35,6 +38,21 @@ def export(tmp_path_factory, block_folder):
     )
     options = {"sep": ";", "decimal": ",", "encoding": "cp1252", "index": False}
     table.to_csv(folder / "Punkte.csv", **options)
+    columns = [table[name].tolist() for name in table]
+    sheet = pa.table(columns, names=list(table))
+    pyogrio.write_arrow(
+        sheet, folder / "Punkte.xlsx", driver="XLSX", geometry_name=None
+    )
+    shapes = shapely.to_wkb(shapely.points(control[["easting", "northing"]]))
+    layer = sheet.select(["Punktnummer", "Art"]).append_column("g", [shapes.tolist()])
+    pyogrio.write_arrow(
+        layer,
+        folder / "Punkte.gpkg",
+        driver="GPKG",
+        geometry_name="g",
+        geometry_type="Point",
+        crs="EPSG:31255",
+    )
     return folder
 
 
@@ -42,12 +60,19 @@ def files_of(folder):
     return ["--from", *(folder / name for name in ("Punkte.csv", *FLIGHTS))]
 
 
-def test_files_make_a_block_that_check_accepts(invoke, export, block_folder, tmp_path):
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx", ".gpkg"])
+def test_files_make_a_block_that_check_accepts(
+    invoke, export, block_folder, tmp_path, suffix
+):
+    """The same control, whatever it came in; no file is edited by hand."""
     folder = tmp_path / "new"
-    shown = invoke("init", folder, *files_of(export), "--crs", "EPSG:31255", *KNOWN)
+    names = (str(one) for one in files_of(export))
+    files = [name.replace("Punkte.csv", f"Punkte{suffix}") for name in names]
+    shown = invoke("init", folder, *files, "--crs", "EPSG:31255", *KNOWN)
     assert shown.exit_code == 0, shown.output
     assert "scale_number = 15000: 7 models against the ground: 1:15000" in shown.stdout
-    assert "'Rechtswert' is easting" in shown.stdout
+    if suffix != ".gpkg":
+        assert "'Rechtswert' is easting" in shown.stdout
     assert "nothing wrong" in shown.stdout
     plain, block = (find_problems(one).block for one in (block_folder, folder))
     plane = ["easting", "northing"]
@@ -75,11 +100,12 @@ def test_what_no_file_tells_is_named_where_nobody_can_be_asked(
     text = (tmp_path / "new" / "block.toml").read_text(encoding="utf-8")
     assert "m_g_um = 7.5  # assumed, since no file tells: correct it" in text
     assert "# crs = …" in text
+    assert "left out, so no errors are propagated, and no ellipses" in taken.stdout
 
 
 @pytest.mark.parametrize("name", ["Punkte.csv", "low_flight.csv"])
 def test_a_bad_cell_is_said_before_anything_is_guessed(invoke, export, tmp_path, name):
-    for path in export.iterdir():
+    for path in export.glob("*.csv"):
         lines = path.read_text(encoding="cp1252").splitlines()
         if path.name == name:
             cells = lines[1].split(";" if name == "Punkte.csv" else ",")
@@ -91,6 +117,24 @@ def test_a_bad_cell_is_said_before_anything_is_guessed(invoke, export, tmp_path,
     assert f"{name}, row 2" in refused.stderr
     assert "'abc'" in refused.stderr
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "option"),
+    [
+        ("Punkt;Rechtswert;Hochwert\nA;1,234;322,001\n", "1.234 or 1234?", "decimal ,"),
+        ("point_id,x,y\n7,3,4\n", "which of them is the easting?", "easting and --n"),
+    ],
+)
+def test_questions_name_the_options_that_answer_them(
+    invoke, tmp_path, text, said, option
+):
+    (tmp_path / "P.csv").write_text(text)
+    refused = invoke("init", tmp_path / "new", "--from", tmp_path / "P.csv", "--yes")
+    assert refused.exit_code == 2
+    assert said in refused.stderr
+    assert f"Give --{option}" in refused.stderr
+    assert "block.toml" not in refused.stderr
 
 
 def test_a_terminal_is_asked(export, tmp_path, monkeypatch):

@@ -351,6 +351,26 @@ def test_hostile_workbooks_are_refused_in_words(tmp_path, change, said):
         understand_table(path, CONTROL_POINTS)
 
 
+def test_a_geometry_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
+    """One shape of a megabyte in every row packs to next to nothing."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    from einschalt.interfaces.files import parquet_tables
+
+    shape = shapely.to_wkb(shapely.linestrings(np.zeros((2**15, 2))))
+    facts = {"encoding": "WKB", "geometry_types": []}
+    geo = {"primary_column": "geometry", "columns": {"geometry": facts}}
+    table = pa.table({"point_id": list("abcdefgh"), "geometry": [shape] * 8})
+    table = table.replace_schema_metadata({b"geo": json.dumps(geo).encode()})
+    parquet.write_table(table, tmp_path / "t.parquet", compression="zstd")
+    # of a real one there would be thousands of rows
+    monkeypatch.setattr(parquet_tables, "HARMLESS_BYTES", 2**21)
+    monkeypatch.setattr(parquet_tables, "MOST_PACKED", 4)
+    with pytest.raises(FileError, match=r"t\.parquet: \d+ bytes would unpack to"):
+        understand_table(tmp_path / "t.parquet", CONTROL_POINTS)
+
+
 @pytest.mark.parametrize("suffix", [".xlsx", ".gpkg", ".geojson", ".shp"])
 def test_truncated_and_misnamed_files_are_refused_in_words(tmp_path, suffix):
     path = tmp_path / f"t{suffix}"

@@ -17,7 +17,7 @@ from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files import geopackage
 from einschalt.interfaces.files.geopackage import distinct_names, write_geopackage
 from einschalt.interfaces.files.map_layers import exaggeration
-from einschalt.interfaces.files.qgis_styles import LAYERS, style_of
+from einschalt.interfaces.files.qgis_styles import LAYERS, claim_of, style_of
 
 
 @pytest.fixture(scope="module")
@@ -110,14 +110,33 @@ def test_failed_models_are_there_with_their_reason(package, faulty_result):
     assert (failed["reason"].str.len() > 0).all()
 
 
-def test_layers_have_their_default_styles(package):
+def test_layers_have_their_default_styles(package, faulty_result):
     with closing(sqlite3.connect(package)) as database:
         query = "SELECT f_table_name, useAsDefault, styleQML FROM layer_styles"
         styles = {name: (used, qml) for name, used, qml in database.execute(query)}
         query = "SELECT data_type FROM gpkg_contents WHERE table_name = 'layer_styles'"
         assert database.execute(query).fetchone() == ("attributes",)
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-    assert styles == {name: (1, style_of(name)) for name in LAYERS}
+    columns = {
+        name: pyogrio.read_info(package, layer=name)["fields"] for name in LAYERS
+    }
+    claim = claim_of(faulty_result)
+    assert claim.low < claim.high
+    looks = {name: (1, style_of(name, columns[name], claim)) for name in LAYERS}
+    assert styles == looks
+
+
+def test_columns_are_explained_in_the_file(package, faulty_result):
+    """After the schema extension of GeoPackage 1.2; GDAL gives them as other names."""
+    with closing(sqlite3.connect(package)) as database:
+        query = "SELECT column_name, title, description FROM gpkg_data_columns"
+        query += " WHERE table_name = 'points'"
+        told = {name: more for name, *more in database.execute(query)}
+        query = "SELECT scope FROM gpkg_extensions WHERE extension_name = 'gpkg_schema'"
+        assert database.execute(query).fetchone() == ("read-write",)
+    assert set(told) == set(faulty_result.points)
+    assert told["easting"][0] == "easting [m]"
+    assert all(meaning for _, meaning in told.values())
 
 
 def test_block_without_system_warns_of_nothing(tmp_path, good_result):

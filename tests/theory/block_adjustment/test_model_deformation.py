@@ -209,5 +209,5 @@ def test_a_flight_without_residuals_is_like_nothing(make_block):
 def test_a_flight_that_is_left_no_residuals_is_not_judged(make_block, monkeypatch):
     solution = adjust(make_block("grid", "affine"))
     exact = replace(solution, sum_of_squares=0.0)
-    monkeypatch.setattr(model_deformation, "adjust", lambda *_: exact)
+    monkeypatch.setattr(model_deformation, "adjust", lambda *_, **__: exact)
     assert np.isnan(examine_deformation(solution, 0).p_value)

@@ -21,11 +21,11 @@ from einschalt.interfaces.batch.changes_file import (
 from einschalt.interfaces.batch.failure_file import keep_failure
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.atomic import make_folder, said_as_file_error
-from einschalt.interfaces.files.block_folder import read_block
 from einschalt.interfaces.files.folder_lock import locked
 from einschalt.interfaces.files.output_folder import require_free
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, evidence_of
+from einschalt.interfaces.programs.block_tables import read_block
 from einschalt.pipeline.batch.block_table import DONE, row_of_failure, row_of_figures
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.progress import Stage

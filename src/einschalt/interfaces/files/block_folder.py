@@ -25,6 +25,7 @@ from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
     POINT_TABLES,
+    Readers,
 )
 from einschalt.interfaces.files.block_toml import (
     BLOCK_FILE,
@@ -34,7 +35,7 @@ from einschalt.interfaces.files.block_toml import (
     said_of,
     with_row,
 )
-from einschalt.interfaces.files.camera_toml import camera_of, read_camera
+from einschalt.interfaces.files.camera_toml import camera_of
 from einschalt.interfaces.files.grid_files import grid_folder, grids_between
 from einschalt.interfaces.files.input_files import (
     companions,
@@ -50,7 +51,6 @@ from einschalt.interfaces.files.points_of_systems import (
     standard_errors_of,
     with_plane_names,
 )
-from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
@@ -67,19 +67,19 @@ class BlockFindings:
     block: Block | None  # None where there are problems
 
 
-def read_block(path, given=None, *, kind=Block):
+def read_block(path, given=None, *, kind=Block, readers=None):
     """Read a block as ``kind``, Block or a class derived from it.
 
     ``path`` is the folder, or its block.toml; ``given``: settings that go before those
-    in it. The tables keep the line of their file as index. Several faults come together
-    in a BlockError.
+    in it; ``readers``: of files that are no plain tables as well. The tables
+    keep the line of their file as index. Several faults come together in a BlockError.
     """
-    found = find_problems(path, given, kind=kind)
+    found = find_problems(path, given, kind=kind, readers=readers)
     raise_problems(found.problems)
     return found.block
 
 
-def find_problems(path, given=None, *, kind=Block) -> BlockFindings:
+def find_problems(path, given=None, *, kind=Block, readers=None) -> BlockFindings:
     """Look for everything that is wrong with a block, without raising."""
     try:
         path = _block_file(path)
@@ -88,7 +88,7 @@ def find_problems(path, given=None, *, kind=Block) -> BlockFindings:
         toml.settings = toml.settings.updated(given or {})
     except EinschaltError as error:
         return BlockFindings((error,), (), (), None)
-    reading = _Reading(file, toml)
+    reading = _Reading(file, toml, readers or Readers())
     fields = reading.fields()
     problems = reading.toml.problems
     if not problems:
@@ -141,8 +141,9 @@ def _block_file(path):
 class _Reading:
     """Reads the tables that block.toml names, and keeps what is wrong with them."""
 
-    def __init__(self, file, toml: BlockToml):
+    def __init__(self, file, toml: BlockToml, readers: Readers):
         self.folder = file.path.parent
+        self.readers = readers
         self.toml = toml
         self.sources = {"block": toml.source}
         self.checksums = {toml.source: file.checksum()}
@@ -204,8 +205,9 @@ class _Reading:
             name, file = f"{section}.camera", self.toml.source
             return self._said(section, "camera", lambda: camera_of(given, name, file))
         self.sources[f"{section}.camera"] = given
+        read = self.readers.camera
         return self._said(
-            section, "camera", lambda: self._file(given, section, "camera", read_camera)
+            section, "camera", lambda: self._file(given, section, "camera", read)
         )
 
     def _table(self, section, key, schema, crs=None):
@@ -219,7 +221,7 @@ class _Reading:
         def read(file, source):
             said = said_of(keys, crs or self.crs)
             beside = self._companions(file.path, source, table)
-            return understand_table(file, schema, said, source=source, beside=beside)
+            return self.readers.table(file, schema, said, source=source, beside=beside)
 
         done = self._said(section, key, lambda: self._file(source, section, key, read))
         if done is None:
@@ -229,10 +231,9 @@ class _Reading:
 
     def _companions(self, path, source, table):
         """Files that belong to a table, such as the .dbf of a shapefile; signed for."""
-        names = {
-            one: str(Path(source).with_suffix(one.suffix)) for one in companions(path)
-        }
-        self.sources |= {f"{table}{one.suffix}": name for one, name in names.items()}
+        names = {one: str(Path(source).with_name(one.name)) for one in companions(path)}
+        parts = {one.name.removeprefix(path.stem): names[one] for one in names}
+        self.sources |= {f"{table}{part}": name for part, name in parts.items()}
         return tuple(self._signed(one, name) for one, name in names.items())
 
     def _file(self, source, section, key, read):

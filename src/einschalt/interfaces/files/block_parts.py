@@ -1,6 +1,11 @@
 """Which tables and facts a block folder has: read and written by the same lists."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from einschalt.foundations import tables
+from einschalt.interfaces.files.camera_toml import read_camera
+from einschalt.interfaces.files.tables_by_suffix import understand_table
 
 FLIGHT_TABLES = {
     "model_points": tables.MEASURED_MODEL_POINTS,
@@ -22,3 +27,11 @@ POINT_TABLES = {
     "control_points": tables.CONTROL_POINTS,
     "approximate_points": tables.APPROXIMATE_POINTS,
 }
+
+
+@dataclass(frozen=True)
+class Readers:
+    """How the files of a block are read: tables and cameras."""
+
+    table: Callable = understand_table
+    camera: Callable = read_camera

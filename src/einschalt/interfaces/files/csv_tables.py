@@ -18,6 +18,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -28,6 +29,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.key_columns import are_tidy
 from einschalt.foundations.tables import LINE, check_table, listed
 from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
@@ -89,7 +91,8 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
     if frame is None:
         rows = _Rows(header, source)
         frame = rows.read(data)
-    frame = _without_apostrophes(frame, schema)
+    if b"'" in data:
+        frame = _without_apostrophes(frame, schema)
     table = understood(
         frame, schema, said, meant, source, may_have_commas=may_have_commas
     )
@@ -112,7 +115,7 @@ def _without_apostrophes(frame, schema):
 def _is_plain(data, header):
     """Whether pyarrow would not pass over anything that must be said."""
     # single bytes are found ten times as fast as pairs of them
-    n_returns = data.count(b"\r")
+    n_returns = _count(data, b"\r")
     return (
         header.is_first
         and len(set(header.names)) == len(header.names)
@@ -161,13 +164,19 @@ def _read_fast(data, header, schema, numbers):
         )
     except pa.ArrowInvalid:
         return None
-    is_plain = table.num_rows == data.count(b"\n", 0, n_bytes) + 1 - header.row
+    n_lines = _count(memoryview(data)[:n_bytes], b"\n") + 1
+    is_plain = table.num_rows == n_lines - header.row
     if not is_plain or not all(_is_clean(table, column) for column in schema.columns):
         return None
     frame = table.to_pandas()
     first = header.row + 1
     frame.index = pd.RangeIndex(first, len(frame) + first, name=LINE)
     return frame
+
+
+def _count(data, sign):
+    """How often one byte occurs; five times as fast as bytes.count."""
+    return int(np.count_nonzero(np.frombuffer(data, np.uint8) == ord(sign)))
 
 
 def _is_clean(table, column):
@@ -178,6 +187,8 @@ def _is_clean(table, column):
     if pa.types.is_floating(values.type):
         return pc.all(pc.is_finite(values), min_count=0).as_py()
     is_optional = column.kind == "number" or not column.is_required
+    if is_optional or are_tidy(values):
+        return True
     return is_optional or pc.all(pc.not_equal(values, ""), min_count=0).as_py()
 
 

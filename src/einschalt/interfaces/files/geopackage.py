@@ -26,7 +26,7 @@ from einschalt.interfaces.files.arrow_columns import column_as_arrow
 from einschalt.interfaces.files.atomic import replacing
 from einschalt.interfaces.files.ellipse_layer import ellipse_layer
 from einschalt.interfaces.files.map_layers import Layer, exaggeration
-from einschalt.interfaces.files.qgis_styles import add_styles
+from einschalt.interfaces.files.qgis_styles import add_styles, claim_of
 
 GEOMETRY = "geom"
 LONGEST_REASON = 200  # characters of what GDAL says
@@ -78,7 +78,8 @@ def write_geopackage(result, path, *, ellipse_scale=None):
                 # readers of 2018 open it as well, such as QGIS 3.22
                 dataset_options={"VERSION": "1.2"},
             )
-        add_styles(file, DATE)
+        columns = {one.name: distinct_names(one.attributes) for one in layers}
+        add_styles(file, DATE, columns, claim_of(result))
 
 
 @contextmanager

@@ -208,8 +208,14 @@ def _line_of(data, place):
 
 
 def companions(path):
-    """Files without which one cannot be understood: those beside a shapefile."""
+    """Files without which one cannot be understood.
+
+    Those beside a shapefile, and reconstructions beside the control of OpenSfM, which
+    have the sizes of its images.
+    """
     path = Path(path)
+    if path.suffix.lower() == ".json":
+        return sorted(path.parent.glob("reconstruction*.json"))
     if path.suffix.lower() != ".shp":
         return []
     suffixes = (".shx", ".dbf", ".prj", ".cpg")

@@ -28,7 +28,11 @@ from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.foundations.tables import listed
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.atomic import write_text
-from einschalt.interfaces.files.input_files import read_once, read_text_bytes
+from einschalt.interfaces.files.input_files import (
+    companions,
+    read_once,
+    read_text_bytes,
+)
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
@@ -153,19 +157,8 @@ def _damaged(source, found):
 def read_odm(path, source=None) -> Markers:
     """Read a ``gcp_list.txt``: the system, then X Y Z px py image [name]."""
     source = source or Path(path).name
-    lines = read_text_bytes(path, source).decode("utf-8").splitlines()
-    numbered = [
-        (row, line.split())
-        for row, line in enumerate(lines, 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not numbered:
-        raise FileError(
-            "holds no line but comments",
-            expected="the system in the first line, then X Y Z px py image [name]",
-            remedy="Export the list again",
-            file=source,
-        )
+    data = read_text_bytes(path, source)
+    numbered = _numbered_lines(data, source)
     crs = _crs_of_line(numbered[0], source)
     is_bad = [k for k, (_, words) in enumerate(numbered) if k and not _is_row(words)]
 
@@ -188,10 +181,30 @@ def read_odm(path, source=None) -> Markers:
         points.setdefault(marked, (name, *map(float, words[:3]), role))
         rows.append((words[5], name, float(words[3]), float(words[4])))
     n_check = sum(point[-1] == "check" for point in points.values())
+    if not data.endswith((b"\n", b"\r")):
+        notes.append(f"{source}: ends without a line break: is its last line whole?")
     if n_check:
         said = count(n_check, "point")
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
     return _markers(list(points.values()), rows, crs, notes, source)
+
+
+def _numbered_lines(data, source):
+    """Words of all lines that are no comments, with their numbers."""
+    lines = data.decode("utf-8").splitlines()
+    numbered = [
+        (row, line.split())
+        for row, line in enumerate(lines, 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not numbered:
+        raise FileError(
+            "holds no line but comments",
+            expected="the system in the first line, then X Y Z px py image [name]",
+            remedy="Export the list again",
+            file=source,
+        )
+    return numbered
 
 
 def _is_row(words):
@@ -218,12 +231,12 @@ def _crs_of_line(first, source):
 
 def _names_of(numbered, source):
     """Name of the point of each row; numbers where the list has none."""
-    places, names = {}, []
+    places, first_at, names = {}, {}, []
     for row, words in numbered:
         place = tuple(words[:3])
         name = words[6] if len(words) > 6 else None
-        name = name or next((n for n, p in places.items() if p == place), None)
-        name = name or str(len(places) + 1)
+        name = name or first_at.get(place) or str(len(places) + 1)
+        first_at.setdefault(place, name)
         if places.setdefault(name, place) != place:
             raise TableError(
                 f"point {name} has other coordinates than in an earlier line",
@@ -236,15 +249,17 @@ def _names_of(numbered, source):
     return names
 
 
-def read_opensfm(path, source=None) -> Markers:
+def read_opensfm(path, source=None, beside=()) -> Markers:
     """Read ``ground_control_points.json``, with the sizes of reconstruction*.json.
+
+    ``beside``: those files, where they were read before.
 
     OpenSfM counts from the middle of an image in units of its longer side; pixels need
     that side, which the reconstruction beside it has.
     """
     source = source or Path(path).name
     given = _json(path, source)
-    sizes = _image_sizes(Path(path).parent)
+    sizes = _image_sizes(beside or companions(path))
     points, rows, unknown = [], [], set()
     try:
         for one in given["points"]:
@@ -284,11 +299,12 @@ def _json(path, source):
         ) from error
 
 
-def _image_sizes(folder):
-    """Width and height of images, by name, of all reconstructions in a folder."""
+def _image_sizes(files):
+    """Width and height of images, by name, of all reconstructions."""
     sizes = {}
-    for path in sorted(folder.glob("reconstruction*.json")):
-        parts = _json(path, path.name)
+    for file in files:
+        path = Path(file)
+        parts = _json(file, path.name)
         try:
             for part in parts:
                 for image, shot in part["shots"].items():

@@ -40,6 +40,8 @@ NUMBER_BYTES = 8
 MOST_PACKED = 100
 HARMLESS_BYTES = 2**27  # 16 million rows
 LONGEST_SAID = 200
+# so many that the dictionary of their names fits into a page and the caches
+ROWS_OF_A_GROUP = 2**15
 
 
 def read_parquet(path, schema, *, source=None):
@@ -114,8 +116,9 @@ def _read_columns(data, schema, said, source):
     meant = meant_header(names, schema, said, source)
     meaning = dict(zip(names, meant.names, strict=True))
     coded = [n for n in names if n in paths and meaning[n] in schema.id_names]
-    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
     place = _geometry_of(metadata, names)
+    coded += [place[0]] if place else []  # may be huge, in all rows
+    stored = parquet.ParquetFile(file, metadata=metadata, read_dictionary=coded)
     known = [name for name in dict.fromkeys(names) if meaning[name] in schema.names]
     table = stored.read(columns=known + ([place[0]] if place else []))
     found = {name: [] for name in table.column_names}
@@ -123,7 +126,9 @@ def _read_columns(data, schema, said, source):
         is_number = meaning[name] in schema.number_names
         is_shape = place is not None and name == place[0]
         found[name].append(
-            column if is_shape else _understood(column, name, is_number, source)
+            _plain(column, source)
+            if is_shape
+            else _understood(column, name, is_number, source)
         )
     empty = pa.nulls(metadata.num_rows)
     columns = [found[name].pop(0) if found.get(name) else empty for name in names]
@@ -169,10 +174,8 @@ def _unreadable(data, source):
 
 def _understood(column, name, is_number, source):
     """Numbers as float, anything else as text."""
+    column = _plain(column, source)
     kind = column.type
-    if pa.types.is_dictionary(kind):
-        column = _decoded(column, source)
-        kind = column.type
     is_measure = pa.types.is_integer(kind) or pa.types.is_floating(kind)
     if is_number and (is_measure or pa.types.is_decimal(kind)):
         return column.cast(pa.float64(), safe=False)
@@ -197,14 +200,24 @@ def _understood(column, name, is_number, source):
     return text
 
 
+def _plain(column, source):
+    """The column without codes."""
+    is_coded = pa.types.is_dictionary(column.type)
+    return _decoded(column, source) if is_coded else column
+
+
 def _decoded(column, source):
     """Write out the codes of a dictionary, where that gives no monster."""
     chunks = column.chunks
     n_bytes = 0
     for chunk in chunks:
-        if pa.types.is_string(chunk.type.value_type):
-            lengths = pc.binary_length(chunk.dictionary).take(chunk.indices)
-            n_bytes += pc.sum(lengths, min_count=0).as_py()
+        kind = chunk.type.value_type
+        if pa.types.is_string(kind) or pa.types.is_binary(kind):
+            lengths = pc.binary_length(chunk.dictionary)
+            at_most = len(chunk) * (pc.max(lengths).as_py() or 0)
+            if at_most > MOST_PACKED * chunk.nbytes:  # few names may be long
+                at_most = pc.sum(lengths.take(chunk.indices), min_count=0).as_py()
+            n_bytes += at_most
     _refuse_unpacked(n_bytes, column.nbytes, source)
     decoded = [chunk.dictionary_decode() for chunk in chunks]
     return pa.chunked_array(decoded, column.type.value_type)
@@ -235,4 +248,6 @@ def write_parquet(frame, path):
     )
     # pyarrow takes names of files only where they are Unicode
     with replacing(path) as hidden, hidden.open("wb") as file:
-        parquet.write_table(table, file, compression="zstd")
+        parquet.write_table(
+            table, file, compression="zstd", row_group_size=ROWS_OF_A_GROUP
+        )

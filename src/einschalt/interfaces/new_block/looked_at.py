@@ -11,6 +11,7 @@ from einschalt.foundations.errors import (
     EinschaltError,
     FileError,
     TableError,
+    name_some,
     raise_problems,
 )
 from einschalt.foundations.projections import read_source_crs
@@ -20,6 +21,7 @@ from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
 from einschalt.interfaces.files.tables_by_suffix import READ_SUFFIXES, understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.programs import block_tables, recognised
 
 # by what they require, the most particular first
 KINDS = {
@@ -76,12 +78,13 @@ class Looked:
 
 
 def files_below(folder):
-    """Files of a folder that may be tables or cameras."""
-    known = (*READ_SUFFIXES, ".toml")
+    """Files of a folder that may be tables or cameras; images are not looked at."""
+    known = (*READ_SUFFIXES, ".toml", ".json", *recognised.SUFFIXES)
     return sorted(
         path
         for path in Path(folder).iterdir()
         if path.suffix.lower() in known
+        and path.suffix.lower() not in recognised.IMAGES
         and path.is_file()
         and not path.name.startswith(".")
     )
@@ -97,6 +100,9 @@ def look_at(path, said) -> list[Looked]:
     file = read_once(path, path.name)
     if path.suffix.lower() == ".toml":
         return _camera(file, said)
+    foreign = _foreign(file, said)
+    if foreign is not None:
+        return foreign
     parts = _parts(file, said)
     found, refused = [], []
     for part in parts:
@@ -108,6 +114,35 @@ def look_at(path, said) -> list[Looked]:
     questions = [error for error in refused if _is_of_rows(error)]
     if questions or not found:
         raise (questions or refused)[0]
+    return found
+
+
+def _foreign(file, said):
+    """Tables of another program's file; None where it is a plain table."""
+    if said.columns or said.decimal:
+        return None
+    beside = tuple(read_once(one, one.name) for one in companions(file.path))
+    foreign = block_tables.found_in(file, file.source, beside)
+    if foreign is None:
+        return None
+    own = Said(crs=said.crs)
+    found = []
+    for kind in ("ground", "image_points"):
+        if block_tables.STANDS_FOR[KINDS[kind].name] not in foreign.tables:
+            continue
+        table = block_tables.table_of(foreign, KINDS[kind], file.source)
+        if len(table.frame):
+            found.append(_looked(file, kind, table, own))
+    if foreign.cameras:
+        found.append(Looked(file.path, "camera", pd.DataFrame(), own))
+    if not found:
+        held = name_some(name.replace("_", " ") for name in foreign.tables)
+        raise FileError(
+            f"holds {held}, of which no block is made",
+            expected="ground points, image points or a camera",
+            remedy="Leave it out",
+            file=file.source,
+        )
     return found
 
 
@@ -146,6 +181,24 @@ def _parts(file, said):
     return parts if len(parts) > 1 else [said]
 
 
+def _fitting(kind, table):
+    """Schema of a kind of table, in the system that its points have."""
+    names = set(table.frame.columns)
+    is_geographic = {"longitude", "latitude"} <= names and kind == "ground"
+    degrees = read_source_crs(point_layers.WGS_84)
+    return schema_in(KINDS[kind], degrees) if is_geographic else KINDS[kind]
+
+
+def _looked(file, kind, table, said):
+    """The table, checked."""
+    fit = _fitting(kind, table)
+    checked = tables.check_table(table.frame, fit, source=file.source)
+    raise_problems(checked.problems)
+    left_out = tuple(n for n in table.frame if n not in fit.names)
+    found = (said, table.notes, table.crs, left_out)
+    return Looked(file.path, kind, checked.frame, *found)
+
+
 def _table(file, said):
     """The table as the first kind whose columns it has."""
     beside = [read_once(one, one.name) for one in companions(file.path)]
@@ -160,16 +213,9 @@ def _table(file, said):
         except EinschaltError as error:
             question = question or (error if _is_of_rows(error) else None)
             continue
-        names = set(table.frame.columns)
-        is_geographic = {"longitude", "latitude"} <= names and kind == "ground"
-        degrees = read_source_crs(point_layers.WGS_84)
-        fit = schema_in(schema, degrees) if is_geographic else schema
-        if {c.name for c in fit.columns if c.is_required} <= names:
-            checked = tables.check_table(table.frame, fit, source=file.source)
-            raise_problems(checked.problems)
-            left_out = tuple(n for n in table.frame if n not in fit.names)
-            found = (own, table.notes, table.crs, left_out)
-            return Looked(file.path, kind, checked.frame, *found)
+        fit = _fitting(kind, table)
+        if {c.name for c in fit.columns if c.is_required} <= set(table.frame):
+            return _looked(file, kind, table, own)
     if question is not None:
         raise question
     raise FileError(

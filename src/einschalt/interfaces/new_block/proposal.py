@@ -29,6 +29,7 @@ class Question:
     text: str
     suggested: object = None  # taken with --yes; None: there is nothing to suggest
     may_be_left_out: bool = False
+    without: str = ""  # what there is not where it is left out
 
     @property
     def has_suggestion(self):
@@ -213,13 +214,16 @@ def _questions(proposal, named):
         could = systems_of(known.frame) if "easting" in known.frame else []
         said = f", such as {name_some(could, 8)}" if could else ""
         text = f"Reference system of the coordinates{said}; empty for a local one"
-        questions.append(Question("block", "crs", "--crs", text, may_be_left_out=True))
+        without = "no place on the earth, so no KML and no other system"
+        crs = Question("block", "crs", "--crs", text, None, True, without)
+        questions.append(crs)
     error = "control_points", "standard_error_m"
     has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}
     if not has_errors and error not in proposal.values:
         text = "TOTAL standard error of the control points [m]; empty if unknown"
         option = "--control-error-m"
-        questions.append(Question(*error, option, text, may_be_left_out=True))
+        without = "no errors are propagated, and no ellipses drawn"
+        questions.append(Question(*error, option, text, None, True, without))
     for name, tables in named.items():
         word = name.partition("_")[0]
         asked = {

@@ -1,5 +1,7 @@
 """What was read from a file of another program: plain tables, a system, notes."""
 
+import csv
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +14,7 @@ from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.text_encodings import read_table_text
 
 # of files that come after the manual alone
+MOST_SAID = 200  # characters of what a file is found to say
 UNSEEN = "read after the manual; no file of the program itself was seen"
 
 
@@ -42,7 +45,11 @@ class Line:
 def damaged(source, found, expected="whole data", row=None):
     """FileError of a file that another program has not written so."""
     return FileError(
-        found, expected=expected, remedy="Export it again", file=source, row=row
+        shortened(found, MOST_SAID),
+        expected=expected,
+        remedy="Export it again",
+        file=source,
+        row=row,
     )
 
 
@@ -84,13 +91,25 @@ def numbers_of(lines, source, start, stop, expected):
     return np.array(values, dtype=float).reshape(len(lines), stop - start)
 
 
+def cells_of(text, source, row):
+    """Cells of a line that commas part, with quotes around texts.
+
+    >>> cells_of('"P, 1",2', "a.csv", 1)
+    ['P, 1', '2']
+    """
+    try:
+        return next(csv.reader([text]))
+    except csv.Error as error:
+        raise damaged(source, f"cannot be parted: {error}", "cells", row) from error
+
+
 def is_finite(word):
     """Whether a word is a number, and neither NaN nor infinite.
 
     >>> is_finite("1e3"), is_finite("nan"), is_finite("1e999")
     (True, False, False)
     """
-    return is_number(word) and bool(np.isfinite(float(word)))
+    return is_number(word) and math.isfinite(float(word))
 
 
 def require_rows(lines, source, expected):

@@ -10,11 +10,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.number_parsing import is_number
 from einschalt.interfaces.programs.foreign import Foreign, damaged
 from einschalt.interfaces.programs.handed_over import MOST_FULL
 from einschalt.interfaces.programs.plain_xml import each, read_xml, xml_bytes
 
 NAMESPACE = "http://www.gnu.org/software/gama/gama-local"
+MOST_ROWS = 2**31  # of a matrix that is announced
 MM2 = 1e6
 EXPECTED = "observed coordinates of gama-local with a cov-mat"
 
@@ -127,9 +130,9 @@ def _points_and_values(file):
     points = list(each(group, "point"))
     letters = "yxz" if all(p.get("z") for p in points) else "yx"
     try:
-        xyz = np.array([[float(p.get(c)) for c in letters] for p in points])
-        dim, band = int(matrix.get("dim")), int(matrix.get("band"))
-        values = np.array((matrix.text or "").split(), dtype=float)
+        xyz = np.array([[_number(p.get(c)) for c in letters] for p in points])
+        dim, band = (min(int(matrix.get(n)), MOST_ROWS) for n in ("dim", "band"))
+        values = np.array([_number(word) for word in (matrix.text or "").split()])
     except (TypeError, ValueError) as error:
         raise damaged(file.source, f"a number is missing: {error}", EXPECTED) from error
     if not np.isfinite(xyz).all() or not np.isfinite(values).all() or band < 0:
@@ -142,6 +145,13 @@ def _points_and_values(file):
     table = pd.DataFrame(xyz, columns=names)
     table.insert(0, "point_id", [point.get("id") for point in points])
     return table, values / MM2, band
+
+
+def _number(word):
+    """A number; float takes 1_0 for one, and digits of all scripts."""
+    if word is None or not is_number(word):
+        raise ValueError(repr(shortened(word)))
+    return float(word)
 
 
 def _counts(dim, band):

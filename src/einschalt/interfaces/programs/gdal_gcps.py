@@ -3,7 +3,6 @@
 Pixels are counted from the upper left corner of the image, x to the right, y down.
 """
 
-import csv
 import io
 import warnings
 
@@ -12,7 +11,13 @@ import pandas as pd
 
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
+from einschalt.interfaces.programs.foreign import (
+    Foreign,
+    cells_of,
+    damaged,
+    is_finite,
+    lines_of,
+)
 from einschalt.interfaces.programs.plain_xml import child, each, read_xml
 
 VRT = "a VRT with a GCPList"
@@ -20,6 +25,8 @@ TIFF = "a GeoTIFF with tie points"
 ARCGIS = "GeodataXform with SourceGCPs and TargetGCPs"
 QGIS = "mapX,mapY,sourceX,sourceY,enable and lines of five columns or more"
 TIE_POINTS, SCALE, GEO_KEYS = 33922, 33550, 34735
+# where strips or tiles of the image begin, and how long they are
+PARTS = ((273, 279), (324, 325))
 RASTER_KEY, GEOGRAPHIC_KEY, PROJECTED_KEY = 1025, 2048, 3072
 PIXEL_IS_POINT = 2
 USER_DEFINED = 32767
@@ -115,6 +122,10 @@ def read_geotiff(file) -> Foreign:
             raise damaged(file.source, found, TIFF) from error
         except (KeyError, TypeError, Image.DecompressionBombError) as error:
             raise damaged(file.source, "its tags are damaged", TIFF) from error
+    for starts, counts in PARTS:
+        ends = np.add(tags.get(starts, (0,)), tags.get(counts, (0,)))
+        if ends.max(initial=0) > len(file.data):
+            raise damaged(file.source, "ends before its image: it is cut off", TIFF)
     ties = np.array(tags.get(TIE_POINTS, ()), dtype=float)
     keys = _geo_keys(tags.get(GEO_KEYS, ()))
     if SCALE in tags or not len(ties) or len(ties) % 6:
@@ -145,7 +156,7 @@ def read_qgis(file) -> Foreign:
             places = [_place(names, n) for n in ("sourceX", "sourceY", "mapX", "mapY")]
             switch = names.index("enable") if "enable" in names else None
         elif not line.text.startswith("#"):
-            cells = next(csv.reader([line.text]))
+            cells = cells_of(line.text, file.source, line.row)
             row = _numbers(cells, places, file.source, line)
             has_switch = switch is not None and switch < len(cells)
             is_on = not has_switch or cells[switch].strip() not in ("0", "false")

@@ -1,14 +1,17 @@
 """References of markers as Metashape imports and exports them: CSV with accuracies."""
 
-import csv
-import io
-
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import code_of, read_source_crs
-from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
+from einschalt.interfaces.programs.foreign import (
+    Foreign,
+    cells_of,
+    damaged,
+    is_finite,
+    lines_of,
+)
 
 HEAD = "#Label,X/Easting,Y/Northing,Z/Altitude,Accuracy_X/Y_(m),Accuracy_Z_(m),Enable"
 SYSTEM = "# CoordinateSystem: "
@@ -30,15 +33,21 @@ def write_reference(handed, path):
         *(points[name] for name in ("point_id", "easting", "northing")),
         *(handed.heights, plan, upright, points["role"]),
     )
-    text = io.StringIO()
-    out = csv.writer(text, lineterminator="\n")
+    rows = []
     for name, *numbers, role in zip(*columns, strict=True):
         said = [f"{v:.5f}" if np.isfinite(v) else "" for v in numbers]
-        out.writerow([name, *said, 0 if role == "check" else 1])
+        rows.append(",".join([_quoted(name), *said, "0" if role == "check" else "1"]))
     system = [] if handed.crs is None else [f"{SYSTEM}{handed.crs}"]
-    lines = "\n".join([*system, HEAD, text.getvalue()])
+    lines = "\n".join([*system, HEAD, *rows, ""])
     path.write_text(lines, encoding="utf-8", newline="\n")
     return ["accuracy in plan is that of one coordinate; check points are not enabled"]
+
+
+def _quoted(name):
+    """A name in quotes where it would not come back without: # begins a comment."""
+    text = str(name)
+    is_special = text.startswith("#") or any(sign in text for sign in ',"')
+    return '"{}"'.format(text.replace('"', '""')) if is_special else text
 
 
 def is_reference(head):
@@ -90,7 +99,7 @@ def _places(line, source):
 
 
 def _row(line, places, source):
-    cells = next(csv.reader([line.text]))
+    cells = cells_of(line.text, source, line.row)
     if len(cells) < places["count"]:
         said = f"{line.text[:60]!r} has {len(cells)} of {places['count']} columns"
         raise damaged(source, said, EXPECTED, line.row)

@@ -8,12 +8,14 @@ control list has the points in plan (number, x, y, class), a line -99, the heigh
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation
 from einschalt.interfaces.programs.foreign import (
     UNSEEN,
     Foreign,
     damaged,
+    is_finite,
     lines_of,
     numbers_of,
     orientations,
@@ -137,10 +139,12 @@ def read_orientations(file) -> Foreign:
         names.append(part[0][0])
         heads.append(part[0][1])
         values.append([w for w, _ in part[1:]])
-    try:
-        values = np.array(values, dtype=float)
-    except ValueError as error:
-        raise damaged(file.source, str(error), ORIENTATION) from error
+    for row, words in zip(heads, values, strict=True):
+        wrong = [word for word in words if not is_finite(word)]
+        if wrong:
+            found = f"{shortened(wrong[0])!r} is no number"
+            raise damaged(file.source, found, ORIENTATION, row)
+    values = np.array(values, dtype=float)
     matrices = values[:, 3:].reshape(-1, 3, 3)
     _require_rotations(matrices, heads, file.source)
     # a11 … a33 turn a vector of the image into the frame of the ground

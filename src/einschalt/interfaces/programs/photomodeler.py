@@ -1,6 +1,5 @@
 """Exports of PhotoModeler, as DBAT reads them: points, marks, and whole projects."""
 
-import csv
 import re
 from dataclasses import replace
 from itertools import pairwise
@@ -14,6 +13,7 @@ from einschalt.interfaces.files.text_encodings import read_table_text
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     Line,
+    cells_of,
     damaged,
     is_finite,
     lines_of,
@@ -63,9 +63,9 @@ def _table(file):
     for row, line in enumerate(text.splitlines(), 1):
         if head is None:
             is_head = line.startswith((MARKS, POINTS))
-            head = next(csv.reader([line])) if is_head else None
+            head = cells_of(line, file.source, row) if is_head else None
         elif line.strip():
-            words = [word.strip() for word in next(csv.reader([line]))]
+            words = [word.strip() for word in cells_of(line, file.source, row)]
             rows.append(Line(row, words, line))
     if not head or not rows:
         raise damaged(file.source, "holds no rows", EXPECTED)

@@ -11,7 +11,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError, name_some
-from einschalt.interfaces.files.input_files import is_there, read_once, require_file
+from einschalt.interfaces.files.input_files import (
+    ReadFile,
+    is_there,
+    read_once,
+    require_file,
+)
 from einschalt.interfaces.programs import (
     bingo,
     colmap,
@@ -32,6 +37,7 @@ from einschalt.interfaces.programs.foreign import Foreign
 
 PLUGINS = "einschalt.readers"
 HEAD_BYTES = 4096
+MOST_BYTES = 2**31
 
 
 @dataclass(frozen=True)
@@ -105,6 +111,8 @@ FORMATS = (
     ),
 )
 BY_NAME = {one.name: one for one in FORMATS}
+IMAGES = (".tif", ".tiff")  # large, and seldom with points
+SUFFIXES = tuple({suffix: None for one in FORMATS for suffix in one.suffixes})
 
 
 def reader_of(path, name=None):
@@ -113,7 +121,7 @@ def reader_of(path, name=None):
     ``name``: of the format, where it is said. A FileError where there is none of it, or
     the file is not there.
     """
-    path = Path(path)
+    file, path = path, Path(path)
     if name is not None:
         return _named(name)
     if path.is_dir():
@@ -124,8 +132,8 @@ def reader_of(path, name=None):
     if plugin is not None:
         return plugin
     if micmac.is_homologous(path):
-        return micmac.read_homologous
-    head, suffix = _head(path), path.suffix.lower()
+        return lambda given: micmac.read_homologous(Path(given))
+    head, suffix = _head(file), path.suffix.lower()
     for one in FORMATS:
         is_known = suffix in one.suffixes
         is_known &= not one.stems or path.stem.casefold() in one.stems
@@ -149,6 +157,7 @@ def read_foreign(path, name=None) -> Foreign:
 
 def _of_file(known):
     def read(path):
+        _refuse_size(path)
         file = read_once(path, Path(path).name)
         found = known.read(file)
         is_text = not set(known.suffixes) & {*XML, *CLOSED}
@@ -161,7 +170,23 @@ def _of_file(known):
     return read
 
 
+def _refuse_size(path):
+    """Refuse what would be read as a whole and is no list of points."""
+    if isinstance(path, ReadFile) or not is_there(Path(path)):
+        return
+    n_bytes = Path(path).stat().st_size
+    if n_bytes > MOST_BYTES:
+        raise FileError(
+            f"has {n_bytes} bytes",
+            expected=f"at most {MOST_BYTES}",
+            remedy="Export its points alone, or less at once",
+            file=Path(path).name,
+        )
+
+
 def _head(path):
+    if isinstance(path, ReadFile):
+        return path.data[:HEAD_BYTES]
     with require_file(path, path.name).open("rb") as file:
         return file.read(HEAD_BYTES)
 
@@ -201,7 +226,7 @@ def _plugin(name):
     """Reader of an installed package, by its suffix or its word."""
     for point in entry_points(group=PLUGINS):
         if point.name == name:
-            return lambda path: _of_plugin(point, path)
+            return lambda path: _of_plugin(point, Path(path))
     return None
 
 

@@ -10,9 +10,10 @@ from datetime import datetime
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.projections import read_crs, to_geocentric
-from einschalt.interfaces.programs.foreign import Foreign, damaged, lines_of
+from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite, lines_of
 from einschalt.interfaces.programs.handed_over import MOST_FULL
 
 AXES = ("STAX", "STAY", "STAZ")
@@ -160,8 +161,8 @@ def read_covariance(file):
         station, axis = tuple(line.words[2:5]), line.words[1]
         try:
             places[int(line.words[0])] = (station, axis)
-            stations.setdefault(station, {})[axis] = float(line.words[8])
-            errors[station, axis] = float(line.words[9])
+            stations.setdefault(station, {})[axis] = _number(line.words[8])
+            errors[station, axis] = _number(line.words[9])
         except ValueError as error:
             raise damaged(file.source, str(error), EXPECTED, line.row) from error
     is_whole = stations and all(set(AXES) == set(one) for one in stations.values())
@@ -178,6 +179,13 @@ def read_covariance(file):
     own = np.array([errors[pair] for pair in order])
     table = pd.DataFrame(rows, columns=["point_id", "x", "y", "z"])
     return table, _covariance(blocks, of_number, own, file.source)
+
+
+def _number(word):
+    """A finite number; float takes nan for one, and 1_0."""
+    if not is_finite(word):
+        raise ValueError(f"{shortened(word)!r} is no number")
+    return float(word)
 
 
 def _blocks(file):
@@ -221,7 +229,7 @@ def _covariance(blocks, of_number, errors, source):
     for line in blocks[MATRIX]:
         try:
             one, start = int(line.words[0]), int(line.words[1])
-            values = [float(word) for word in line.words[2:]]
+            values = [_number(word) for word in line.words[2:]]
         except (ValueError, IndexError) as error:
             raise damaged(source, str(error), EXPECTED, line.row) from error
         for offset, value in enumerate(values):

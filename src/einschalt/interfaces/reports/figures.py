@@ -28,6 +28,7 @@ from einschalt.interfaces.reports.map_sheet import (
     round_down,
     svg_of,
 )
+from einschalt.interfaces.reports.precision_colours import error_range
 
 NEW = "#6b7c85"
 COLOURS = {"control": "#0b4f8a", "check": "#b4430b"}
@@ -113,9 +114,7 @@ def _draw_new_ellipses(sheet, result, points):
 
 
 def _norm(error_cm):
-    """Range of the colours: all values, or nearly all where a few are far out."""
-    low, high = error_cm.min(), error_cm.max()
-    high = min(high, 2.0 * np.quantile(error_cm, 0.95))
+    low, high = error_range(error_cm)
     return mpl.colors.Normalize(low, high if high - low > 1e-9 else low + 1.0)
 
 

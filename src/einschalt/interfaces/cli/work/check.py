@@ -8,8 +8,8 @@ from rich.console import Console
 
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.interfaces.cli.exits import WRONG, print_out
-from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.columns_page import explanation_of
+from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 from einschalt.pipeline.block.output_system import with_output_system
 

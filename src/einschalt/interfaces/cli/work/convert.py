@@ -16,6 +16,7 @@ from einschalt.interfaces.files.points_of_systems import is_same_plane
 from einschalt.interfaces.files.tables_by_suffix import WRITTEN_SUFFIXES, write_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.looked_at import KINDS, look_at
+from einschalt.interfaces.programs.block_tables import marker_reader_of
 from einschalt.interfaces.programs.recognised import reader_of
 
 CONTROL, IMAGES = "control_points.csv", "image_points.csv"
@@ -27,7 +28,7 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
     if read is not None:
         _convert_foreign(read(given), given, output, crs)
         return
-    read = _reader(given)
+    read = marker_reader_of(given)
     if read is not None:
         markers = _in_system(read(given, given.name), crs, given)
         _convert_markers(markers, given, output)
@@ -74,17 +75,6 @@ def _no_folder(output):
         remedy="Name a folder",
         file=output,
     )
-
-
-def _reader(path):
-    """Function that reads markers of this kind; None where it is a table."""
-    suffix = path.suffix.lower()
-    if suffix == ".xml":
-        return marker_files.read_metashape
-    if suffix == ".json":
-        return marker_files.read_opensfm
-    is_list = path.name.casefold().startswith("gcp_list") and suffix == ".txt"
-    return marker_files.read_odm if is_list else None
 
 
 def _in_system(markers, crs, given):

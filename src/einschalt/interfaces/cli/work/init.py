@@ -6,12 +6,16 @@ from pathlib import Path
 
 import typer
 
-from einschalt.foundations.errors import EinschaltError, OutputError, SettingsError
+from einschalt.foundations.errors import (
+    EinschaltError,
+    OutputError,
+    SettingsError,
+    TableError,
+)
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.atomic import make_folder, write_text
-from einschalt.interfaces.files.block_folder import find_problems
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
     SCHEMA_FILE,
@@ -22,6 +26,7 @@ from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.new_block.block_text import TEMPLATE, block_text
 from einschalt.interfaces.new_block.looked_at import files_below, look_at
 from einschalt.interfaces.new_block.proposal import answered, propose
+from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
 
 PLACES = {
@@ -31,6 +36,11 @@ PLACES = {
     "high_m_g_um": ("high_flight", "m_g_um"),
     "low_m_g_um": ("low_flight", "m_g_um"),
     "control_error_m": ("control_points", "standard_error_m"),
+}
+# what messages tell to say in block.toml, and the options of this command for it
+ANSWERS = {
+    'decimal = ","': "--decimal , if they are decimal commas; otherwise take them out",
+    "columns = {easting": "--easting and --northing, the names of their columns",
 }
 ASSUMED = "assumed, since no file tells: correct it"
 
@@ -85,7 +95,10 @@ def require_new(folder):
 def _look(files, folder, said):
     """Tables of the files that were named, or of those in the folder."""
     if files:
-        return [one for path in files for one in look_at(path, said)]
+        try:
+            return [one for path in files for one in look_at(path, said)]
+        except TableError as error:
+            raise _answered_by_option(error) from None
     found = []
     for path in files_below(folder) if Path(folder).is_dir() else []:
         try:
@@ -99,6 +112,13 @@ def _look(files, folder, said):
             remedy="Name them after --from, or write --template",
         )
     return found
+
+
+def _answered_by_option(error):
+    """A question to which block.toml has the answer later, and an option now."""
+    options = (o for words, o in ANSWERS.items() if words in (error.remedy or ""))
+    option = next(options, None)
+    return error if option is None else error.with_facts(remedy=f"Give {option}")
 
 
 def _given(options, proposal):
@@ -156,7 +176,7 @@ def _answer(question, yes):
         return _asked(question), "as you say"
     place = f"[{question.section}] {question.key}"
     if question.suggested is None:
-        print_out(f"{place}: left out ({question.option})")
+        print_out(f"{place}: left out, so {question.without} ({question.option})")
     else:
         print_out(f"{place} = {question.suggested:g}: {ASSUMED} ({question.option})")
     return question.suggested, ASSUMED
