@@ -13,7 +13,7 @@ from einschalt.foundations.column_meanings import TABLES, meaning_of
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import FileError
 from einschalt.interfaces.files.result_folder import decimals_of
-from einschalt.interfaces.programs.extras import imported
+from einschalt.foundations.extras import imported
 
 ABOUT, COLUMNS = "about", "columns"
 MOST_ROWS = 1_048_575
