@@ -20,14 +20,8 @@ from einschalt.stages.held_out_points import (
 )
 from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.transformation_kinds import PLANE, TRANSFORMATION_KINDS
-from einschalt.theory.residual_distribution.gridded_shifts import (
-    COLLOCATION,
-    LEAST_POINTS,
-    NATURAL_NEIGHBOUR,
-    gridded_shifts,
-)
 
-METHODS = (COLLOCATION, NATURAL_NEIGHBOUR)
+METHODS = ("collocation", "natural_neighbour")
 OUTLIERS = ("set_aside", "keep")
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 CONTRADICTS = "contradicts its neighbours"
@@ -67,8 +61,8 @@ class GriddedTransformation(ModelTransformation):
         coverage, model_id, method, outliers, cell [m], n_rows, n_columns, noise (of a
         point by itself, per coordinate) [m], half_range (at which covariance has
         fallen to half) [m], freedom (of Student's t: small for long tails), n_left_out,
-        share_wrong (of all points, as their tails say), interpolation_error (largest
-        seen, between nodes against the method itself) [m].
+        share_wrong (of all points, as their tails say), interpolation_error (RMS,
+        between nodes, against the method itself), interpolation_error_largest [m].
         """
         rows = [
             {"method": self.method, "outliers": self.outliers, **_facts(one)}
@@ -92,7 +86,7 @@ class GriddedTransformation(ModelTransformation):
 
     @property
     def held_out_good(self):
-        """The rows of :attr:`held_out` that contradict no neighbours, the others NaN."""
+        """The table :attr:`held_out`, NaN for points that were left out."""
         table = self.held_out
         for k, one in enumerate(self.grids):
             if one is not None:
@@ -132,8 +126,9 @@ class GriddedTransformation(ModelTransformation):
             name = "" if len(table) == 1 else f"{row.model_id}: "
             lines.append(
                 f"{name}cells of {row.cell:g} m ({row.n_rows:.0f} × {row.n_columns:.0f}"
-                f" nodes), interpolation between them within "
-                f"{row.interpolation_error * 1e3:.2g} mm of the method itself"
+                f" nodes), between them {row.interpolation_error * 1e3:.2g} mm from "
+                f"the method itself (RMS; at most "
+                f"{row.interpolation_error_largest * 1e3:.2g})"
             )
         error, n_held = held_out_error(self.held_out_good[DIFFERENCES])
         of = typesetting.count(n_held, "point")
@@ -168,7 +163,8 @@ def _facts(one):
         "freedom": one.ellipses.tails.freedom,
         "n_left_out": int((~one.trusted).sum()),
         "share_wrong": one.ellipses.tails.share_wrong,
-        "interpolation_error": one.interpolation,
+        "interpolation_error": one.interpolation[0],
+        "interpolation_error_largest": one.interpolation[1],
     }
 
 
@@ -222,13 +218,21 @@ def distribute_in_grid(fit, method, *, outliers="set_aside", cell=None):
 
 
 def _made(fit, k, method, outliers, cell):
-    source, target = fit.observed.source[_rows(fit, k)], fit.observed.target[_rows(fit, k)]
+    # compiled code and scipy.optimize, for which nobody else shall wait
+    from einschalt.theory.residual_distribution.gridded_shifts import (  # noqa: PLC0415
+        LEAST_POINTS,
+        gridded_shifts,
+    )
+
+    rows = _rows(fit, k)
+    source, target = fit.observed.source[rows], fit.observed.target[rows]
     model = fit.models["model_id"].iloc[k]
     if len(source) < LEAST_POINTS:
+        found = typesetting.count(len(source), "identical point")
         raise GeometryError(
-            f"{typesetting.count(len(source), 'identical point')} to be distributed "
-            f"by {method}",
-            expected=f"{LEAST_POINTS} or more: fewer do not tell how alike neighbours are",
+            f"{found} to be distributed by {method}",
+            expected=f"{LEAST_POINTS} or more: fewer do not tell how alike neighbours "
+            "are",
             remedy="Distribute them in triangles",
             model=model,
         )
@@ -259,3 +263,15 @@ def _left_out(fit, grids):
             )
         )
     return pd.concat(parts, ignore_index=True)
+
+
+def with_grids(fit, distribution):
+    """A GriddedTransformation again, from its table ``distribution``.
+
+    ``fit``: the ModelTransformation, of the same identical points.
+    """
+    first = distribution.dropna(subset="cell").iloc[0]
+    cells = distribution["cell"].to_numpy(dtype=float)
+    return distribute_in_grid(
+        fit, first["method"], outliers=first["outliers"], cell=cells
+    )

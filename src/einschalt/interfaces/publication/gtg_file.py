@@ -10,8 +10,8 @@ import io
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.interfaces.files.atomic import write_bytes
 from einschalt.foundations.extras import imported
+from einschalt.interfaces.files.atomic import write_bytes
 
 BANDS = ("easting_offset", "northing_offset")
 ACCURACIES = tuple(f"{band}_accuracy" for band in BANDS)
@@ -87,19 +87,23 @@ def _epsg(target):
 def _metadata(name, area, code):
     """What PROJ and GDAL read of the bands, as GDAL writes it."""
     # imported where a grid is written: no command waits for it
-    from xml.etree import ElementTree as ET  # noqa: N817, PLC0415
+    from xml.etree import ElementTree as ET  # noqa: PLC0415
 
     root = ET.Element("GDALMetadata")
-    facts = {"TYPE": "HORIZONTAL_OFFSET", "interpolation_method": "bilinear"}
-    facts |= {"grid_name": name, "area_of_use": area}
+
+    def say(name, text, **more):
+        ET.SubElement(root, "Item", name=name, **more).text = text
+
+    say("TYPE", "HORIZONTAL_OFFSET")
+    say("interpolation_method", "bilinear")
+    say("grid_name", name)
+    say("area_of_use", area)
     if code is not None:
-        facts["target_crs_epsg_code"] = str(code)
-    for key, value in facts.items():
-        ET.SubElement(root, "Item", name=key).text = value
+        say("target_crs_epsg_code", str(code))
     for sample, band in enumerate(BANDS + ACCURACIES):
-        at = {"sample": str(sample)}
-        ET.SubElement(root, "Item", name="DESCRIPTION", role="description", **at).text = band
-        ET.SubElement(root, "Item", name="UNITTYPE", role="unittype", **at).text = "metre"
+        of_band = {"sample": str(sample)}
+        say("DESCRIPTION", band, role="description", **of_band)
+        say("UNITTYPE", "metre", role="unittype", **of_band)
         if band in WAYS:
-            ET.SubElement(root, "Item", name="positive_value", **at).text = WAYS[band]
+            say("positive_value", WAYS[band], **of_band)
     return ET.tostring(root, encoding="unicode")

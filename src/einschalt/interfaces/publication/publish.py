@@ -26,7 +26,9 @@ from einschalt.interfaces.publication.operations_of_results import (
 )
 from einschalt.interfaces.publication.proj_database import (
     AUTHORITY,
+    frame_wkt,
     require_database,
+    require_grids_are_read,
     write_database,
 )
 from einschalt.interfaces.publication.publication_page import page
@@ -123,6 +125,8 @@ def publish_operations(
     name = frames.name
     if proj_db is not None:
         require_database(Path(proj_db))
+        if any(one.grid is not None for one in operations):
+            require_grids_are_read(Path(proj_db))
     home = folder.absolute() if installed_at is None else Path(installed_at)
     names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
     source = Source("publish", name)
@@ -143,6 +147,8 @@ def publish_operations(
         database = staging / f"{name}.db" if has_database else None
         if has_database:
             _write_checked_database(plane, frames, database, home, proj_db)
+            for one in plane:
+                write_text(staging / f"{one.code}.wkt", frame_wkt(one) + "\n")
         done.append((table, left_out))
         text = page(operations, frames, title, home, left_out, has_database)
         write_text(staging / PAGE, text)

@@ -124,7 +124,9 @@ def variogram(xy, shifts):
     full = count >= min(LEAST_PAIRS, max(2, len(xy) // 2))
 
     def mean(values):
-        return np.bincount(lag_class[inside], values[inside], N_LAGS)[full] / count[full]
+        return (
+            np.bincount(lag_class[inside], values[inside], N_LAGS)[full] / count[full]
+        )
 
     correction = 2.0 * (0.457 + 0.494 / count[full])
     squares = sum(mean(roots[:, axis]) ** 4 for axis in range(2)) / 2.0

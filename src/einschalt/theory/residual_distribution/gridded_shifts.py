@@ -50,7 +50,8 @@ class GriddedShifts:
     differences: np.ndarray  # (n, 2), held-out points: predicted less given [m]
     trusted: np.ndarray  # of bool, (n,)
     straining: np.ndarray  # of bool, (n,): left out since the way back needs it
-    interpolation: float  # largest error of it that was seen between nodes [m]
+    # between nodes, against the method itself, in plan [m]: RMS, and largest seen
+    interpolation: tuple[float, float]
 
 
 def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
@@ -152,7 +153,7 @@ def chosen_cell(known, shifts, predict):
     n_nodes = np.clip(NODES_PER_POINT * len(known), LEAST_NODES, MOST_NODES)
     extent = np.maximum(np.ptp(known, axis=0), np.ptp(known) * 1e-3)
     usual = np.sqrt(np.prod(extent) / n_nodes) or 1.0
-    error = interpolation_error(known, shifts, usual, predict)
+    error = interpolation_error(known, shifts, usual, predict)[1]
     # it grows with the square of the width
     finer = np.sqrt(EXACT / error) if error > EXACT else 1.0
     return _rounded(usual * finer if finer**-2 <= MORE_NODES else usual)
@@ -169,7 +170,7 @@ def _rounded(width):
 
 
 def interpolation_error(known, shifts, cell, predict):
-    """Largest error in the middle of cells beside known points [m]."""
+    """Error in the middle of cells beside known points, in plan [m]: RMS, largest."""
     rng = np.random.default_rng(SEED)
     places = known[rng.integers(0, len(known), N_TRIED)]
     corner = np.floor(places / cell) * cell
@@ -177,7 +178,8 @@ def interpolation_error(known, shifts, cell, predict):
     asked = (corner + steps[:, None]).reshape(-1, 2)
     values = predict(known, shifts, asked)[0].reshape(5, -1, 2)
     missed = values[4] - values[:4].mean(axis=0)
-    return float(np.hypot(*missed.T).max())
+    size = np.hypot(*missed.T)
+    return float(np.sqrt(np.mean(size**2))), float(size.max())
 
 
 def _worst_beside(places, base, differences, trusted):

@@ -16,44 +16,49 @@ LEVEL = 0.95
 LIMIT = -2.0 * np.log(1.0 - LEVEL)  # of χ² with two degrees of freedom
 LEAST_POINTS = 20  # fewer do not tell tails
 WRONG = 0.5  # probability of being wrong from which a point is taken for it
-# in multiples of the usual size: differences from which a point may be wrong
-NEAREST_WRONG = 4.0
+# in multiples of the usual size: differences that may be those of wrong points
+SEEMS_WRONG = 6.0
 # gain of log-likelihood from which some points are wrong, and not tails
 EVIDENCE = 10.0
-MOST_FREEDOM = 100.0
-LEAST_FREEDOM = 1.5
+FREEDOM = 1.5, 100.0  # of Student's t: the last is as good as normal
+SPREAD = 0.3, 2.0  # of the logarithms of the lengths of wrong ones
+MOST_WRONG = 0.5
 LARGE = 700.0  # exponents beyond do not fit in a number
-MOST_TRIALS = 400
+MOST_TRIALS = 600
 N_CLASSES = 200  # of lengths, so that many points take no longer than few
 
 
 @dataclass(frozen=True)
 class Tails:
-    """How squared normalised differences of held-out points are distributed."""
+    """How normalised lengths of held-out differences are distributed.
+
+    Those of good points as of Student's t in the plane, those of wrong ones
+    log-normally.
+    """
 
     size: float  # of the good ones: one is what the variances say
-    freedom: float  # degrees of freedom of Student's t, MOST_FREEDOM if normal
-    share_wrong: float
-    largest: float  # length up to which wrong ones were seen
+    freedom: float  # degrees of freedom
+    share_wrong: float = 0.0
+    middle: float = 1.0  # of the lengths of wrong ones
+    spread: float = 1.0  # of their logarithms
+
+    def densities(self, length):
+        """Densities of good and of wrong lengths, by logarithm, with their shares."""
+        scaled = length / self.size
+        power = -(self.freedom + 2.0) / 2.0
+        good = scaled**2 * (1.0 + scaled**2 / self.freedom) ** power
+        away = np.log(length / self.middle) / self.spread
+        wrong = np.exp(-(away**2) / 2.0) / (self.spread * np.sqrt(2.0 * np.pi))
+        return (1.0 - self.share_wrong) * good, self.share_wrong * wrong
 
     def probability_wrong(self, squares):
-        """Probability that each point is wrong, (n,)."""
-        good, wrong = _densities(
-            np.sqrt(squares), self.size, self.freedom, self.largest
+        """Probability that points of such squared lengths are wrong, (n,)."""
+        length = np.sqrt(np.maximum(squares, 1e-12 * self.size**2))
+        good, wrong = self.densities(length)
+        # a small difference is not wrong, however rare it is among good ones
+        return np.where(
+            length > self.size, wrong / np.maximum(good + wrong, 1e-300), 0.0
         )
-        wrong = self.share_wrong * wrong
-        return wrong / np.maximum(wrong + (1.0 - self.share_wrong) * good, 1e-300)
-
-
-def _densities(length, size, freedom, largest):
-    """Densities of the length of good and of wrong differences."""
-    scaled = length / size
-    good = scaled / size * (1.0 + scaled**2 / freedom) ** (-(freedom + 2.0) / 2.0)
-    # any order of magnitude is as likely as any other
-    low = NEAREST_WRONG * size
-    span = np.log(max(largest / low, np.e))
-    wrong = np.where(length > low, 1.0 / np.maximum(length, low) / span, 0.0)
-    return good, wrong
 
 
 def estimate_tails(squares):
@@ -65,35 +70,47 @@ def estimate_tails(squares):
     length = np.sqrt(squares[np.isfinite(squares) & (squares > 0.0)])
     if len(length) < LEAST_POINTS:
         root = np.sqrt(np.mean(length**2) / 2.0) if len(length) else 1.0
-        return Tails(float(root), MOST_FREEDOM, 0.0, 1.0)
+        return Tails(float(root), FREEDOM[1])
     size = np.median(length) / np.sqrt(2.0 * np.log(2.0))
-    # beyond: as wrong as can be, and no more
-    largest = float(length.max()) * 1.01
     count, edges = np.histogram(np.log(np.clip(length, 1e-3 * size, None)), N_CLASSES)
     middle = np.exp((edges[1:] + edges[:-1]) / 2.0)
 
     def unlikely(unknowns):
-        trial = _tails([*unknowns, -np.inf][:3], largest)
-        good, wrong = _densities(middle, trial.size, trial.freedom, largest)
-        both = (1.0 - trial.share_wrong) * good + trial.share_wrong * wrong
+        both = np.sum(_tails(unknowns).densities(middle), axis=0)
         return -(count @ np.log(np.maximum(both, 1e-300)))
 
-    start = np.array([np.log(size), 0.0, -3.0])
-    options = {"maxfev": MOST_TRIALS}
-    none = minimize(unlikely, start[:2], method="Nelder-Mead", options=options)
-    some = minimize(unlikely, start, method="Nelder-Mead", options=options)
-    if none.fun - some.fun < EVIDENCE:
-        return _tails([*none.x, -np.inf], largest)
-    return _tails(some.x, largest)
+    none = _least(unlikely, [np.log(size), 0.0])
+    suspects = length[length > SEEMS_WRONG * size]
+    if not len(suspects):
+        return _tails(none.x)
+    share = len(suspects) / len(length) / MOST_WRONG
+    away = np.log(np.median(suspects) / (SEEMS_WRONG * size))
+    of_wrong = [np.log(share / max(1.0 - share, 0.01)), float(away), 0.0]
+    some = _least(unlikely, [np.log(size), 1.0, *of_wrong])
+    return _tails(some.x if none.fun - some.fun > EVIDENCE else none.x)
 
 
-def _tails(unknowns, largest):
-    """Parameters from unknowns that may have any value."""
-    log_size, of_freedom, of_wrong = np.clip(unknowns, -LARGE, LARGE)
-    share = 1.0 / (1.0 + np.exp(-of_freedom))
-    freedom = LEAST_FREEDOM * (MOST_FREEDOM / LEAST_FREEDOM) ** share
-    wrong = 0.5 / (1.0 + np.exp(-of_wrong))
-    return Tails(float(np.exp(log_size)), float(freedom), float(wrong), largest)
+def _least(function, start):
+    corners = np.array(start) + np.vstack([np.zeros(len(start)), np.eye(len(start))])
+    options = {"maxfev": MOST_TRIALS, "initial_simplex": corners}
+    return minimize(function, corners[0], method="Nelder-Mead", options=options)
+
+
+def _tails(unknowns):
+    """Parameters from two or five unknowns that may have any value."""
+    log_size, of_freedom, *of_wrong = np.clip(unknowns, -LARGE, LARGE).tolist()
+    size, freedom = float(np.exp(log_size)), _between(FREEDOM, of_freedom)
+    if not of_wrong:
+        return Tails(size, freedom)
+    share = MOST_WRONG / (1.0 + np.exp(-of_wrong[0]))
+    spread = _between(SPREAD, of_wrong[2])
+    middle = size * SEEMS_WRONG * np.exp(np.logaddexp(0.0, of_wrong[1]))
+    return Tails(size, freedom, float(share), float(middle), spread)
+
+
+def _between(bounds, unknown):
+    low, high = bounds
+    return float(low * (high / low) ** (1.0 / (1.0 + np.exp(-unknown))))
 
 
 @dataclass(frozen=True, eq=False)
