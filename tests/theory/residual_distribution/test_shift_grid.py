@@ -64,8 +64,8 @@ def test_a_cell_that_is_strained_too_much_is_named(grid):
     assert not len(grid.strained_cells())
 
 
-def test_a_grid_holds_its_points_with_a_cell_around_them():
+def test_a_grid_holds_its_points_with_cells_around_them():
     points = np.array([[103.0, 207.0], [395.0, 299.9]])
     corner, shape = grid_layout(points, 50.0)
-    np.testing.assert_allclose(corner, [50.0, 350.0])
-    assert shape == (5, 9)
+    np.testing.assert_allclose(corner, [-50.0, 450.0])
+    assert shape == (9, 13)

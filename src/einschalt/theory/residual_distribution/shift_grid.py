@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 N_STEPS = 60
+MARGIN = 3.0  # cells: points beside the known ones, and shifts on the way back
 CLOSE = 1e-7  # metres: a way back that moves less has arrived
 # share by which a cell may be strained: the way back of PROJ takes ten steps at most
 MOST_STRAIN = 0.2
@@ -128,11 +129,11 @@ def node_places(corner, cell, shape):
 
 
 def grid_layout(points, cell):
-    """Corner and shape of a grid that holds points (n, 2), with a cell around them.
+    """Corner and shape of a grid that holds points (n, 2), with MARGIN cells around.
 
     Its nodes lie at multiples of the cell.
     """
-    low = np.floor(points.min(axis=0) / cell) - 1.0
-    high = np.ceil(points.max(axis=0) / cell) + 1.0
+    low = np.floor(points.min(axis=0) / cell) - MARGIN
+    high = np.ceil(points.max(axis=0) / cell) + MARGIN
     n_columns, n_rows = (high - low).astype(int) + 1
     return np.array([low[0], high[1]]) * cell, (int(n_rows), int(n_columns))
