@@ -157,6 +157,8 @@ def operations_of_block(tables, frames, bent=()):
     """
     models = tables["models"]
     models = models[models["is_usable"] & ~models["flight"].isin(list(bent))]
+    if frames.target is not None:  # spatial models were bent as the map is
+        models = models[models["transformation"] != "helmert_3d"]
     held = tables["residuals"].merge(tables["points"], on="point_id")
     groups = held.groupby(MODEL_OF_FLIGHT, sort=False).indices
     keys = models[MODEL_OF_FLIGHT].astype(str).to_numpy()
@@ -253,7 +255,8 @@ def _some(made):
     raise GeometryError(
         "the result has no transformation that could be published",
         expected="a model that is transformed, in a flight without a modelled common "
-        "deformation",
+        "deformation; and in plan, where there is a system of the Earth: its curvature "
+        "is in no affine transformation",
         remedy="The table failures says why models are not usable",
     )
 
