@@ -33,14 +33,15 @@ SPATIAL = "helmert_3d"
 HIGH, LOW = "high_flight", "low_flight"
 
 
-def bend_flights(block, flights):
+def bend_flights(block, flights, kind=None):
     """Bend the models of all flights as the map of the block is bent.
 
-    ``flights``: of str to RelativeOrientation. Those whose models are not spatial, and
-    models without known points, stay as they are; so does all without a plane system
-    of the Earth.
+    ``flights``: of str to RelativeOrientation; ``kind``: their transformation, where it
+    is not the one that each states. Those whose models are not spatial, and models
+    without three known points, stay as they are; so does all without a plane system of
+    the Earth.
     """
-    kinds = {name: flight.transformation for name, flight in block.flights.items()}
+    kinds = {name: kind or block.flights[name].transformation for name in flights}
     if SPATIAL not in kinds.values() or not _is_of_the_earth(block.crs):
         return flights
     bent, ground = dict(flights), block.approximate_points
@@ -50,7 +51,8 @@ def bend_flights(block, flights):
             fit = transform_high_flight(flights[HIGH].model_points, control, SPATIAL)
             bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
             ground = average_high_flight(fit, flights[HIGH].model_points).points
-        if kinds[LOW] == SPATIAL and ground is not None and "height" in ground:
+        ground = block.control_points if ground is None else ground
+        if kinds.get(LOW) == SPATIAL and "height" in ground:
             fit = transform_models(flights[LOW].model_points, ground, SPATIAL)
             bent[LOW] = bent_as_the_map(flights[LOW], fit, block.crs)
     except GeometryError:  # no model fits: the steps that follow say so

@@ -22,8 +22,16 @@ SILENT = BlockNoise(
 )
 
 
+# flat, and true to scale: what is measured follows from the coordinates alone
+SITE = (
+    'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
+    'LENGTHUNIT["metre",1]]'
+)
+
+
 def demo(measurement, noise=SILENT, **geometry):
-    changed = replace(PRESETS["demo"].geometry, measurement=measurement, **geometry)
+    geometry = {"measurement": measurement, "crs": SITE, **geometry}
+    changed = replace(PRESETS["demo"].geometry, **geometry)
     return simulate_block("demo", seed=1, geometry=changed, noise=noise)
 
 

@@ -253,8 +253,14 @@ def test_gross_errors_are_listed_and_all_that_differs():
     assert clean.gross_errors.empty
 
 
+SITE = (  # flat, and true to scale
+    'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
+    'LENGTHUNIT["metre",1]]'
+)
+
+
 def test_spatial_models_and_their_ground_have_heights():
-    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d", crs=SITE)
     block = simulate_block("demo", noise=SILENT, geometry=geometry)
     assert "height" in block.truth
     assert "height" in block.control_points
