@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import linalg, stats
+from tests.flat_site import FLAT_SITE
 
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -22,15 +23,8 @@ SILENT = BlockNoise(
 )
 
 
-# flat, and true to scale: what is measured follows from the coordinates alone
-SITE = (
-    'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
-    'LENGTHUNIT["metre",1]]'
-)
-
-
 def demo(measurement, noise=SILENT, **geometry):
-    geometry = {"measurement": measurement, "crs": SITE, **geometry}
+    geometry = {"measurement": measurement, "crs": FLAT_SITE, **geometry}
     changed = replace(PRESETS["demo"].geometry, **geometry)
     return simulate_block("demo", seed=1, geometry=changed, noise=noise)
 
