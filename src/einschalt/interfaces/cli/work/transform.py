@@ -50,7 +50,7 @@ DECIMALS = {
     **dict.fromkeys(("residual_easting", "residual_northing", "residual_height"), 5),
     **dict.fromkeys(("m_0", "s_0", "m_t"), 5),
     **dict.fromkeys(("standard_error_easting", "standard_error_northing"), 5),
-    **dict.fromkeys(("leverage", "redundancy_number"), 4),
+    **dict.fromkeys(("leverage", "redundancy_number", "deviation"), 4),
 }
 
 
