@@ -69,27 +69,25 @@ def test_the_middle_stays_and_the_horizon_falls():
     np.testing.assert_allclose(found, expected, atol=2e-3)
 
 
-def test_models_in_plan_and_without_a_system_stay_as_they_are(exact_block):
+def test_models_and_centres_are_bent_and_without_a_system_stay_as_they_are(
+    exact_block,
+):
     flights = {
         name: relative_orientation(flight)
         for name, flight in exact_block.flights.items()
     }
-    bent = bend_flights(exact_block, flights)
-    assert all(bent[name] is not flights[name] for name in flights)
     flat = bend_flights(replace(exact_block, crs=None), flights)
     assert all(flat[name] is flights[name] for name in flights)
-
-
-def test_centres_of_images_are_bent_with_their_models(exact_block):
-    if exact_block.low_flight.image_points is None:
-        pytest.skip("machine coordinates have no centres")
-    flights = {
-        name: relative_orientation(flight)
-        for name, flight in exact_block.flights.items()
-    }
-    before = flights["low_flight"].centres
-    after = bend_flights(exact_block, flights)["low_flight"].centres
-    pd.testing.assert_series_equal(before["image_id"], after["image_id"])
-    moved = np.linalg.norm(after[["x", "y", "z"]] - before[["x", "y", "z"]], axis=1)
-    # 0.3 of a per mille of scale over the flying height [mm]
-    assert 0.0 < moved.max() < 0.2
+    names = ["coverage", "model_id", "point_id"]
+    for name, bent in bend_flights(exact_block, flights).items():
+        before = flights[name]
+        pd.testing.assert_frame_equal(
+            before.model_points[names], bent.model_points[names]
+        )
+        moved = (bent.model_points[["x", "y", "z"]] - before.model_points).abs()
+        # some decimetres of scale at the edges of the model [mm at its scale]
+        assert 1e-3 < moved[["x", "y", "z"]].max(axis=None) < 0.2
+        # machine coordinates have no centres
+        assert len(bent.centres) == len(before.centres)
+        if len(bent.centres):
+            assert not bent.centres["z"].equals(before.centres["z"])
