@@ -176,3 +176,11 @@ def test_what_cannot_be_distributed_is_said(options, said):
     fit = es.transform_models(*tables(xy, np.zeros((9, 2))))
     with pytest.raises(es.EinschaltError, match=said):
         fit.distributed(**options)
+
+
+@pytest.mark.parametrize("cell", [0.0, -5.0, np.nan, 1e-4])
+def test_cells_that_no_grid_has_are_refused(cell):
+    xy = np.random.default_rng(17).uniform(0.0, 100.0, (30, 2))
+    fit = es.transform_models(*tables(xy, 0.01 * xy))
+    with pytest.raises(es.EinschaltError, match=r"cell = .* expected more than 0\.02"):
+        fit.distributed(method="collocation", cell=cell)

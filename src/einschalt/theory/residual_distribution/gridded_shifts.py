@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.theory.residual_distribution.collocation import collocate
 from einschalt.theory.residual_distribution.distribution_weights import (
     distribution_weights,
@@ -31,6 +32,7 @@ COLLOCATION, NATURAL_NEIGHBOUR = "collocation", "natural_neighbour"
 LEAST_POINTS = 10
 NODES_PER_POINT = 4
 LEAST_NODES, MOST_NODES = 20_000, 1_000_000
+MOST_ASKED = 2e7  # nodes, where the user says how wide cells are
 MORE_NODES = 2.0  # times as many as usual, if that makes interpolation exact
 EXACT = 1e-4  # metres
 N_TRIED = 500  # cells in which interpolation is compared
@@ -59,7 +61,7 @@ def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
 
     ``source``, ``target``: (n, 2), n at least LEAST_POINTS; ``method``: COLLOCATION or
     NATURAL_NEIGHBOUR; ``cell``: width of the grid's cells [m], chosen where left out.
-    None where no grid leads back.
+    None where no grid leads back; a SettingsError where the cell is none.
     """
     matrix, shift = _robust_affine(source, target)
     base = source @ matrix.T + shift
@@ -75,6 +77,7 @@ def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
     predict = _predictor(method, found.covariance)
     if cell is None:
         cell = chosen_cell(base[trusted], shifts[trusted], predict)
+    _require_size(base[trusted], cell)
     corner, shape = grid_layout(base[trusted], cell)
     nodes = node_places(corner, cell, shape)
     straining = np.zeros(len(base), dtype=bool)
@@ -100,6 +103,16 @@ def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
         if trusted.sum() < LEAST_POINTS:
             break
     return None
+
+
+def _require_size(points, cell):
+    """Refuse cells that no grid has, and grids that no memory holds."""
+    least = np.sqrt(np.prod(np.ptp(points, axis=0)) / MOST_ASKED)
+    if not (np.isfinite(cell) and cell > least):
+        raise SettingsError(
+            f"cell = {cell:g} m",
+            expected=f"more than {least:.2g} m here: {MOST_ASKED:.0e} nodes at most",
+        )
 
 
 def _predictor(method, covariance):
