@@ -100,6 +100,14 @@ def test_bands_and_tags_are_those_of_the_format(published, finland, within):
     np.testing.assert_allclose(bands[2:, row, column], found, rtol=1e-6)
 
 
+def test_names_in_other_letters_do_no_harm(finland, tmp_path):
+    own = pyproj.CRS("EPSG:3067").to_json_dict() | {"name": "Järjestelmä"}
+    own.pop("id")
+    crs = pyproj.CRS.from_json_dict(own).to_wkt()
+    done = finland.publish("UMLAUT", tmp_path, crs=crs, source_crs="EPSG:2393")
+    assert b"J&#228;rjestelm&#228;" in (done.folder / "UMLAUT.tif").read_bytes()
+
+
 def test_outside_the_grid_there_is_nothing(published, finland):
     way = pyproj.Transformer.from_pipeline(published.operations["proj"].iloc[0])
     assert way.transform(0.0, 0.0) == (np.inf, np.inf)

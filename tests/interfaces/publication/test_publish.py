@@ -298,6 +298,12 @@ def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_
     np.testing.assert_allclose(moved, expected, **CLOSE)
 
 
+def test_spatial_models_over_a_curved_earth_are_not_published(good_result, tmp_path):
+    spatial = good_result.models.assign(transformation="helmert_3d")
+    with pytest.raises(es.EinschaltError, match="curvature is in no affine"):
+        es.publish(with_models(good_result, spatial), "DEMO", tmp_path / "out")
+
+
 def with_models(result, models):
     """The result with some of its models."""
     from dataclasses import replace

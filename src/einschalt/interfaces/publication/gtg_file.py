@@ -106,4 +106,4 @@ def _metadata(name, area, code):
         say("UNITTYPE", "metre", role="unittype", **of_band)
         if band in WAYS:
             say("positive_value", WAYS[band], **of_band)
-    return ET.tostring(root, encoding="unicode")
+    return ET.tostring(root).decode("ascii")  # TIFF knows no other letters

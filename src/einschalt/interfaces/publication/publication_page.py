@@ -64,7 +64,8 @@ EXACT = """
 Identical points themselves go exactly where they were measured. What all of them share,
 such as an error of the new frame, no held-out point can show."""
 SMOOTH = """
-Identical points go where their neighbours say, without their own noise. The bands
+Identical points go where the grid says, not exactly where they were measured: of what
+is theirs alone collocation takes nothing. The bands
 `easting_offset_accuracy` and `northing_offset_accuracy` of the grid are the standard
 errors of a new point at each place [m]: 95 in 100 held-out points lie within the
 ellipse of {factor:.3f} times that size. What all identical points share, such as an

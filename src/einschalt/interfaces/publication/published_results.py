@@ -245,8 +245,9 @@ def publish(
 ):
     """Publish a result, so that PROJ, GDAL and QGIS find its transformations by name.
 
-    Each as PROJ string and WKT, with accuracy and area; as triangles of ``tinshift``;
-    all of them in an auxiliary PROJ database; and a page that says how to use them and
+    Each as PROJ string and WKT, with accuracy and area; as triangles of ``tinshift``,
+    or as a grid of shifts (GTG) where its residuals are distributed by one; all of them
+    in an auxiliary PROJ database; and a page that says how to use them and
     how good they are. PROJ runs every form before it is published, there and back.
 
     Parameters
