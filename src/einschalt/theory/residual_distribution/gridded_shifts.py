@@ -30,7 +30,7 @@ from einschalt.theory.residual_distribution.shift_grid import (
 
 COLLOCATION, NATURAL_NEIGHBOUR = "collocation", "natural_neighbour"
 LEAST_POINTS = 10
-NODES_PER_POINT = 4
+NODES_PER_POINT = 3
 LEAST_NODES, MOST_NODES = 20_000, 1_000_000
 MOST_ASKED = 2e7  # nodes, where the user says how wide cells are
 MORE_NODES = 2.0  # times as many as usual, if that makes interpolation exact
@@ -161,7 +161,7 @@ def _held_out(base, shifts, trusted):
 def chosen_cell(known, shifts, predict):
     """Width of cells between whose nodes interpolation is exact, if it can be [m].
 
-    About four nodes for each point, or up to twice as many.
+    About three nodes for each point, or up to twice as many.
     """
     n_nodes = np.clip(NODES_PER_POINT * len(known), LEAST_NODES, MOST_NODES)
     extent = np.maximum(np.ptp(known, axis=0), np.ptp(known) * 1e-3)
