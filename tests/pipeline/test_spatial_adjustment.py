@@ -99,8 +99,9 @@ def test_parameters_transform_the_models_onto_the_points(block, result):
     rows = result.residuals.merge(
         result.models, on=["flight", "coverage", "model_id"]
     ).merge(result.points, on="point_id")
+    # as they are after the map's scale and the Earth's curvature
     measured = pd.concat(
-        [f.model_points.assign(flight=name) for name, f in block.flights.items()]
+        [f.assign(flight=name) for name, f in result.two_step.model_points.items()]
     )
     rows = rows.merge(measured, on=["flight", "coverage", "model_id", "point_id"])
     xyz = rows[["x", "y", "z"]].to_numpy()

@@ -243,6 +243,17 @@ def to_geocentric(points, crs):
         return np.column_stack(way.transform(*points.T)), jacobian
 
 
+def from_geocentric(xyz, crs):
+    """Easting, northing, height above the ellipsoid of geocentric coordinates (n, 3).
+
+    In a plane system of the same datum; infinite where a point has no place in it.
+    """
+    with offline():
+        source = _geocentric(crs)
+        way = pyproj.Transformer.from_crs(source, crs.to_3d(), always_xy=True)
+        return np.column_stack(way.transform(*np.asarray(xyz).T))
+
+
 def _geocentric(crs):
     """Geocentric system of the datum, or of the ensemble of datums, of another one."""
     own = crs.geodetic_crs.to_json_dict()

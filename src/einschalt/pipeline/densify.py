@@ -15,6 +15,7 @@ from einschalt.pipeline.densification.simultaneous import require_adjustable
 from einschalt.pipeline.densification.two_steps import solve_in_two_steps
 from einschalt.pipeline.progress import Stage, stage_reporter
 from einschalt.pipeline.result import DensificationResult, Stopwatch
+from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 from einschalt.stages.stage4_error_propagation import require_rigorous
 
@@ -60,7 +61,7 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
         _require_possible(block, settings)
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
-        flights = _orient(block, settings)
+        flights = bend_flights(block, _orient(block, settings))
         asked = block, settings, flights, report_progress
         if settings.method == AUTO:
             examined, choice = solve_the_better_way(*asked)

@@ -179,7 +179,11 @@ class ModelTransformation(ModelResult):
         ground, m_t = self._forward(place, xyz, s_0)
         table[list(kind.target)] = np.where(is_usable[:, None], ground, np.nan)
         table["m_t"] = np.where(is_usable, m_t, np.nan)
-        return table
+        return table.assign(**self._ellipses(place, xyz))
+
+    def _ellipses(self, _place, _xyz):
+        """Further columns of transformed points, where the result has them."""
+        return {}
 
     def _forward(self, place, xyz, s_0):
         """Ground coordinates of points and their m_t [m], each by its model."""

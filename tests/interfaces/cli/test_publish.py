@@ -58,3 +58,22 @@ def test_a_wrong_name_is_refused_before_the_work(invoke, tmp_path):
     assert shown.exit_code == 2
     assert "name of a publication" in shown.stderr
     assert not (tmp_path / "o").exists()
+
+
+def test_a_grid_is_published_at_once_or_later_and_is_the_same(invoke, tmp_path):
+    out = tmp_path / "out"
+    options = "--distribute", "collocation", "--output", out, "--cell", "20000"
+    shown = invoke("transform", *TABLES, *options, "--publish", "YKJ", *SYSTEMS)
+    assert shown.exit_code == 0, shown.output
+    assert "residuals distributed by collocation" in shown.stdout
+    shown = invoke("publish", out, "--as", "LATER", *SYSTEMS)
+    assert shown.exit_code == 0, shown.output
+    one, other = (
+        pd.read_csv(out / name / "operations.csv")["proj"].iloc[0]
+        for name in ("YKJ", "LATER")
+    )
+    assert one == other.replace("LATER", "YKJ")
+    points = pd.read_csv(out / "points.csv")
+    assert points["standard_error_easting"].between(0.001, 1.0).all()
+    distribution = pd.read_csv(out / "distribution.csv").iloc[0]
+    assert (distribution["method"], distribution["cell"]) == ("collocation", 20_000.0)

@@ -54,6 +54,26 @@ def test_control_of_any_system_is_where_it_was(small_block, crs, own, place, acc
     assert f"({accuracy:g} m" in note
 
 
+@pytest.mark.parametrize(
+    ("own", "crs", "place", "grid"),
+    [
+        ("EPSG:31255", "EPSG:25833", SALZBURG, "at_bev_AT_GIS_GRID_2021_09_28.tif"),
+        ("EPSG:31467", "EPSG:25832", (9.0, 50.0), "de_hvbg_hessen_HeTA2010.tif"),
+        ("EPSG:21781", "EPSG:25832", LUCERNE, "ch_swisstopo_CHENyx06_ETRS.tif"),
+        ("EPSG:25833", "EPSG:31256", (15.5, 47.2), "at_bev_AT_GIS_GRID_2021_09_28.tif"),
+    ],
+)
+def test_no_block_goes_through_metres_in_silence(small_block, own, crs, place, grid):
+    moved_block(small_block, crs, place, own)
+    (problem,) = find_problems(small_block.path).problems
+    for code in (own, crs):
+        assert f"{pyproj.CRS(code).name} ({code})" in problem.found
+    assert f"needs {grid}, which is missing" in problem.found
+    assert problem.expected.startswith("an accuracy of 0.0075 m")
+    shared = read_block(small_block.path, {"crs_accuracy_m": 2.0}).shared_errors_m
+    assert shared["control_points"] in (1.0, 1.5)
+
+
 def test_default_is_a_quarter_of_the_standard_error(small_block):
     moved_block(small_block, "EPSG:25832", LUCERNE, "EPSG:2056")
     (problem,) = find_problems(small_block.path).problems

@@ -152,34 +152,105 @@ def for_the_system(finland, tmp_path_factory):
     return done, {**os.environ, "PROJ_AUX_DB": str(done.database)}
 
 
+@pytest.fixture(scope="module")
+def asked(within):
+    """All identical points and 10 000 others, and where Finland takes them."""
+    old, new = (
+        pd.read_csv(FINLAND / f"{name}.csv").set_index("point_id")
+        for name in ("model_points", "ground_points")
+    )
+    both = old.join(new, how="inner")
+    known = both[["x", "y"]].to_numpy(), both[["easting", "northing"]].to_numpy()
+    return [np.concatenate(parts) for parts in zip(known, within, strict=True)]
+
+
+def lines_of(points):
+    return "".join(f"{x!r} {y!r}\n" for x, y in points.tolist())
+
+
 @needs("cs2cs")
-def test_cs2cs_finds_it(for_the_system):
+@pytest.mark.parametrize("way", [[], ["-I"]], ids=["there", "back"])
+def test_cs2cs_leads_there_and_back(way, for_the_system, asked):
+    source, target = asked[::-1] if way else asked
     shown = subprocess.run(
-        ["cs2cs", "-f", "%.4f", "EINSCHALT:YKJ", "EPSG:3067"],
-        input="3210000 6700000\n",
+        ["cs2cs", *way, "-f", "%.6f", "EINSCHALT:YKJ", "EPSG:3067"],
+        input=lines_of(source),
         env=for_the_system[1],
         capture_output=True,
         text=True,
         check=True,
     )
-    found = [float(word) for word in shown.stdout.split()[:2]]
-    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+    found = [line.split()[:2] for line in shown.stdout.splitlines()]
+    np.testing.assert_allclose(np.array(found, dtype=float), target, **CLOSE)
 
 
 @needs("ogr2ogr")
-def test_ogr2ogr_finds_it(for_the_system, tmp_path):
-    (tmp_path / "old.csv").write_text("x,y\n3210000,6700000\n")
+@pytest.mark.parametrize("way", ["there", "back"])
+def test_ogr2ogr_leads_there_and_back(way, for_the_system, asked, tmp_path):
+    source, target = asked if way == "there" else asked[::-1]
+    systems = ["EINSCHALT:YKJ", "EPSG:3067"][:: 1 if way == "there" else -1]
+    pd.DataFrame(source, columns=["x", "y"]).to_csv(tmp_path / "old.csv", index=False)
     columns = ["-oo", "X_POSSIBLE_NAMES=x", "-oo", "Y_POSSIBLE_NAMES=y"]
-    systems = ["-s_srs", "EINSCHALT:YKJ", "-t_srs", "EPSG:3067"]
     written = ["-f", "CSV", "-lco", "GEOMETRY=AS_XY", "new.csv", "old.csv"]
+    # the first one names the system of what is read
+    asked_for = ["-s_srs", systems[0], "-t_srs", systems[1]]
     subprocess.run(
-        ["ogr2ogr", *columns, *systems, *written],
+        ["ogr2ogr", *columns, *asked_for, *written],
         cwd=tmp_path,
         env=for_the_system[1],
         check=True,
     )
-    found = pd.read_csv(tmp_path / "new.csv")[["X", "Y"]].iloc[0]
-    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)
+    found = pd.read_csv(tmp_path / "new.csv")[["X", "Y"]]
+    np.testing.assert_allclose(found, target, **CLOSE)
+
+
+QGIS_PYTHON = Path("/usr/bin/python3")  # Debian's, which its python3-qgis is for
+IN_QGIS = """
+import json, sys
+from qgis.core import *
+application = QgsApplication([], False)
+application.initQgis()
+frame = QgsCoordinateReferenceSystem.fromWkt(open(sys.argv[1]).read())
+system = QgsCoordinateReferenceSystem("EPSG:3067")
+way = QgsCoordinateTransform(frame, system, QgsCoordinateTransformContext())
+found = []
+for x, y in json.load(sys.stdin):
+    there = way.transform(QgsPointXY(x, y))
+    back = way.transform(there, QgsCoordinateTransform.ReverseTransform)
+    found.append([there.x(), there.y(), back.x(), back.y()])
+used = way.instantiatedCoordinateOperationDetails()
+print(json.dumps([frame.authid(), used.name, used.accuracy, found]))
+application.exitQgis()
+"""
+
+
+def has_qgis():
+    if not QGIS_PYTHON.exists() or not SYSTEM_DATABASE.exists():
+        return False
+    known = [QGIS_PYTHON, "-c", "import qgis.core"]
+    return subprocess.run(known, capture_output=True, check=False).returncode == 0
+
+
+def test_qgis_leads_there_and_back(for_the_system, asked, tmp_path):
+    if not has_qgis():
+        pytest.skip("QGIS (Debian's python3-qgis) is not installed")
+    done, environment = for_the_system
+    homes = dict.fromkeys(("HOME", "XDG_RUNTIME_DIR"), str(tmp_path))
+    environment = {**environment, **homes, "QT_QPA_PLATFORM": "offscreen"}
+    environment.pop("PYTHONPATH", None)
+    shown = subprocess.run(
+        [QGIS_PYTHON, "-c", IN_QGIS, done.folder / "YKJ.wkt"],
+        input=json.dumps(asked[0].tolist()),
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    name, operation, accuracy, found = json.loads(shown.stdout.splitlines()[-1])
+    assert (name, operation) == ("EINSCHALT:YKJ", "YKJ")
+    assert accuracy == pytest.approx(done.operations["accuracy"].iloc[0])
+    np.testing.assert_allclose(np.array(found)[:, :2], asked[1], **CLOSE)
+    np.testing.assert_allclose(np.array(found)[:, 2:], asked[0], **CLOSE)
 
 
 def test_what_is_no_database_of_proj_is_refused(finland, tmp_path):
@@ -225,6 +296,12 @@ def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_
     way = pyproj.Transformer.from_pipeline(done.operations["wkt"].iloc[-1])
     moved = np.column_stack(way.transform(*points[["x", "y"]].to_numpy().T))
     np.testing.assert_allclose(moved, expected, **CLOSE)
+
+
+def test_spatial_models_over_a_curved_earth_are_not_published(good_result, tmp_path):
+    spatial = good_result.models.assign(transformation="helmert_3d")
+    with pytest.raises(es.EinschaltError, match="curvature is in no affine"):
+        es.publish(with_models(good_result, spatial), "DEMO", tmp_path / "out")
 
 
 def with_models(result, models):

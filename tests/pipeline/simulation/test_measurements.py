@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import linalg, stats
+from tests.flat_site import FLAT_SITE
 
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
@@ -23,7 +24,8 @@ SILENT = BlockNoise(
 
 
 def demo(measurement, noise=SILENT, **geometry):
-    changed = replace(PRESETS["demo"].geometry, measurement=measurement, **geometry)
+    geometry = {"measurement": measurement, "crs": FLAT_SITE, **geometry}
+    changed = replace(PRESETS["demo"].geometry, **geometry)
     return simulate_block("demo", seed=1, geometry=changed, noise=noise)
 
 

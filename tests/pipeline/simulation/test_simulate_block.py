@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
+from tests.flat_site import FLAT_SITE
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.simulation.geometry import BlockGeometry
@@ -254,7 +255,9 @@ def test_gross_errors_are_listed_and_all_that_differs():
 
 
 def test_spatial_models_and_their_ground_have_heights():
-    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    geometry = replace(
+        PRESETS["demo"].geometry, transformation="helmert_3d", crs=FLAT_SITE
+    )
     block = simulate_block("demo", noise=SILENT, geometry=geometry)
     assert "height" in block.truth
     assert "height" in block.control_points

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.flat_site import FLAT_SITE
 
 from einschalt.foundations.errors import SettingsError
 from einschalt.pipeline.block.block import Block
@@ -26,6 +27,7 @@ GEOMETRY = BlockGeometry(
     point_spacing=250.0,
     transformation="helmert_3d",
     control_per_model=9,
+    crs=FLAT_SITE,  # operators are of straight lines
 )
 NO_NOISE = BlockNoise(control_standard_error=0.0, high_m_g_um=0.0, low_m_g_um=0.0)
 

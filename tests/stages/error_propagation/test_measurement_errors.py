@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.flat_site import FLAT_SITE
 
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
@@ -27,6 +28,7 @@ GEOMETRY = BlockGeometry(
     measurement="images",
     control_per_model=9,
     n_check=6,
+    crs=FLAT_SITE,  # operators are of straight lines
 )
 NO_NOISE = BlockNoise(control_standard_error=0.0, high_m_g_um=0.0, low_m_g_um=0.0)
 M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}

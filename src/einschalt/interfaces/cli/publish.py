@@ -67,7 +67,8 @@ def publish(
     """Publish a result for PROJ, GDAL and QGIS.
 
     Writes operations.csv (each transformation as PROJ string and WKT, with accuracy and
-    area), NAME.json (triangles, PROJ's tinshift), NAME.db (auxiliary PROJ database),
-    left_out.csv, README.md (how to use it, and how good it is) and provenance.json.
+    area), NAME.json (triangles, PROJ's tinshift) or NAME.tif (grid of shifts, GTG),
+    NAME.db (auxiliary PROJ database), NAME.wkt (the frame), left_out.csv, README.md
+    (how to use it, and how good it is) and provenance.json.
     PROJ runs every form there and back before it is published.
     """

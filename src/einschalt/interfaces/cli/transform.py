@@ -16,6 +16,10 @@ EXAMPLES = (
         "einschalt transform old.csv new.csv --kind helmert --distribute triangles "
         "--output out --publish OLD --crs EPSG:3067"
     ),
+    (
+        "einschalt transform old.csv new.csv --distribute collocation --output out "
+        "--publish OLD --crs EPSG:31467"
+    ),
 )
 
 
@@ -51,12 +55,21 @@ def transform(
         ),
     ] = None,
     distribute: Annotated[
-        Literal["none", "triangles"],
+        Literal["none", "triangles", "collocation", "natural_neighbour"],
         typer.Option(
-            help="Distribution of the residuals: none, or linear in triangles of "
-            "identical points, which then go where they were measured.",
+            help="Distribution of the residuals: none; linear in triangles of "
+            "identical points, which then go where they were measured; or by a grid of "
+            "shifts, from collocation (without noise) or natural neighbours.",
         ),
     ] = "none",
+    cell: Annotated[
+        float | None,
+        typer.Option(
+            min=0.001,
+            show_default="chosen",
+            help="Width of the cells of the grid [m].",
+        ),
+    ] = None,
     triangles: Annotated[
         Path | None,
         typer.Option(
@@ -65,12 +78,13 @@ def transform(
         ),
     ] = None,
     outliers: Annotated[
-        Literal["keep", "set_aside"],
+        Literal["keep", "set_aside"] | None,
         typer.Option(
-            help="Identical points that contradict their neighbours: corners of "
-            "triangles, or left out.",
+            show_default="keep with triangles, set_aside with grids",
+            help="Identical points that contradict their neighbours: distributed like "
+            "all others, or left out.",
         ),
-    ] = "keep",
+    ] = None,
     publish: Annotated[
         str | None,
         typer.Option(
@@ -87,8 +101,8 @@ def transform(
     """Fit one transformation per model, and transform points.
 
     Writes parameters, models, residuals, failures, points and identical_points, each
-    .csv and .parquet, with --distribute also triangles and left_out, and
-    provenance.json. Results of the same tables are replaced; a folder with anything
+    .csv and .parquet, with --distribute also left_out and triangles or distribution,
+    and provenance.json. Results of the same tables are replaced; a folder with anything
     else is refused.
     Residuals are transformed less given. Models that fail do not stop the others.
     """

@@ -15,10 +15,10 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.display_names import shortened
+from einschalt.foundations.extras import imported
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.files.gdal_files import COPIES
 from einschalt.interfaces.files.map_layers import exaggeration
-from einschalt.interfaces.programs.extras import imported
 from einschalt.interfaces.programs.foreign import Foreign, damaged, is_finite
 
 COLOURS = {"new": 7, "control": 30, "check": 5}

@@ -12,8 +12,8 @@ import pandas as pd
 from einschalt.foundations.column_meanings import TABLES, meaning_of
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.extras import imported
 from einschalt.interfaces.files.result_folder import decimals_of
-from einschalt.interfaces.programs.extras import imported
 
 ABOUT, COLUMNS = "about", "columns"
 MOST_ROWS = 1_048_575

@@ -21,6 +21,7 @@ from einschalt.foundations.published_systems import (
 )
 from einschalt.foundations.rotations import rotation_from_angles
 from einschalt.interfaces.publication.published_operation import PublishedOperation
+from einschalt.stages.gridded_transformation import GriddedTransformation
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
     held_out_error,
@@ -83,7 +84,7 @@ def operations_of_fit(fit, frames):
     names = fit.models[["coverage", "model_id"]].to_numpy()[places]
     keys = names if fit.has_coverages else names[:, 1:]
     differences = None
-    if not isinstance(fit, TriangulatedTransformation):
+    if not isinstance(fit, (TriangulatedTransformation, GriddedTransformation)):
         differences = held_out_points(fit)[DIFFERENCES].to_numpy()
     made = []
     for place, code, key in zip(places, codes(frames.name, keys), keys, strict=True):
@@ -91,7 +92,8 @@ def operations_of_fit(fit, frames):
         target = fit.observed.target[rows]
         title = frames.name if len(places) == 1 else f"{frames.name}, {' '.join(key)}"
         matrix, shift = fit.fit.homogeneous(place)
-        facts = _triangles_of(fit, place, rows, differences)
+        facts = _distribution_of(fit, place, rows, differences)
+        matrix, shift = facts.pop("affine", (matrix, shift))
         frame, system = frames.systems(
             title, abs(np.linalg.det(matrix)) ** (1 / len(matrix))
         )
@@ -113,21 +115,38 @@ def operations_of_fit(fit, frames):
     return _some(made)
 
 
-def _triangles_of(fit, place, rows, differences):
-    """How good one transformation is, and its triangles where it has any."""
+def _distribution_of(fit, place, rows, differences):
+    """How good one transformation is, and its triangles or grid where it has any."""
     if differences is not None:
         error, n_held = held_out_error(differences[rows])
         return {"accuracy_m": error, "n_held_out": n_held}
+    if isinstance(fit, GriddedTransformation):
+        return _grid_of(fit, place, rows)
     held = fit.held_out[DIFFERENCES].to_numpy()[rows]
     error, n_held = held_out_error(held)
-    model = fit.models[["coverage", "model_id"]].iloc[place]
-    is_of_it = (fit.left_out[["coverage", "model_id"]] == model).all(axis=1)
     return {
         "accuracy_m": error,
         "n_held_out": n_held,
         "given_net": fit.nets[place],
-        "left_out": fit.left_out[is_of_it],
+        "left_out": _left_out_of_model(fit, place),
     }
+
+
+def _grid_of(fit, place, rows):
+    grid = fit.grids[place].grid
+    error, n_held = held_out_error(fit.held_out_good[DIFFERENCES].to_numpy()[rows])
+    return {
+        "affine": (grid.matrix, grid.shift),
+        "accuracy_m": error,
+        "n_held_out": n_held,
+        "grid": grid,
+        "left_out": _left_out_of_model(fit, place),
+    }
+
+
+def _left_out_of_model(fit, place):
+    model = fit.models[["coverage", "model_id"]].iloc[place]
+    return fit.left_out[(fit.left_out[["coverage", "model_id"]] == model).all(axis=1)]
 
 
 def operations_of_block(tables, frames, bent=()):
@@ -138,6 +157,8 @@ def operations_of_block(tables, frames, bent=()):
     """
     models = tables["models"]
     models = models[models["is_usable"] & ~models["flight"].isin(list(bent))]
+    if frames.target is not None:  # spatial models were bent as the map is
+        models = models[models["transformation"] != "helmert_3d"]
     held = tables["residuals"].merge(tables["points"], on="point_id")
     groups = held.groupby(MODEL_OF_FLIGHT, sort=False).indices
     keys = models[MODEL_OF_FLIGHT].astype(str).to_numpy()
@@ -234,7 +255,8 @@ def _some(made):
     raise GeometryError(
         "the result has no transformation that could be published",
         expected="a model that is transformed, in a flight without a modelled common "
-        "deformation",
+        "deformation; and in plan, where there is a system of the Earth: its curvature "
+        "is in no affine transformation",
         remedy="The table failures says why models are not usable",
     )
 

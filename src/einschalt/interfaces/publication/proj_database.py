@@ -17,6 +17,7 @@ from einschalt.foundations.errors import FileError
 AUTHORITY = "EINSCHALT"
 KINDS = ("table", "view")
 LIMITS = ("extent", "scope")
+READS_GRIDS = (9, 4)
 SWAPPED = "+step +proj=axisswap +order=2,1"
 
 
@@ -34,6 +35,13 @@ def write_database(path, operations, target, *, description, like=None):
         is_swapped = target.axis_info[0].direction == "north"
         for one in operations:
             _add_operation(database, one, code, description, is_swapped=is_swapped)
+
+
+def frame_wkt(operation):
+    """WKT of the frame from which an operation leads, by the name of its authority."""
+    content = operation.frame.to_json_dict()
+    content["id"] = {"authority": AUTHORITY, "code": operation.code}
+    return pyproj.CRS.from_json_dict(content).to_wkt(pretty=True)
 
 
 @contextmanager
@@ -60,6 +68,21 @@ def require_database(path):
             expected="the file proj.db of the PROJ that is to use the publication",
             file=path,
         ) from error
+
+
+def require_grids_are_read(path):
+    """Refuse a PROJ that does not read grids of shifts in plane systems."""
+    with closing(_opened(path)) as known:
+        found = known.execute("select value from metadata where key = 'PROJ.VERSION'")
+        version = (found.fetchone() or ("",))[0]
+    parts = [int(part) for part in version.split(".")[:2] if part.isdecimal()]
+    if len(parts) == 2 and tuple(parts) < READS_GRIDS:
+        raise FileError(
+            f"is of PROJ {version}, which reads no grids of shifts in plane systems",
+            expected="PROJ 9.4 or later",
+            remedy="Distribute in triangles: PROJ 7.2 and later read them",
+            file=path,
+        )
 
 
 def _opened(path):

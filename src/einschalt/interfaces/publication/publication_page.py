@@ -7,7 +7,10 @@ import numpy as np
 from einschalt.foundations import typesetting
 from einschalt.foundations.display_names import as_unicode
 from einschalt.interfaces.provenance import versions
+from einschalt.interfaces.publication.gtg_file import gridshift_step
 from einschalt.interfaces.publication.proj_database import AUTHORITY
+
+ELLIPSE_95 = np.sqrt(-2.0 * np.log(0.05))  # half axes over standard errors
 
 
 def page(operations, frames, title, home, left_out, has_database):
@@ -28,12 +31,7 @@ def page(operations, frames, title, home, left_out, has_database):
 
 def _head(operations, frames, title):
     counted = typesetting.count(len(operations), "transformation")
-    ways = {
-        (False, True): "affine",
-        (True, True): "linear in triangles of identical points",
-        (False, False): "affine in space",
-    }
-    kinds = sorted({ways[one.is_distributed, one.is_plane] for one in operations})
+    kinds = sorted({_kind(one) for one in operations})
     between = f"from {frames.source_label} to {frames.target_label}"
     day = datetime.now(UTC).date().isoformat()
     return f"""\
@@ -46,6 +44,14 @@ Estimated from identical points and published with einschalt on {day} (PROJ
 has each transformation as PROJ string and as WKT."""
 
 
+def _kind(one):
+    if one.grid is not None:
+        return "affine with a grid of shifts on top"
+    if one.is_distributed:
+        return "linear in triangles of identical points"
+    return "affine" if one.is_plane else "affine in space"
+
+
 HOW_GOOD = """\
 ## How good it is
 
@@ -54,9 +60,16 @@ one (easting and northing together, RMS); PROJ is told it as the accuracy.
 
 | name | identical points | held out | error [m] | area: west, south, east, north |
 |---|---|---|---|---|"""
-SHARED = """
+EXACT = """
 Identical points themselves go exactly where they were measured. What all of them share,
 such as an error of the new frame, no held-out point can show."""
+SMOOTH = """
+Identical points go where the grid says, not exactly where they were measured: of what
+is theirs alone collocation takes nothing. The bands
+`easting_offset_accuracy` and `northing_offset_accuracy` of the grid are the standard
+errors of a new point at each place [m]: 95 in 100 held-out points lie within the
+ellipse of {factor:.3f} times that size. What all identical points share, such as an
+error of the new frame, no held-out point can show."""
 LEFT_OUT = """\
 ## Points left out
 
@@ -72,6 +85,9 @@ the Earth, and transformations in plan."""
 OUTSIDE_TRIANGLES = """\
 Outside of the triangles nothing is known: PROJ gives an error or infinite coordinates.\
 """
+OUTSIDE_GRID = """\
+Beyond the identical points the grid goes on to its edges, where its accuracy bands say
+how little is known; outside of it PROJ gives an error or infinite coordinates."""
 OUTSIDE_HULL = """\
 The PROJ strings and the database go on beyond the identical points, where their errors
 grow; the triangles end at the hull."""
@@ -91,8 +107,10 @@ def _how_good(operations):
         name = f"`{one.code}`" + (f" ({one.model})" if one.model else "")
         cells = name, len(one.source), one.n_held_out, error, area
         lines.append(f"| {' | '.join(map(str, cells))} |")
-    if any(one.is_distributed for one in operations):
-        lines.append(SHARED)
+    if any(one.given_net is not None for one in operations):
+        lines.append(EXACT)
+    if any(one.grid is not None for one in operations):
+        lines.append(SMOOTH.format(factor=ELLIPSE_95))
     return "\n".join(lines)
 
 
@@ -136,13 +154,26 @@ cs2cs --no-ballpark -f %.4f {code} {end} < points.txt
 ogr2ogr -s_srs {code} -t_srs {end} new.gpkg old.gpkg
 ```
 
-QGIS finds the frame and the operation under the same name when the variable is set
-under Settings, Options, System, Environment. PROJ takes a database of its own layout
+QGIS finds the operation when the variable is set under Settings, Options, System,
+Environment. It knows the frame from a file whose system it is (`ogr2ogr -a_srs {code}
+frame.gpkg old.gpkg`), or as a custom projection, whose definition is `{first.code}.wkt`
+(format WKT). PROJ takes a database of its own layout
 only; for one that refuses it publish again with `--proj-db` and the path of its
 `proj.db`. Where an authority lists the northing first, `cs2cs` prints it first."""
 
 
 def _with_strings(first, home):
+    if first.grid is not None:
+        return f"""\
+## By its grid of shifts
+
+`{first.code}.tif` is a GeoTIFF of PROJ's (GTG), linear along both axes of its cells of
+{first.grid.cell:g} m, to be read by PROJ 9.4 and later, both ways:
+
+```
+echo easting northing | cct -z 0 -t 0 -d 4 +proj=pipeline +step {first.affine_step} \\
+  +step {gridshift_step(home / f"{first.code}.tif")}
+```"""
     if first.net is None:
         return f"""\
 ## As a PROJ string
@@ -162,8 +193,11 @@ echo easting northing | cct -z 0 -t 0 -d 4 +proj=tinshift '+file={triangles}'
 
 
 def _limits(operations, has_database):
-    is_distributed = any(one.is_distributed for one in operations)
-    said = [OUTSIDE_TRIANGLES if is_distributed else OUTSIDE_HULL]
+    said = [OUTSIDE_HULL]
+    if any(one.grid is not None for one in operations):
+        said = [OUTSIDE_GRID]
+    elif any(one.is_distributed for one in operations):
+        said = [OUTSIDE_TRIANGLES]
     if has_database:
         said.append(BALLPARK)
     return "\n".join(["## Outside", "", *said, CHECKED])

@@ -17,6 +17,7 @@ from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
 from einschalt.interfaces.files.written_files import PROVENANCE, Source
 from einschalt.interfaces.provenance import provenance_of_tables
+from einschalt.interfaces.publication.gtg_file import gridshift_step, write_gtg
 from einschalt.interfaces.publication.operations_of_results import (
     Frames,
     left_out_of,
@@ -25,7 +26,9 @@ from einschalt.interfaces.publication.operations_of_results import (
 )
 from einschalt.interfaces.publication.proj_database import (
     AUTHORITY,
+    frame_wkt,
     require_database,
+    require_grids_are_read,
     write_database,
 )
 from einschalt.interfaces.publication.publication_page import page
@@ -54,8 +57,8 @@ class Publication(Result):
     folder : Path
     operations : DataFrame
         code, model, accuracy (of held-out points, TOTAL) [m], n_points, n_held_out,
-        west, south, east, north [degrees], triangles (file, empty in space), proj
-        (PROJ string), wkt (CoordinateOperation).
+        west, south, east, north [degrees], triangles, grid (files, empty where there
+        are none), proj (PROJ string), wkt (CoordinateOperation).
     left_out : DataFrame
         operation, point_id, deviation [m], reason.
     database : Path or None
@@ -81,7 +84,8 @@ class Publication(Result):
             counted = typesetting.count(len(self.left_out), "identical point")
             lines.append(f"{counted} left out, see {LEFT_OUT}")
         if self.database is not None:
-            in_plan = self.operations[self.operations["triangles"] != ""]
+            files = self.operations["triangles"] + self.operations["grid"]
+            in_plan = self.operations[files != ""]
             lines.append(
                 f"PROJ finds {AUTHORITY}:{in_plan['code'].iloc[0]} with "
                 f"PROJ_AUX_DB={self.database}"
@@ -121,6 +125,8 @@ def publish_operations(
     name = frames.name
     if proj_db is not None:
         require_database(Path(proj_db))
+        if any(one.grid is not None for one in operations):
+            require_grids_are_read(Path(proj_db))
     home = folder.absolute() if installed_at is None else Path(installed_at)
     names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
     source = Source("publish", name)
@@ -132,6 +138,7 @@ def publish_operations(
     def write(staging):
         staging = staging.absolute()  # PROJ would search for another one
         _write_triangles(operations, frames, staging)
+        _write_grids(operations, frames, staging)
         table = _checked_table(operations, staging, home)
         left_out = left_out_of(operations)
         write_csv(table, staging / OPERATIONS)
@@ -140,6 +147,8 @@ def publish_operations(
         database = staging / f"{name}.db" if has_database else None
         if has_database:
             _write_checked_database(plane, frames, database, home, proj_db)
+            for one in plane:
+                write_text(staging / f"{one.code}.wkt", frame_wkt(one) + "\n")
         done.append((table, left_out))
         text = page(operations, frames, title, home, left_out, has_database)
         write_text(staging / PAGE, text)
@@ -164,6 +173,19 @@ def _write_triangles(operations, frames, folder):
                 description=f"{one.title}, from {frames.source_label} to "
                 f"{frames.target_label}; held-out points: {_said(one.accuracy_m)}",
                 systems=(f"{AUTHORITY}:{one.code}", ends),
+            )
+
+
+def _write_grids(operations, frames, folder):
+    for one in operations:
+        if one.grid is not None:
+            area = f"{one.title}, from {frames.source_label} to {frames.target_label}"
+            write_gtg(
+                folder / f"{one.code}.tif",
+                one.grid,
+                name=one.code,
+                area=area,
+                target=frames.target,
             )
 
 
@@ -203,6 +225,7 @@ def _checked_table(operations, staging, home):
                 "n_held_out": one.n_held_out,
                 **dict(zip(("west", "south", "east", "north"), area, strict=True)),
                 "triangles": "" if one.net is None else f"{one.code}.json",
+                "grid": "" if one.grid is None else f"{one.code}.tif",
                 **texts,
             }
         )
@@ -210,6 +233,9 @@ def _checked_table(operations, staging, home):
 
 
 def _step(one, place):
+    if one.grid is not None:
+        shifts = gridshift_step(place / f"{one.code}.tif")
+        return f"{one.affine_step} +step {shifts}"
     if one.is_distributed:
         return tinshift_step(place / f"{one.code}.json")
     return one.affine_step

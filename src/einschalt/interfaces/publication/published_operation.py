@@ -13,6 +13,7 @@ from einschalt.foundations.published_systems import (
     affine_step,
     pipeline_method,
 )
+from einschalt.theory.residual_distribution.shift_grid import ShiftGrid
 from einschalt.theory.triangulation.triangle_net import TriangleNet
 
 
@@ -20,8 +21,8 @@ from einschalt.theory.triangulation.triangle_net import TriangleNet
 class PublishedOperation:
     """A transformation from a plane frame of its own into a plane system.
 
-    In plan it is affine, or linear in triangles where ``is_distributed``; in space it
-    is affine, and has no triangles.
+    In plan it is affine, or its residuals are distributed: linear in triangles, or by a
+    grid of shifts on top of the affine part. In space it is affine.
     """
 
     code: str  # by which files and databases name it
@@ -38,12 +39,13 @@ class PublishedOperation:
     system: pyproj.CRS  # into which, easting before northing
     area: tuple | None  # west, south, east, north [degrees]
     given_net: TriangleNet | None = None
+    grid: ShiftGrid | None = None
     left_out: pd.DataFrame | None = None
 
     @property
     def is_distributed(self):
-        """Whether residuals are distributed in triangles."""
-        return self.given_net is not None
+        """Whether residuals are distributed."""
+        return self.given_net is not None or self.grid is not None
 
     @property
     def is_plane(self):
@@ -52,11 +54,11 @@ class PublishedOperation:
 
     @cached_property
     def net(self):
-        """Triangles that hold its domain: TriangleNet, None in space.
+        """Triangles that hold its domain: TriangleNet, None in space and of a grid.
 
         Of an affine transformation those of the hull of its points, all alike.
         """
-        if self.given_net is not None or not self.is_plane:
+        if self.is_distributed or not self.is_plane:
             return self.given_net
         hull = self.source[ConvexHull(self.source - self.source.mean(axis=0)).vertices]
         after = np.arange(1, len(hull) - 1)
@@ -73,8 +75,10 @@ class PublishedOperation:
         return xyz @ self.matrix.T + self.shift
 
     def apply(self, xyz):
-        """Target coordinates of points; NaN outside of its triangles."""
-        if self.is_distributed:
+        """Target coordinates of points; NaN outside of its triangles or grid."""
+        if self.grid is not None:
+            return self.grid.apply(xyz)
+        if self.given_net is not None:
             return self.given_net.apply(xyz)
         return self.affine(xyz)
 

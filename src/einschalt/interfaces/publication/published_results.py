@@ -6,16 +6,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from einschalt.foundations.arguments import as_path
-from einschalt.foundations.errors import FileError
+from einschalt.foundations.arguments import as_path, require_choice
+from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.publish import (
     BLOCK_TABLES,
     publish_block,
     publish_fit,
 )
+from einschalt.stages import gridded_transformation as gridded
 from einschalt.stages import stage3_model_transformation as stage3
 from einschalt.stages import triangulated_transformation as triangulated
+from einschalt.stages.gridded_transformation import distribute_in_grid, with_grids
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.triangulated_transformation import (
     distribute_in_triangles,
@@ -23,6 +25,8 @@ from einschalt.stages.triangulated_transformation import (
 )
 
 IDENTICAL, TRIANGLES, ASSESSMENT = "identical_points", "triangles", "assessment.json"
+DISTRIBUTION = "distribution"
+METHODS = (TRIANGLES, "collocation", "natural_neighbour")
 
 
 class _Published:
@@ -63,34 +67,65 @@ class _Published:
 class ModelTransformation(_Published, stage3.ModelTransformation):
     """Transformations of all models of a flight, which can be published."""
 
-    def distributed(self, triangles=None, *, outliers="keep"):
-        """Distribute the residuals in triangles of identical points.
+    def distributed(
+        self, triangles=None, *, method=TRIANGLES, outliers=None, cell=None
+    ):
+        """Distribute the residuals of identical points to those between.
 
         Parameters
         ----------
         triangles : DataFrame, optional
             Names of their corners, in three columns; Delaunay triangles where left out.
-        outliers : {"keep", "set_aside"}
-            Whether identical points that contradict their neighbours are corners.
+        method : {"triangles", "collocation", "natural_neighbour"}
+            Linear in triangles of identical points, which go exactly where they were
+            measured; or by a grid of shifts: those that neighbours share, without
+            noise (collocation), or natural neighbours'.
+        outliers : {"keep", "set_aside"}, optional
+            Whether identical points that contradict their neighbours take part; where
+            left out "keep" for triangles, and "set_aside" for grids.
+        cell : float, optional
+            Width of the cells of a grid [m]; chosen where left out.
 
         Returns
         -------
-        TriangulatedTransformation
-            Its :meth:`transform` brings every identical point exactly where it was
-            measured.
+        TriangulatedTransformation or GriddedTransformation
 
         Raises
         ------
         EinschaltError
-            The transformation is spatial, or the triangles cannot be undone.
+            The transformation is spatial, has too few points, or cannot be undone.
         """
-        found = distribute_in_triangles(self, triangles, outliers=outliers)
-        return with_publication(found, TriangulatedTransformation)
+        require_choice("method", method, METHODS)
+        if method == TRIANGLES:
+            _require_none("cell", cell, "collocation or natural_neighbour")
+            found = distribute_in_triangles(
+                self, triangles, outliers=outliers or "keep"
+            )
+            return with_publication(found, TriangulatedTransformation)
+        _require_none("triangles", triangles, TRIANGLES)
+        return with_publication(
+            distribute_in_grid(
+                self, method, outliers=outliers or "set_aside", cell=cell
+            ),
+            GriddedTransformation,
+        )
+
+
+def _require_none(name, value, method):
+    if value is not None:
+        raise SettingsError(
+            f"{name} is given", expected=f"none, unless method is {method}"
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TriangulatedTransformation(_Published, triangulated.TriangulatedTransformation):
     """Transformations that are linear in triangles, which can be published."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GriddedTransformation(_Published, gridded.GriddedTransformation):
+    """Transformations with grids of shifts, which can be published."""
 
 
 def with_publication(fit, kind=ModelTransformation):
@@ -154,6 +189,8 @@ def _fit_in(folder):
     target = list(TRANSFORMATION_KINDS[kind].target)
     ground = points[["point_id", *target]].drop_duplicates("point_id")
     fit = stage3.transform_models(points.drop(columns=target), ground, kind=kind)
+    if (folder / f"{DISTRIBUTION}.parquet").exists():
+        return with_grids(fit, _table(folder, DISTRIBUTION))
     if not (folder / f"{TRIANGLES}.parquet").exists():
         return fit
     return with_triangles(fit, _table(folder, TRIANGLES), _table(folder, "left_out"))
@@ -208,8 +245,9 @@ def publish(
 ):
     """Publish a result, so that PROJ, GDAL and QGIS find its transformations by name.
 
-    Each as PROJ string and WKT, with accuracy and area; as triangles of ``tinshift``;
-    all of them in an auxiliary PROJ database; and a page that says how to use them and
+    Each as PROJ string and WKT, with accuracy and area; as triangles of ``tinshift``,
+    or as a grid of shifts (GTG) where its residuals are distributed by one; all of them
+    in an auxiliary PROJ database; and a page that says how to use them and
     how good they are. PROJ runs every form before it is published, there and back.
 
     Parameters

@@ -22,15 +22,22 @@ SEED = 0  # a publication is the same in every run
 
 
 def points_of_operation(operation, n_points=N_POINTS):
-    """Identical points of an operation, and others within its triangles, (n, 2 or 3).
+    """Identical points of an operation, and others among them, (n, 2 or 3).
 
     As many of these at most as it has identical points, but 100 at least.
     """
     if not operation.is_plane:
         return operation.source
-    net = operation.net
     rng = np.random.default_rng(SEED)
     n_points = min(n_points, max(100, len(operation.source)))
+    if operation.grid is not None:
+        known = operation.source
+        chosen = rng.integers(0, len(known), (n_points, 3))
+        shares = rng.dirichlet(np.ones(3), n_points)[..., None]
+        asked = np.concatenate([known, (shares * known[chosen]).sum(axis=1)])
+        # what was set aside for its place lies beyond
+        return asked[np.isfinite(operation.apply(asked)).all(axis=1)]
+    net = operation.net
     chosen = rng.integers(0, len(net.corners), n_points)
     shares = rng.dirichlet(np.ones(3), n_points)
     within = np.einsum("nk,nkj->nj", shares, net.source[net.corners[chosen]])

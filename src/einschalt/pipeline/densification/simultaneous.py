@@ -12,6 +12,7 @@ from einschalt.foundations.arguments import (
 )
 from einschalt.foundations.errors import GeometryError, SettingsError, TableError
 from einschalt.pipeline.block.block import Block
+from einschalt.stages.curved_earth import bend_flights
 from einschalt.stages.error_propagation.given_points import CONTROL_POINTS
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.stages.relative_orientation.parallax_errors import OrientationErrors
@@ -147,7 +148,8 @@ def adjust_block(
     if kind == SPATIAL:
         _require_spatial(block, oriented, given)
     kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
-    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
+    bent = bend_flights(block, oriented, kind)
+    return simultaneous_adjustment(block_tables(block, bent, kinds), options)
 
 
 def _deformation(value):

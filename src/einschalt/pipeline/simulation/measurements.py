@@ -40,6 +40,16 @@ class Ground:
     # (n_points, 2): easting, northing from the centre of the area [m]
     position: np.ndarray
     terrain: Terrain
+    # (n_points, 3), of spatial models on the curved Earth: Cartesian coordinates from
+    # the centre of the area, heights above zero [m]; None where the map is the ground
+    cartesian: np.ndarray | None = None
+
+    def seen(self, point):
+        """Places (n, 2) and heights (n,) of points as models and cameras see them."""
+        if self.cartesian is None:
+            position = self.position[point]
+            return position, self.terrain.height(position)
+        return self.cartesian[point, :2], self.cartesian[point, 2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,10 +170,10 @@ def _in_model(flight):
     At image scale [m], shape (n_rows, 3).
     """
     geometry, layout, ground = flight.geometry, flight.layout, flight.ground
-    position = ground.position[layout.point]
+    position, height = ground.seen(layout.point)
     away = turn(position - layout.centre[layout.model], -layout.direction[layout.model])
-    height = ground.terrain.height(position) - geometry.mean_height
-    return np.column_stack([away, height]) / layout.scale_number
+    above = height - geometry.mean_height
+    return np.column_stack([away, above]) / layout.scale_number
 
 
 def _measure(flight, true):
@@ -228,10 +238,8 @@ def _photograph(flight, coverage):
     drawn = flight.streams["setting"].standard_normal((len(centres), 3))
     omega, phi, kappa = geometry.camera_tilt * drawn.T
     turned = rotation_from_angles(omega, phi, raster.direction + kappa)
-    position = ground.position[point]
-    depth = geometry.flying_height(layout.scale_number) - ground.terrain.height(
-        position
-    )
+    position, height = ground.seen(point)
+    depth = geometry.flying_height(layout.scale_number) - height
     ray = np.column_stack([position - centres[image], -depth])
     in_image = np.einsum("nij,nj->ni", turned[image], ray)
     xy = -geometry.principal_distance * in_image[:, :2] / in_image[:, 2:]

@@ -12,6 +12,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import described, is_choice, require_kind
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.foundations.value_ranges import Range
 from einschalt.pipeline.block.block import Block, Flight
@@ -31,6 +32,7 @@ from einschalt.pipeline.simulation.measurements import (
     Ground,
 )
 from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
+from einschalt.stages.curved_earth import straightened
 
 FLIGHTS = ("high_flight", "low_flight")
 GEOMETRY_STREAMS = ("points", "terrain", "check", "setting_high", "setting_low")
@@ -205,9 +207,21 @@ def _set_scene(geometry, noise, streams):
     if not geometry.shares_control and geometry.measurement != "images":
         of_all = layouts["high_flight"]
         layouts["high_flight"] = leave_control_of_others(of_all, control)
-    ground = Ground(name_points(len(position)), position, terrain)
+    cartesian = _cartesian(geometry, position, terrain)
+    ground = Ground(name_points(len(position)), position, terrain, cartesian)
     is_check = _choose_check(geometry, layouts, is_control, streams["check"])
     return _Scene(geometry, noise, streams, ground, layouts, is_control, is_check)
+
+
+def _cartesian(geometry, position, terrain):
+    """What spatial models show: the map made straight about the middle of the area."""
+    if not geometry.has_heights or read_crs(geometry.crs).is_engineering:
+        return None
+    height = terrain.height(position)
+    middle = np.array([geometry.centre_easting, geometry.centre_northing, 0.0])
+    points = np.column_stack([position, height]) + middle
+    away = np.array([0.0, 0.0, geometry.mean_height])
+    return straightened(points, middle + away, geometry.crs) - middle
 
 
 def _choose_check(geometry, layouts, is_control, rng):

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from scipy import sparse
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import ConvexHull, Delaunay, QhullError
 
 # share of the size of a triangle below which a point lies on its corner or side
 NEAR = 1e-9
@@ -55,7 +55,7 @@ def natural_neighbour_weights(known_xy, point_xy):
         triangles.neighbors.astype(np.int64),
         _circumcentres(*(known[triangles.simplices[:, k]] for k in range(3))),
     )
-    home = triangles.find_simplex(points)
+    home = _home(triangles, points)
     is_outside = home < 0
     entries = _sibson_weights(mesh, points[~is_outside], home[~is_outside])
     inside = _as_rows(entries, np.flatnonzero(~is_outside), (len(points), len(known)))
@@ -71,6 +71,17 @@ def _triangles(known):
         return Delaunay(known)
     except QhullError:  # all on one line
         return None
+
+
+def _home(triangles, points):
+    """Triangle of each point, -1 outside, where a search would look at all of them."""
+    hull = ConvexHull(triangles.points)
+    is_outside = np.zeros(len(points), dtype=bool)
+    for east, north, offset in hull.equations:
+        is_outside |= points[:, 0] * east + points[:, 1] * north + offset > NEAR
+    home = np.full(len(points), -1, dtype=np.intp)
+    home[~is_outside] = triangles.find_simplex(points[~is_outside])
+    return home
 
 
 def _as_rows(entries, places, shape):

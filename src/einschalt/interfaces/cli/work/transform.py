@@ -15,6 +15,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import (
+    DISTRIBUTION,
     IDENTICAL,
     TRIANGLES,
     identical_points,
@@ -30,11 +31,11 @@ from einschalt.stages.triangulated_transformation import CORNERS
 
 ONE_MODEL = "1"
 TABLES = ("parameters", "models", "residuals", "failures", "points", IDENTICAL)
-OF_TRIANGLES = (TRIANGLES, "left_out")
+OF_DISTRIBUTION = (TRIANGLES, DISTRIBUTION, "left_out")
 NAMES = (
     *(
         f"{name}{suffix}"
-        for name in (*TABLES, *OF_TRIANGLES)
+        for name in (*TABLES, *OF_DISTRIBUTION)
         for suffix in (".csv", ".parquet")
     ),
     PROVENANCE,
@@ -48,7 +49,8 @@ DECIMALS = {
     **dict.fromkeys(("easting", "northing", "height"), 4),
     **dict.fromkeys(("residual_easting", "residual_northing", "residual_height"), 5),
     **dict.fromkeys(("m_0", "s_0", "m_t"), 5),
-    **dict.fromkeys(("leverage", "redundancy_number"), 4),
+    **dict.fromkeys(("standard_error_easting", "standard_error_northing"), 5),
+    **dict.fromkeys(("leverage", "redundancy_number", "deviation"), 4),
 }
 
 
@@ -59,6 +61,7 @@ def transform(
     output,
     kind,
     distribute,
+    cell,
     triangles,
     outliers,
     publish,
@@ -77,8 +80,9 @@ def transform(
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
     fit = transform_models(source, target, kind=kind)
-    if fit.is_usable and distribute == "triangles":
-        fit = fit.distributed(_triangles(triangles), outliers=outliers)
+    if fit.is_usable and distribute != "none":
+        options = {"method": distribute, "outliers": outliers, "cell": cell}
+        fit = fit.distributed(_triangles(triangles), **options)
     tables = _tables(fit, source, applied)
     write_tables_of(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
@@ -113,6 +117,8 @@ def _tables(fit, source, applied):
     }
     if hasattr(fit, "nets"):
         tables |= {TRIANGLES: fit.triangles, "left_out": fit.left_out}
+    if hasattr(fit, "grids"):
+        tables |= {DISTRIBUTION: fit.distribution, "left_out": fit.left_out}
     keyed = {name: _with_given_keys(table, source) for name, table in tables.items()}
     return keyed | {"points": fit.transform(applied), IDENTICAL: identical_points(fit)}
 

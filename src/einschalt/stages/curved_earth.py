@@ -1,0 +1,169 @@
+"""Before spatial models are transformed: what the map makes of straight lines.
+
+A model is a true likeness of the terrain, up to its scale. Easting, northing and height
+are not: a projection has a scale of its own in plan and none in height, and heights
+stand over a curved Earth. Over a kilometre that is 8 cm of height. So the points of a
+model are moved to where they would lie if it were a likeness of the coordinates; then
+all that follows may take these for Cartesian ones.
+
+See docs/theory/transformation.md.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.names import encode_pairs
+from einschalt.foundations.projections import (
+    from_geocentric,
+    read_crs,
+    to_geocentric,
+)
+from einschalt.foundations.tables import with_coverage
+from einschalt.stages.stage1_approximate_coordinates import (
+    average_high_flight,
+    transform_high_flight,
+)
+from einschalt.stages.stage3_model_transformation import transform_models
+
+LEAST = 1e-3  # metres: the largest movement of a flight that is not worth it
+XYZ = ["x", "y", "z"]
+SPATIAL = "helmert_3d"
+HIGH, LOW = "high_flight", "low_flight"
+
+
+def bend_flights(block, flights, kind=None):
+    """Bend the models of all flights as the map of the block is bent.
+
+    ``flights``: of str to RelativeOrientation; ``kind``: their transformation, where it
+    is not the one that each states. Those whose models are not spatial, and models
+    without three known points, stay as they are; so does all without a plane system of
+    the Earth.
+    """
+    kinds = {name: kind or block.flights[name].transformation for name in flights}
+    if SPATIAL not in kinds.values() or not _is_of_the_earth(block.crs):
+        return flights
+    bent, ground = dict(flights), block.approximate_points
+    try:
+        if kinds.get(HIGH) == SPATIAL:
+            control = block.control_points
+            fit = transform_high_flight(flights[HIGH].model_points, control, SPATIAL)
+            bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
+            ground = average_high_flight(fit, flights[HIGH].model_points).points
+        ground = block.control_points if ground is None else ground
+        if kinds.get(LOW) == SPATIAL and "height" in ground:
+            fit = transform_models(flights[LOW].model_points, ground, SPATIAL)
+            bent[LOW] = bent_as_the_map(flights[LOW], fit, block.crs)
+    except GeometryError:  # no model fits: the steps that follow say so
+        return bent
+    return bent
+
+
+def _is_of_the_earth(crs):
+    return crs is not None and not read_crs(crs).is_engineering
+
+
+def bent_as_the_map(oriented, fit, crs):
+    """Bend the models of a flight as the map of their ground coordinates is bent.
+
+    Parameters
+    ----------
+    oriented : RelativeOrientation
+        Of a flight whose models are spatial.
+    fit : ModelTransformation
+        Of the flight's models onto any ground coordinates that are good to a per mille
+        of the model's size.
+    crs : str
+        Of the ground coordinates; heights are taken for those above its ellipsoid: what
+        a geoid differs from it is a scale.
+
+    Returns
+    -------
+    RelativeOrientation
+        With model points and projection centres where they belong; as it was where no
+        point moves by a millimetre.
+    """
+    system = _flat(read_crs(crs))
+    moved, largest = _moved(oriented.model_points, fit, system)
+    if not largest > LEAST:
+        return oriented
+    centres = oriented.centres
+    if len(centres):
+        centres, _ = _moved(centres, fit, system)
+    return replace(oriented, model_points=moved, centres=centres)
+
+
+def _flat(crs):
+    """The plane part of a system with heights."""
+    return (crs.sub_crs_list or [crs])[0]
+
+
+def _moved(points, fit, crs):
+    """Points of models, moved, and by how much at most [m]; others as they were."""
+    place = _places(points, fit)
+    rows = np.flatnonzero(place >= 0)
+    place, xyz = place[rows], points[XYZ].to_numpy(dtype=float)[rows]
+    if not len(rows):
+        return points, 0.0
+    ground = fit.fit.apply(place, xyz)
+    bent = _in_map(ground, place, fit, crs)
+    is_known = np.isfinite(bent).all(axis=1)
+    # what a likeness of the whole model takes up is no movement
+    rows, place = rows[is_known], place[is_known]
+    back = fit.fit.invert(place, bent[is_known])
+    table = points.copy()
+    table.iloc[rows, [table.columns.get_loc(name) for name in XYZ]] = back
+    away = np.linalg.norm(bent[is_known] - ground[is_known], axis=1)
+    return table, float(away.max(initial=0.0))
+
+
+def _places(points, fit):
+    """Row of the fit for each point, -1 where its model is not usable."""
+    models = with_coverage(fit.models)
+    known = encode_pairs(models["coverage"], models["model_id"])
+    named = with_coverage(points)
+    coded = encode_pairs(named["coverage"], named["model_id"])
+    place = known.locate(coded)[coded.codes]
+    usable = models["is_usable"].to_numpy(dtype=bool)
+    return np.where((place >= 0) & usable[place], place, -1)
+
+
+def _in_map(ground, place, fit, crs):
+    """Map coordinates of points that are given in Cartesian ones of their model.
+
+    These have their origin and their axes where the middle of the model's points has
+    easting, northing and height.
+    """
+    middles = _middles(fit)
+    origin, axes = _cartesian_frames(middles, crs)
+    away = ground - middles[place]
+    geocentric = origin[place] + np.einsum("nij,nj->ni", axes[place], away)
+    return from_geocentric(geocentric, crs)
+
+
+def _cartesian_frames(middles, crs):
+    """Geocentric origins (n, 3), and axes (n, 3, 3) as columns, of Cartesian frames."""
+    origin, jacobian = to_geocentric(middles, crs)
+    return origin, jacobian / np.linalg.norm(jacobian, axis=1, keepdims=True)
+
+
+def straightened(points, middle, crs):
+    """Cartesian coordinates of points on the map, which a model is a likeness of.
+
+    ``points`` (n, 3): easting, northing, height above the ellipsoid [m]; ``middle``
+    (3,): where both are the same, and have the same axes.
+    """
+    system = _flat(read_crs(crs))
+    origin, axes = _cartesian_frames(np.asarray(middle, dtype=float)[None], system)
+    geocentric, _ = to_geocentric(points, system)
+    return middle + (geocentric - origin) @ axes[0]
+
+
+def _middles(fit):
+    start = fit.observed.start
+    count = np.maximum(np.diff(start), 1)
+    sums = np.add.reduceat(
+        np.vstack([fit.observed.target, np.zeros((1, 3))]), start[:-1], axis=0
+    )
+    return np.where((np.diff(start) > 0)[:, None], sums / count[:, None], np.nan)

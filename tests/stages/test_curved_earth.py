@@ -1,0 +1,93 @@
+"""Spatial models over a curved Earth, in a map with a scale of its own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pyproj
+import pytest
+
+import einschalt as es
+from einschalt.stages.curved_earth import bend_flights, straightened
+from einschalt.stages.stage2_relative_orientation import relative_orientation
+
+EARTH = 6.38e6
+AXES = ["easting", "northing", "height"]
+EXACT = {
+    **dict.fromkeys(("control_standard_error", "orientation_error"), 0.0),
+    **dict.fromkeys(("high_m_g_um", "low_m_g_um", "y_parallax_um"), 0.0),
+}
+
+
+@pytest.fixture(scope="module", params=["machine", "images"])
+def exact_block(request):
+    """Without any error, 110 km from the meridian of its zone, with 60 m of relief."""
+    geometry = es.BlockGeometry(
+        width=3e3,
+        height=3e3,
+        crs="EPSG:25833",
+        centre_easting=390_000.0,
+        centre_northing=5_240_000.0,
+        transformation="helmert_3d",
+        measurement=request.param,
+        relief=60.0,
+    )
+    return es.simulate_block("demo", geometry=geometry, noise=es.BlockNoise(**EXACT))
+
+
+def largest_errors(block, method):
+    """Of new points, in plan and in height [m]."""
+    settings = es.Settings(method=method, outliers="keep")
+    points = es.densify(block, settings).points
+    new = points[points["role"] == "new"].merge(block.truth, on="point_id")
+    away = [(new[f"{name}_x"] - new[f"{name}_y"]).abs().max() for name in AXES]
+    return np.hypot(*away[:2]), away[2]
+
+
+@pytest.mark.parametrize("method", ["two_step", "simultaneous"])
+def test_coordinates_are_right_to_a_tenth_of_a_millimetre(exact_block, method):
+    assert max(largest_errors(exact_block, method)) < 1e-4
+
+
+def test_taken_for_cartesian_coordinates_they_would_be_wrong_by_a_decimetre(
+    exact_block,
+):
+    flat = replace(exact_block, crs=None)
+    assert largest_errors(flat, "two_step")[1] > 0.05
+
+
+def test_the_middle_stays_and_the_horizon_falls():
+    middle = np.array([390_000.0, 5_240_000.0, 400.0])
+    east = np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [0.0, 0.0, 100.0]])
+    found = straightened(middle + east, middle, "EPSG:25833") - middle
+    longitude, latitude = pyproj.Transformer.from_crs(
+        "EPSG:25833", "EPSG:4258", always_xy=True
+    ).transform(*middle[:2])
+    scale = pyproj.Proj("EPSG:25833").get_factors(longitude, latitude).meridional_scale
+    length = 1000.0 / scale * (1.0 + 400.0 / EARTH)
+    expected = [[0, 0, 0], [length, 0, -(length**2) / 2.0 / EARTH], [0, 0, 100]]
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+
+
+def test_models_and_centres_are_bent_and_without_a_system_stay_as_they_are(
+    exact_block,
+):
+    flights = {
+        name: relative_orientation(flight)
+        for name, flight in exact_block.flights.items()
+    }
+    flat = bend_flights(replace(exact_block, crs=None), flights)
+    assert all(flat[name] is flights[name] for name in flights)
+    names = ["coverage", "model_id", "point_id"]
+    for name, bent in bend_flights(exact_block, flights).items():
+        before = flights[name]
+        pd.testing.assert_frame_equal(
+            before.model_points[names], bent.model_points[names]
+        )
+        moved = (bent.model_points[["x", "y", "z"]] - before.model_points).abs()
+        # some decimetres of scale at the edges of the model [mm at its scale]
+        assert 1e-3 < moved[["x", "y", "z"]].max(axis=None) < 0.2
+        # machine coordinates have no centres
+        assert len(bent.centres) == len(before.centres)
+        if len(bent.centres):
+            assert not bent.centres["z"].equals(before.centres["z"])
