@@ -56,6 +56,18 @@ def test_taken_for_cartesian_coordinates_they_would_be_wrong_by_a_decimetre(
     assert largest_errors(flat, "two_step")[1] > 0.05
 
 
+def test_models_that_were_corrected_before_stay_as_they_are(exact_block):
+    ignored = es.Settings(earth_curvature="ignored", outliers="keep")
+    flat = es.densify(replace(exact_block, crs=None), es.Settings(outliers="keep"))
+    found = es.densify(exact_block, ignored)
+    np.testing.assert_array_equal(found.points[AXES], flat.points[AXES])
+    assert "curved Earth" not in found.summary()
+    assert "curved Earth" in es.densify(exact_block).summary()
+    alone = es.adjust_block(replace(exact_block, settings=ignored), kind="helmert_3d")
+    expected = es.adjust_block(replace(exact_block, crs=None), kind="helmert_3d")
+    np.testing.assert_array_equal(alone.points[AXES], expected.points[AXES])
+
+
 def test_the_middle_stays_and_the_horizon_falls():
     middle = np.array([390_000.0, 5_240_000.0, 400.0])
     east = np.array([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [0.0, 0.0, 100.0]])

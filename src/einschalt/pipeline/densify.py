@@ -61,7 +61,9 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
         _require_possible(block, settings)
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)
-        flights = bend_flights(block, _orient(block, settings))
+        flights = _orient(block, settings)
+        if settings.earth_curvature == "treated":
+            flights = bend_flights(block, flights)
         asked = block, settings, flights, report_progress
         if settings.method == AUTO:
             examined, choice = solve_the_better_way(*asked)

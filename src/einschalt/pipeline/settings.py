@@ -71,6 +71,10 @@ class Settings(BaseModel):
         Whether deformations of models are modelled where a test finds them, only
         tested, or neither: those that each model has for itself, and with
         ``method = "simultaneous"`` those that all models of a flight share.
+    earth_curvature : {"treated", "ignored"}
+        Whether spatial models are brought onto the curved Earth and to the scale of the
+        map, where the block has a system of the Earth; "ignored" where the program that
+        measured them has corrected them for it.
     variance_components : {"given", "estimated"}
         With ``method = "simultaneous"``: whether control and flights have the errors
         that were given, or those that their residuals show.
@@ -153,6 +157,11 @@ class Settings(BaseModel):
         description="Deformations of models are modelled where a test finds them, only "
         "tested, or neither: those that each model has for itself, and with method "
         "simultaneous those that all models of a flight share.",
+    )
+    earth_curvature: Literal["treated", "ignored"] = Field(
+        "treated",
+        description="Curvature of the Earth and scale of the map in spatial models; "
+        "ignored where their coordinates were corrected for it before.",
     )
     variance_components: Literal["given", "estimated"] = Field(
         "given",

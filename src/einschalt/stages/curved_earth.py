@@ -42,7 +42,7 @@ def bend_flights(block, flights, kind=None):
     the Earth.
     """
     kinds = {name: kind or block.flights[name].transformation for name in flights}
-    if SPATIAL not in kinds.values() or not _is_of_the_earth(block.crs):
+    if SPATIAL not in kinds.values() or not is_of_the_earth(block.crs):
         return flights
     bent, ground = dict(flights), block.approximate_points
     try:
@@ -60,7 +60,8 @@ def bend_flights(block, flights, kind=None):
     return bent
 
 
-def _is_of_the_earth(crs):
+def is_of_the_earth(crs):
+    """Whether a block with this system (str or None) lies on the curved Earth."""
     return crs is not None and not read_crs(crs).is_engineering
 
 

@@ -148,8 +148,9 @@ def adjust_block(
     if kind == SPATIAL:
         _require_spatial(block, oriented, given)
     kinds = dict.fromkeys(measured, "helmert" if kind == FILM_AFFINITY else kind)
-    bent = bend_flights(block, oriented, kind)
-    return simultaneous_adjustment(block_tables(block, bent, kinds), options)
+    if block.settings.earth_curvature == "treated":
+        oriented = bend_flights(block, oriented, kind)
+    return simultaneous_adjustment(block_tables(block, oriented, kinds), options)
 
 
 def _deformation(value):

@@ -11,6 +11,7 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     image_component,
 )
 from einschalt.pipeline.assessment.evidence.variance_components import Component
+from einschalt.stages.curved_earth import SPATIAL, is_of_the_earth
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,8 @@ class FlightFacts:
     orientation: OrientationFacts | None  # None where nothing was oriented
     # m_g as given and as the measurements of both flights show it [µm]
     shown_m_g: Component | None
+    # whether the map is curved and scaled, and its spatial models were moved as it is
+    is_curved: bool
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ class ApproximationFacts:
 def flight_facts(examined) -> tuple[FlightFacts, ...]:
     """Collect the facts of every flight."""
     figures, components = examined.figures, examined.components
+    is_treated = examined.settings.earth_curvature == "treated"
+    is_curved = is_treated and is_of_the_earth(examined.block.crs)
     m_0 = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
     is_usable = examined.models["is_usable"].astype(bool)
     usable = examined.models.loc[is_usable, "flight"].value_counts()
@@ -76,6 +81,7 @@ def flight_facts(examined) -> tuple[FlightFacts, ...]:
             m_0=float(m_0[name]),
             orientation=_orientation(examined, name, flight),
             shown_m_g=getattr(components, name, None),
+            is_curved=is_curved and flight.transformation == SPATIAL,
         )
         for name, flight in examined.block.flights.items()
     )

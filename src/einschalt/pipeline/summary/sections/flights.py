@@ -6,6 +6,11 @@ from einschalt.foundations.typesetting import count, length, lengths, number, sc
 from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.wording import flight_name, with_error
 
+CURVED = (
+    "Spatial models were brought onto the curved Earth and to the scale of the map; "
+    'set earth_curvature = "ignored" where they were corrected for it before.'
+)
+
 
 def section(flights, approximations) -> Section:
     """Set what each flight measured, and how well its models fit."""
@@ -29,8 +34,16 @@ def section(flights, approximations) -> Section:
         approximation_remark(approximations),
         *orientation_remarks(flights),
         *measured_error_remarks(flights),
+        *curvature_remark(flights),
     )
     return Section("Flights (m_g and m_0 are total)", header, tuple(rows), remarks)
+
+
+def curvature_remark(flights) -> tuple[str, ...]:
+    """Say that the points of spatial models are not as they were measured."""
+    if not any(flight.is_curved for flight in flights):
+        return ()
+    return (CURVED,)
 
 
 def approximation_remark(facts) -> str:
