@@ -150,6 +150,11 @@ def _why(provenance, task):
     signature = task.signature
     if provenance.get("version") != signature["version"]:
         return f"computed by version {provenance.get('version')}"
+    former = provenance.get("versions")
+    former = former if isinstance(former, dict) else {}
+    for name, now in signature["versions"].items():
+        if former.get(name) != now:
+            return f"computed with {name} {former.get(name) or 'unknown'}, not {now}"
     inputs = {entry["table"]: entry for entry in provenance["inputs"]}
     known = {table: entry["sha256"] for table, entry in inputs.items()}
     for table in sorted({*known, *signature["inputs"]}):
