@@ -7,6 +7,7 @@ from importlib import import_module
 
 import typer
 
+from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
@@ -60,6 +61,8 @@ def done_in_work(command):
     @functools.wraps(command)
     def run(**options):
         name = command.__name__
+        if is_cache_temporary():
+            print_error(f"einschalt: {NO_CACHE}")
         getattr(import_module(f"{__package__}.work.{name}"), name)(**options)
 
     return run
