@@ -1,8 +1,13 @@
 """Nothing of a file that lies elsewhere gets into messages, nor the names beside it."""
 
+import os
+from types import SimpleNamespace
+
 import pytest
 
+from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.files.block_folder import find_problems
+from einschalt.interfaces.files.grid_files import grid_folder
 
 SECRET = "hunter2"
 
@@ -62,3 +67,11 @@ def test_sound_tables_from_elsewhere_are_read_and_judged_as_others(job):
     found = find_problems(job.path)
     assert "row 3" in str(found.problems[0])
     assert "'n/a' is not a number" in str(found.problems[0])
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
+def test_a_pipe_is_no_grid(tmp_path):
+    (tmp_path / "grids").mkdir()
+    os.mkfifo(tmp_path / "grids" / "BETA2007.gsb")
+    with pytest.raises(SettingsError, match=r"holds BETA2007\.gsb, which is no file"):
+        grid_folder(SimpleNamespace(grids="grids"), tmp_path)
