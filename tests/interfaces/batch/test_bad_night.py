@@ -15,10 +15,10 @@ from einschalt.pipeline.batch.dask_engine import DaskEngine
 from einschalt.pipeline.batch.local_engine import LocalEngine
 
 ROOT = Path(__file__).parents[3]
-LIMITS = {"memory_gb": 1.0, "time_limit_s": 10.0}
+LIMITS = {"memory_gb": 1.0, "time_limit_s": 20.0}
 LONG = pytest.mark.skipif("EINSCHALT_LONG" not in os.environ, reason="make faults")
 SAID = {
-    "hanging": ("not done within 10 s", "Raise the time limit"),
+    "hanging": ("not done within 20 s", "Raise the time limit"),
     "exploding": ("needs more memory than there is", "on a larger computer"),
     "killed": ("ended without an answer (signal 9)", "with more memory"),
     "huge": ("the block needs about", "Take fewer points of a model"),
@@ -35,7 +35,7 @@ def thirty(tmp_path, make_blocks, make_block, monkeypatch):
     blocks = make_blocks(tmp_path / "blocks", 30 - len(SAID))
     for name in SAID:
         make_block(blocks / name)
-    with_huge_model(blocks / "huge", 20_000)
+    with_huge_model(blocks / "huge", 300_000)
     return blocks
 
 
@@ -85,7 +85,7 @@ def run(monkeypatch, engine, blocks, output):
 def test_the_batch_ends_and_says_which_and_why(
     thirty, tmp_path, monkeypatch, benchmark_module
 ):
-    """With two of the sound blocks computed; ``make faults`` computes all of them."""
+    """The sound ones are not computed here; ``make faults`` computes them."""
     monkeypatch.setattr(local_engine, "TRIES_ALONE", 1)
     night = benchmark_module("bad_night")
     is_long = "EINSCHALT_LONG" in os.environ
@@ -94,7 +94,8 @@ def test_the_batch_ends_and_says_which_and_why(
     )
     found = run(monkeypatch, engine, thirty, tmp_path / "out")
     assert_ends_and_says_why(*found)
-    assert (tmp_path / "out" / "block_00" / "provenance.json").exists()
+    if is_long:
+        assert len(list((tmp_path / "out").glob("block_*/provenance.json"))) == 26
     assert "hanging" in (tmp_path / "out" / "blocks.csv").read_text()
 
 

@@ -9,7 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from einschalt.stages.simultaneous.image_errors import covariances, judge_of
+from einschalt.stages.simultaneous.image_errors import (
+    covariances,
+    has_images,
+    judge_of,
+)
 from einschalt.stages.simultaneous.variance_components import (
     Weighed,
     groups_of,
@@ -48,9 +52,11 @@ def _weighed(tables, part, solution, options):
     if options.outliers == "keep":
         block = OutlierFreeBlock.whole(solution)
         return weigh_groups(tables, part, block, all_of_them=estimates_all)
-    given = np.ones(len(groups_of(tables, part).names) + 1)
-    known = covariances(tables, part, given, solution).residuals
-    judge = judge_of(part, known)
+    drawn = None
+    if has_images(tables):
+        given = np.ones(len(groups_of(tables, part).names) + 1)
+        drawn = covariances(tables, part, given, solution).residuals
+    judge = judge_of(part, drawn)
     block = outlier_free_block(solution, options.significance, judge)
     factors = 1.0
     for _ in range(MOST_ROUNDS):
