@@ -31,7 +31,8 @@ bench: .venv/installed-bench
 	$(BIN)/python -m benchmarks
 
 faults: .venv/installed-test
-	EINSCHALT_LONG=1 $(BIN)/python -m pytest tests/interfaces/batch/test_two_hundred_blocks.py
+	EINSCHALT_LONG=1 $(BIN)/python -m pytest tests/interfaces/batch/test_two_hundred_blocks.py \
+		tests/interfaces/batch/test_bad_night.py
 	$(BIN)/python -m benchmarks.faults
 
 # a million hostile inputs in several runs, each going on where the last one ended

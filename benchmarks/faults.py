@@ -81,30 +81,44 @@ class LocalRun:
         self.runner.wait()
 
 
+class Cluster:
+    """A Dask scheduler with two workers, which others find by a ``file``."""
+
+    def __init__(self, file):
+        at = ("--scheduler-file", str(file), "--no-dashboard")
+        one = ("--nthreads", "1", "--no-nanny")
+        self.scheduler = _dask("scheduler", "--host", "127.0.0.1", "--port", "0", *at)
+        self.workers = [_dask("worker", *one, *at) for _ in range(2)]
+        self.address = _address(file)
+
+    def end(self):
+        """End what still runs."""
+        for process in (*self.workers, self.scheduler):
+            process.kill()
+            process.wait()
+
+
 class ClusterRun(LocalRun):
     """A batch on a Dask scheduler with two workers."""
 
     def __init__(self, setting):
         file = setting.scratch / f"scheduler-{time.monotonic_ns()}.json"
-        at = ("--scheduler-file", str(file), "--no-dashboard")
-        one = ("--nthreads", "1", "--no-nanny")
-        self.scheduler = _dask("scheduler", "--host", "127.0.0.1", "--port", "0", *at)
-        self.workers = [_dask("worker", *one, *at) for _ in range(2)]
-        address = _address(file)
+        self.cluster = Cluster(file)
+        address = self.cluster.address
         self.runner = _batch(setting.blocks, setting.output, "--scheduler", address)
 
     def victims(self):
         """Name and number of each process that can be killed."""
-        workers = [("worker", w.pid) for w in self.workers if w.poll() is None]
-        others = [("runner", self.runner.pid), ("scheduler", self.scheduler.pid)]
+        dask = self.cluster
+        workers = [("worker", w.pid) for w in dask.workers if w.poll() is None]
+        others = [("runner", self.runner.pid), ("scheduler", dask.scheduler.pid)]
         # the last worker must live, or nobody is left to do the work
         return others + (workers if len(workers) > 1 else [])
 
     def end(self):
         """End what still runs."""
-        for process in (self.runner, *self.workers, self.scheduler):
-            process.kill()
-            process.wait()
+        super().end()
+        self.cluster.end()
 
 
 def _address(file):

@@ -7,9 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import einschalt
 from einschalt.foundations import compiled_code
+from einschalt.interfaces.cli.main import app
 
 
 def test_nothing_is_done_where_there_is_a_place(monkeypatch):
@@ -23,6 +25,19 @@ def test_a_given_place_stays(monkeypatch):
     monkeypatch.setattr(compiled_code, "_usual", list)
     compiled_code.provide_cache()
     assert os.environ["NUMBA_CACHE_DIR"] == "given"
+
+
+def test_a_place_of_a_single_run_is_said_with_the_remedy(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.setattr(compiled_code, "_usual", list)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    compiled_code.provide_cache()
+    assert compiled_code.is_cache_temporary()
+    said = CliRunner().invoke(app, ["check", "--explain", "point_id"]).stderr
+    assert said.count("every run compiles anew") == 1
+    assert "Set NUMBA_CACHE_DIR to a folder of your own." in said
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "own"))
+    assert not compiled_code.is_cache_temporary()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="users of POSIX")

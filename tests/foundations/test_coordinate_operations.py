@@ -1,5 +1,7 @@
 """Which operation between two reference systems is used, and which never in silence."""
 
+import os
+
 import numpy as np
 import pyproj
 import pytest
@@ -242,3 +244,33 @@ def test_axes_turn_by_the_difference_of_the_convergences():
     angle = np.degrees(turn(points, source, operation))
     np.testing.assert_allclose(angle, east - west, atol=1e-5)
     assert angle.max() < -4.0
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
+@pytest.mark.parametrize(
+    "crs",
+    [
+        "+init={pipe}:1",
+        "init={pipe}:1",
+        "  +INIT = {pipe}:1",
+        "+proj=pipeline +step +init={pipe}:1",
+        "+proj=tmerc +ellps=bessel +nadgrids={pipe} +units=m +type=crs",
+        "+proj=tmerc +ellps=bessel +nadgrids=a+b,./pipe +units=m",
+        '+proj=tmerc +ellps=bessel +geoidgrids="a b/{pipe}" +units=m',
+        '{{"name": "file", "value": "{pipe}"}}',
+        'PARAMETERFILE["Latitude and longitude difference file","{pipe}"]',
+    ],
+)
+def test_no_name_of_a_system_opens_a_file(crs, tmp_path):
+    """PROJ would wait for ever for what comes out of a pipe."""
+    os.mkfifo(pipe := tmp_path / "pipe")
+    for read in (read_crs, read_source_crs):
+        with pytest.raises(ProjectionError, match="names a file; expected an EPSG"):
+            read(crs.format(pipe=pipe))
+
+
+def test_wkt_and_json_of_systems_are_no_files():
+    for system in (read_source_crs("EPSG:31255"), read_source_crs("EPSG:31255+5778")):
+        for text in (system.to_wkt(), system.to_json(), system.to_wkt("WKT1_GDAL")):
+            assert read_source_crs(text).name == system.name
+    assert read_crs("+proj=tmerc +ellps=bessel +nadgrids=BETA2007.gsb +units=m")

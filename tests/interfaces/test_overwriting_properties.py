@@ -32,12 +32,17 @@ TABLES = {
     "residuals.csv": "model_id,point_id,x,y,z,y_parallax\n"
     + "".join(f"1,{k},{x},{y},-150,0.0{k}\n" for k, (x, y) in enumerate(POINTS)),
 }
-FOLDERS = ("out", "out/one", "user", "tables", "blocks/one", "blocks/two", "link", ".")
+FOLDERS = (
+    *("out", "out/one", "user", "tables", "blocks/one", "blocks/two", "link", "."),
+    "results",
+)
 NAMES = (
     *("points.csv", "models.csv", "summary.txt", "plan.csv", "block.toml", "one"),
     *("provenance.json", "failure.json", "changes.csv", "blocks.csv", "notes.txt"),
     *(".einschalt-lock", ".einschalt-coming.json", ".einschalt-batch.json"),
+    *("block.schema.json", "own.db", "operations.csv", "README.md"),
 )
+PLACE = "PLACE"  # of the output; "-o PLACE" stands at the end where it does not occur
 COMMANDS = {
     "densify one": ("densify", "blocks/one"),
     "densify two": ("densify", "blocks/two"),
@@ -46,7 +51,12 @@ COMMANDS = {
     "orient": ("orient", "tables/residuals.csv", "--base", "92"),
     "plan": ("plan", "--scale-number", "6000", "--spacing", "200"),
     "simulate": ("simulate", "--preset", "demo"),
+    "export": ("export", "results", "--to", f"{PLACE}/points.csv"),
+    "publish": ("publish", "results", "--as", "own"),
+    "convert": ("convert", "tables/points.csv", f"{PLACE}/points.csv"),
+    "init": ("init", PLACE, "--template", "--schema"),
 }
+NEVER = {"convert", "init"}  # have no --overwrite: they replace nothing at all
 # what a command may replace of what another one, or itself, has written
 SAME = {
     "densify one": {"densify one", "batch"},
@@ -84,6 +94,7 @@ def template(tmp_path_factory, make_block):
         (root / "tables" / name).write_text(text)
     (root / "user" / "letter.txt").write_text("Dear Sir,")
     (root / "link").symlink_to("user")
+    es.densify(es.read_block(root / "blocks" / "two")).write(root / "results")
     return root
 
 
@@ -126,6 +137,8 @@ def snapshot(root):
 def do(root, deed, folder, name):
     """Something that a user may do; nothing where it cannot be done."""
     path = root / folder / name
+    if not path.parent.exists():
+        path.parent.mkdir(parents=True)
     if not path.parent.is_dir() or path.is_dir():
         return
     letter = root / "user" / "letter.txt"
@@ -151,6 +164,12 @@ def may_replace(command, owner):
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @example([("transform", "tables", True)])
+@example([("convert", "tables", False)])
+@example([("export", "results", True), ("publish", "results", True)])
+@example([("write", "out", "block.schema.json"), ("init", "out", False)])
+@example([("symbolic", "user", "points.csv"), ("convert", "link", False)])
+@example([("write", "out", "points.csv"), ("export", "out", False)])
+@example([("write", "out", "README.md"), ("publish", "out", False)])
 @example([("orient", "tables", True)])
 @example([("densify one", "blocks/one", True)])
 @example([("write", "out", "points.csv"), ("densify two", "out", False)])
@@ -178,7 +197,7 @@ def test_no_byte_of_a_file_changes_but_of_results_of_the_same_block(
                 owner, written = owners.get(path, (None, None))
                 is_own = written == held and may_replace(first, owner)
                 place = (root / second).resolve()
-                is_asked = third and place in path.parents
+                is_asked = third and first not in NEVER and place in path.parents
                 assert is_own or is_asked, f"{first} -o {second}: {path}"
                 assert not is_input(root, first, path), f"{first}: input {path}"
             for path, held in after.items():
@@ -191,7 +210,11 @@ def is_input(root, command, path):
         return path.parent == root / "blocks" / command.split()[1]
     if command == "batch":
         return path.parent.parent == root / "blocks"
-    return command in {"transform", "orient"} and path.parent == root / "tables"
+    if command in {"export", "publish"}:
+        return path.parent == root / "results"
+    return command in {"transform", "orient", "convert"} and (
+        path.parent == root / "tables"
+    )
 
 
 def run(root, command, folder, *, is_overwriting):
@@ -199,8 +222,11 @@ def run(root, command, folder, *, is_overwriting):
         str(root / word) if (root / word).exists() else word
         for word in COMMANDS[command]
     ]
-    more = ["--overwrite"] * is_overwriting
-    done = CliRunner().invoke(app, [*words, "-o", str(root / folder), *more])
+    if not any(PLACE in word for word in words):
+        words += ["-o", PLACE]
+    words = [word.replace(PLACE, str(root / folder)) for word in words]
+    more = ["--overwrite"] * (is_overwriting and command not in NEVER)
+    done = CliRunner().invoke(app, [*words, *more])
     is_known = done.exception is None or isinstance(done.exception, SystemExit)
     if not is_known:
         raise done.exception

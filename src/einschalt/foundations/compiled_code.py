@@ -10,6 +10,11 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 CACHE = "NUMBA_CACHE_DIR"
+PREFIX = "einschalt-"
+NO_CACHE = (
+    "no folder for compiled code can be written, so every run compiles anew, which "
+    "takes about 20 s. Set NUMBA_CACHE_DIR to a folder of your own."
+)
 
 
 def provide_cache():
@@ -23,11 +28,16 @@ def provide_cache():
 
     try:
         # nobody else can write into it: what lies in it is run
-        folder = tempfile.mkdtemp(prefix="einschalt-")
+        folder = tempfile.mkdtemp(prefix=PREFIX)
     except OSError:  # nowhere at all: numba says so
         return
     os.environ[CACHE] = folder
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
+
+
+def is_cache_temporary() -> bool:
+    """Whether what is compiled is lost when this process ends, or that of its start."""
+    return Path(os.environ.get(CACHE, "")).name.startswith(PREFIX)
 
 
 def _usual():

@@ -4,6 +4,7 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
+import re
 from functools import lru_cache
 
 import numpy as np
@@ -25,6 +26,14 @@ WGS_84 = "OGC:CRS84"
 LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same
 STEP = 10.0  # metres, for directions
 EARTH_RADIUS = 6.371e6  # metres
+# +init=, and grids or other files with a path: in PROJ strings, WKT and PROJJSON
+OPENS_FILE = re.compile(
+    r"""(^|[\s+"])init\s*=
+    | (grids|file)\s*=\s*(\S*|"[^"]*)[/\\]
+    | PARAMETERFILE[^]]*[/\\]
+    | "value"\s*:\s*"[^"]*[/\\]""",
+    re.IGNORECASE | re.VERBOSE,
+)
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
@@ -65,6 +74,7 @@ def read_source_crs(text):
 
 
 def _known_crs(text):
+    _refuse_files(text)
     try:
         return pyproj.CRS.from_user_input(_utf8(text))
     except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
@@ -73,6 +83,19 @@ def _known_crs(text):
             expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
             remedy="Look the code up, or leave crs out for a local system",
         ) from error
+
+
+def _refuse_files(text):
+    """Refuse what lets PROJ open a file by its path: a pipe or a device never ends."""
+    if not isinstance(text, str) or not OPENS_FILE.search(text):
+        return
+    raise ProjectionError(
+        f"crs = {described(text)} names a file",
+        expected="an EPSG code such as 'EPSG:31255', WKT or PROJJSON, or a PROJ string "
+        "without init and without paths",
+        remedy="Write the code; put grids into a folder, and name that under grids in "
+        "[settings]",
+    )
 
 
 def _with_usual_axes(crs, text):

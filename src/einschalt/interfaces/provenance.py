@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import PurePosixPath, PureWindowsPath
 
 import pyproj
+from pyproj.database import get_database_metadata
 
 from einschalt.pipeline.block.block import plain_fields
 
@@ -21,6 +22,8 @@ LIBRARIES = (
     *("numpy", "scipy", "pandas", "pyarrow", "numba", "pyproj", "pyogrio"),
     "shapely",
 )
+# what PROJ knows of systems, and of the ways between them
+DATABASE = {"EPSG": "EPSG.VERSION", "PROJ-data": "PROJ_DATA.VERSION"}
 
 
 def provenance(result) -> dict:
@@ -91,12 +94,21 @@ def versions() -> dict:
     return dict(_versions())
 
 
+def libraries() -> dict:
+    """Versions of that on which results depend: these without Python's.
+
+    What is written is the same to the byte for every Python from 3.11 on.
+    """
+    return {name: one for name, one in versions().items() if name != "python"}
+
+
 @cache  # the metadata of each library is a file to be read
 def _versions():
     return {
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
         "PROJ": pyproj.proj_version_str,
+        **{name: get_database_metadata(key) or "" for name, key in DATABASE.items()},
     }
 
 

@@ -325,7 +325,8 @@ def densify_many(
     workers : int, optional
         Processes on this computer, one per core where left out.
     memory_gb : float, optional
-        What each of them may use [GB].
+        What each block may use [GB]; on a cluster too, where each worker then computes
+        in a process of its own.
     time_limit_s : float, optional
         What each block may take [s]: after that it is given up, and is a row that
         says so.
@@ -406,19 +407,19 @@ def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=Non
     """Engine of a cluster where a scheduler is named, else of this computer.
 
     ``scheduler`` is an address tcp://host:port of Dask; ``workers`` are processes, one
-    per core where left out, each with so much ``memory_gb`` [GB]. A task that takes
+    per core where left out. A task may use so much ``memory_gb`` [GB]; one that takes
     longer than ``time_limit_s`` [s] is given up.
     """
+    limits = {"memory_gb": memory_gb, "time_limit_s": time_limit_s}
     if scheduler is None:
-        limits = {"memory_gb": memory_gb, "time_limit_s": time_limit_s}
         return LocalEngine(workers, **limits)
-    if workers is not None or memory_gb is not None:
+    if workers is not None:
         raise SettingsError(
-            "workers or memory are given beside a scheduler",
-            expected="workers of a cluster with what they got when they were started",
+            "workers are given beside a scheduler",
+            expected="as many workers as the cluster was started with",
             remedy="Leave them out, or the scheduler",
         )
-    return DaskEngine(scheduler, time_limit_s=time_limit_s)
+    return DaskEngine(scheduler, **limits)
 
 
 def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):

@@ -197,7 +197,10 @@ def _central(values):
     point = encode(values["point_id"]).codes
     coverage = encode(values["coverage"]).codes
     position = values[["position_u", "position_v"]].to_numpy(dtype=float)
-    return most_central_rows(point, coverage, position)
+    model = np.zeros(len(values), dtype=np.int64)
+    if "model_id" in values:
+        model = np.unique(values["model_id"].to_numpy(str), return_inverse=True)[1]
+    return most_central_rows(point, coverage, position, model)
 
 
 def _coordinate_names(values):

@@ -11,6 +11,7 @@ from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
 # taken anew from the differences within it
 PRACTICE_FACTOR = 3.0
 MOST_REPETITIONS = 50
+AS_CENTRAL = 9  # decimals of positions that count as equal
 
 
 def position_in_extent(xy, start):
@@ -26,15 +27,17 @@ def position_in_extent(xy, start):
     return np.divide(xy - middle, width, out=np.zeros_like(middle), where=width > 0.0)
 
 
-def most_central_rows(point, coverage, position):
+def most_central_rows(point, coverage, position, model):
     """Per point and coverage the row that lies most central in its model.
 
     Practice of 1971: max(abs u, abs v) smallest (docs/theory/double_coverage.md),
-    ``position`` (n_rows, 2) from :func:`position_in_extent`. The rows chosen ascend; of
-    equal ones the first is taken.
+    ``position`` (n_rows, 2) from :func:`position_in_extent`. The rows chosen ascend. Of
+    equal ones the one with the smaller other position is taken, and of these the one of
+    the first ``model`` (n_rows,): numbers that do not hang on the order of the rows.
     """
-    eccentricity = np.abs(position).max(axis=1)
-    order = np.lexsort((eccentricity, coverage, point))
+    # regular layouts have points half-way between models, but for rounding
+    smaller, larger = np.sort(np.abs(position).round(AS_CENTRAL), axis=1).T
+    order = np.lexsort((model, smaller, larger, coverage, point))
     is_first = np.ones(len(order), dtype=bool)
     is_first[1:] = (np.diff(point[order]) != 0) | (np.diff(coverage[order]) != 0)
     return np.sort(order[is_first])

@@ -15,8 +15,9 @@ from tests.changed_results import Stopped
 import einschalt as es
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces import python_api
-from einschalt.interfaces.batch import batch_run, block_run
+from einschalt.interfaces.batch import batch_run, block_run, block_task
 from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
+from einschalt.interfaces.batch.block_run import run_block
 from einschalt.interfaces.batch.block_state import look_at
 from einschalt.interfaces.files import atomic
 from einschalt.pipeline.batch.local_engine import Answer, EngineError
@@ -238,6 +239,23 @@ def test_settings_and_version_count(folder, tmp_path, run, first_run, monkeypatc
     )
     plan = plan_batch([folder / "block_00"], out, given=given)
     assert plan.reasons["block_00"].startswith("computed by version 0.")
+
+
+@pytest.mark.parametrize("changed", ["numpy", "EPSG", "PROJ-data"])
+def test_libraries_and_data_of_proj_count(folder, tmp_path, run, first_run, changed):
+    out = tmp_path / "out"
+    first_run(out)
+    known = block_task.libraries()
+    assert known[changed]
+    with pytest.MonkeyPatch.context() as patch:
+        other = {**known, changed: "0.1"}
+        patch.setattr(block_task, "libraries", lambda: other)
+        plan = plan_batch([folder / "block_00", folder / "no_number"], out)
+    said = f"computed with {changed} {known[changed]}, not 0.1"
+    assert plan.reasons["block_00"] == said
+    assert "no_number" in plan.reasons
+    (row,) = (run_block(task) for task in plan.to_run if task.name == "block_00")
+    assert f"the worker has {changed} {known[changed]}; expected 0.1" in row["reason"]
 
 
 def test_results_of_a_former_word_are_not_computed_again(
@@ -553,7 +571,7 @@ def test_other_version_on_a_worker_is_said(folder, tmp_path, run, monkeypatch):
     with batch_folder(tmp_path / "out"):
         table = run_batch(plan, HereEngine())
     assert "the worker has einschalt 99.0; expected 0." in table["reason"][0]
-    assert table["remedy"][0] == "Install the same version everywhere"
+    assert table["remedy"][0] == "Install the same versions everywhere"
 
 
 def test_fault_of_the_program_is_a_row_with_its_traceback(

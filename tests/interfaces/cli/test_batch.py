@@ -88,7 +88,7 @@ def test_settings_are_options(first, invoke, blocks):
         (["--significance", "2"], "significance = 2.0"),
         (
             ["--scheduler", "tcp://a:1", "--workers", "2"],
-            "workers or memory are given beside a scheduler",
+            "workers are given beside a scheduler",
         ),
     ],
 )

@@ -21,6 +21,16 @@ from einschalt.interfaces.cli.exits import with_exit_status
             2,
             "einschalt: b.csv: Permission denied\n",
         ),
+        (
+            MemoryError(),
+            2,
+            "einschalt: there is not enough memory for this. Take fewer",
+        ),
+        (
+            OSError(12, "Cannot allocate memory"),
+            2,
+            "einschalt: there is not enough memory for this. Take fewer",
+        ),
         (KeyboardInterrupt(), 130, "einschalt: interrupted"),
     ],
 )

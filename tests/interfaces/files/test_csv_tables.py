@@ -3,6 +3,7 @@
 import csv
 import io
 import os
+import re
 import time
 
 import numpy as np
@@ -122,8 +123,12 @@ ROWS = st.lists(st.tuples(TEXTS, TEXTS, NUMBERS), min_size=1, max_size=8)
 SIGNS = tuple("=+-@")
 
 
+INNER = re.compile("(; *)('*[\t\r]*[=+\\-@])")
+
+
 def harmless(text):
     """What a spreadsheet would compute has an apostrophe before it."""
+    text = INNER.sub(r"\1'\2", text)
     if text.startswith("'"):  # would be taken for one of ours
         is_marked = text.lstrip("'").startswith((*SIGNS, "\t", "\r"))
     else:
@@ -168,6 +173,11 @@ def frame_of(rows):
         ("-(1)", "'-(1)"),
         ("\t=A1", "'\t=A1"),
         ("＝x", "'＝x"),
+        # cells of their own where semicolons part them
+        ("x;=1+1", "x;'=1+1"),
+        ("x; @A1;-B2", "x; '@A1;'-B2"),
+        ("x;'=1", "x;''=1"),
+        ("=1;=2", "'=1;'=2"),
         # would be taken for ours
         ("'=x", "''=x"),
         ("'+5A", "''+5A"),
@@ -179,6 +189,7 @@ def frame_of(rows):
         ("-", "-"),
         ("--", "--"),
         ("A=1", "A=1"),
+        ("7;8", "7;8"),
         ("A+1", "A+1"),
         ("'s Gravenhage", "'s Gravenhage"),
     ],
@@ -218,7 +229,7 @@ def test_marks_of_earlier_versions_are_taken_away(tmp_path):
 
 
 SIGNED_NAMES = st.text(
-    st.sampled_from([*"=+-@'A15e./|!(", "＝", "ö", " "]), min_size=1, max_size=7
+    st.sampled_from([*"=+-@'A15e./|!(;", "＝", "ö", " "]), min_size=1, max_size=7
 )
 
 

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.files import input_files
 from einschalt.interfaces.files.input_files import (
     checksum,
+    checksum_or_none,
     read_text_bytes,
     require_file,
 )
@@ -91,6 +93,27 @@ def test_what_never_ends_is_no_file(tmp_path, kind):
         os.mkfifo(path)
     with pytest.raises(FileError, match=r"is a device or a pipe; expected a file"):
         read_text_bytes(path, "a.csv")
+
+
+@pytest.mark.skipif(not hasattr(os, "SEEK_HOLE"), reason="files without holes")
+def test_a_file_of_holes_is_neither_read_nor_hashed(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("point_id,easting,northing\n")
+    os.truncate(path, 2**40)
+    with pytest.raises(FileError, match=r"a\.csv: has 1100 GB, most of them holes; "):
+        require_file(path, "a.csv")
+    assert checksum_or_none(path) is None
+    os.truncate(path, 2**20)  # a small one is read as it is
+    assert checksum_or_none(require_file(path, "a.csv")) == checksum(path)
+
+
+def test_a_file_beyond_half_of_the_memory_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    path.write_text("point_id,easting,northing\n")
+    monkeypatch.setattr(input_files, "LARGE_BYTES", 10)
+    monkeypatch.setattr(input_files, "allowed_bytes", lambda: 40.0)
+    with pytest.raises(FileError, match="at most 0 GB, half of the memory"):
+        require_file(path, "a.csv")
 
 
 def test_folder_that_may_not_be_looked_into(tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 import einschalt as es
 from einschalt.foundations.units import METRES_PER_MM
@@ -56,12 +57,19 @@ def test_points_and_centres_move_as_when_the_images_are_measured_otherwise(block
     np.testing.assert_allclose(points[:, :, 0], expected, rtol=0, atol=2e-3 * largest)
 
 
-def test_claimed_and_true_errors(block):
+@pytest.fixture(scope="module")
+def eight():
+    """Clean blocks, and what one adjustment makes of each."""
+    blocks = [simulate_block("demo", seed=k, geometry=GEOMETRY) for k in range(8)]
+    settings = es.Settings(method="simultaneous")
+    return [(own, es.densify(own, settings).solution) for own in blocks]
+
+
+def test_claimed_and_true_errors(eight):
     """Of eight blocks; points of a block share errors."""
     figures = []
-    for seed in range(8):
-        own = simulate_block("demo", seed=seed, geometry=GEOMETRY)
-        points = es.densify(own, es.Settings(method="simultaneous")).solution.points
+    for own, solution in eight:
+        points = solution.points
         new = points[points["role"] == "new"]
         true = own.truth.set_index("point_id").loc[new["point_id"], AXES]
         error = new[AXES].to_numpy() - true.to_numpy()
@@ -71,3 +79,26 @@ def test_claimed_and_true_errors(block):
     scatter = square.std(axis=0, ddof=1) / np.sqrt(len(square))
     assert (np.abs(square.mean(axis=0) - 1.0) < 3.0 * scatter).all()
     assert (scatter < 0.2).all()
+
+
+@pytest.mark.parametrize("level", [0.1, 0.01, 0.001])
+def test_clean_residuals_are_rejected_as_often_as_the_level_says(eight, level):
+    """At the edge of models from images they are larger, and yet no gross errors."""
+    p_value = np.concatenate([s.residuals["p_value"].dropna() for _, s in eight])
+    most = binom.isf(0.001, len(p_value), level)
+    least = binom.ppf(0.001, len(p_value), level)
+    assert least <= np.count_nonzero(p_value < level) <= most
+    assert sum(s.residuals["is_suspect"].sum() for _, s in eight) <= 1
+
+
+@pytest.mark.parametrize("outliers", ["keep", "snoop"])
+def test_a_point_measured_wrongly_in_one_image_is_the_suspect(block, outliers):
+    """Along the base: no orientation, but its neighbours tell."""
+    images = block.low_flight.image_points
+    middle = np.hypot(images["x"], images["y"]).idxmin()
+    moved = images.assign(x=images["x"] + 0.08 * (images.index == middle))
+    spoilt = replace(block, low_flight=replace(block.low_flight, image_points=moved))
+    settings = es.Settings(method="simultaneous", outliers=outliers)
+    residuals = es.densify(spoilt, settings).solution.residuals
+    suspects = residuals.loc[residuals["is_suspect"], "point_id"]
+    assert set(suspects) == {images["point_id"][middle]}

@@ -26,6 +26,7 @@ from einschalt.interfaces.files.output_folder import require_free
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, evidence_of
 from einschalt.interfaces.programs.block_tables import read_block
+from einschalt.interfaces.provenance import libraries
 from einschalt.pipeline.batch.block_table import DONE, row_of_failure, row_of_figures
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.progress import Stage
@@ -75,7 +76,7 @@ class _Progress:
 
 
 def _run(task, progress):
-    _require_version(task.signature["version"])
+    _require_versions(task.signature)
     require_free(task.folder, output_of_task(task))
     with locked(make_folder(task.folder), waits=True):
         why = _compute(task, progress) if result_since(task) is None else ""
@@ -116,11 +117,14 @@ def _compute(task, progress):
     return NOT_COMPARED.format(*systems)
 
 
-def _require_version(version):
-    own = metadata.version("einschalt")
-    if own != version:
-        raise SettingsError(
-            f"the worker has einschalt {own}",
-            expected=f"{version}, as the batch has",
-            remedy="Install the same version everywhere",
-        )
+def _require_versions(signature):
+    """Refuse to compute what the batch would not take for its result."""
+    own = {"einschalt": metadata.version("einschalt"), **libraries()}
+    expected = {"einschalt": signature["version"], **signature["versions"]}
+    for name, version in expected.items():
+        if own.get(name) != version:
+            raise SettingsError(
+                f"the worker has {name} {own.get(name)}",
+                expected=f"{version}, as the batch has",
+                remedy="Install the same versions everywhere",
+            )

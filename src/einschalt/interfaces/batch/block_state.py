@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from einschalt.interfaces.batch.block_task import BlockTask, task_of
-from einschalt.interfaces.files.input_files import checksum_or_none
+from einschalt.interfaces.files.input_files import checksum_or_none, is_endless
 from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE
 from einschalt.pipeline.settings import with_present_words
 
@@ -135,7 +135,8 @@ def read_failure(folder) -> dict | None:
 def read_json(path) -> dict | None:
     """Read a JSON file of ours; None where it is missing or damaged."""
     try:
-        content = json.loads(path.read_bytes()) if path.is_file() else None
+        is_read = path.is_file() and not is_endless(path)
+        content = json.loads(path.read_bytes()) if is_read else None
     # brackets may be nested more deeply than Python can follow
     except (OSError, ValueError, RecursionError):
         return None
@@ -149,6 +150,11 @@ def _why(provenance, task):
     signature = task.signature
     if provenance.get("version") != signature["version"]:
         return f"computed by version {provenance.get('version')}"
+    former = provenance.get("versions")
+    former = former if isinstance(former, dict) else {}
+    for name, now in signature["versions"].items():
+        if former.get(name) != now:
+            return f"computed with {name} {former.get(name) or 'unknown'}, not {now}"
     inputs = {entry["table"]: entry for entry in provenance["inputs"]}
     known = {table: entry["sha256"] for table, entry in inputs.items()}
     for table in sorted({*known, *signature["inputs"]}):

@@ -17,6 +17,7 @@ from einschalt.interfaces.files.input_files import checksum_or_none, companions
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.result_folder import RESULT_NAMES
 from einschalt.interfaces.files.written_files import Source, digest
+from einschalt.interfaces.provenance import libraries
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,9 @@ class BlockTask:
     block: Path
     folder: Path  # of its result
     given: dict  # settings that go before those of block.toml
-    # what its result depends on, as it was when the block was looked at: version,
-    # settings (None where block.toml cannot be read), and inputs, SHA-256 by table
+    # what its result depends on, as it was when the block was looked at: version of
+    # einschalt, versions of libraries and of the data of PROJ, settings (None where
+    # block.toml cannot be read), and inputs, SHA-256 by table
     # (None of a file that cannot be read)
     signature: dict
     size: int  # bytes of the inputs
@@ -51,6 +53,7 @@ def task_of(name, block, folder, given) -> BlockTask:
         settings = settings.model_dump(mode="json")
     signature = {
         "version": metadata.version("einschalt"),
+        "versions": libraries(),
         "settings": settings,
         "inputs": {table: checksum_or_none(path) for table, path in files.items()},
     }

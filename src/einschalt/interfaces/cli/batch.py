@@ -47,7 +47,9 @@ def batch(
     ] = None,
     memory: Annotated[
         float | None,
-        typer.Option(show_default="no limit", help="Memory of each process [GB]."),
+        typer.Option(
+            show_default="no limit", help="Memory that each block may use [GB]."
+        ),
     ] = None,
     time_limit: Annotated[
         float | None,

@@ -7,19 +7,26 @@ from importlib import import_module
 
 import typer
 
+from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.batch.memory_errors import lack_of_memory
 
 WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130
+NO_MEMORY = (
+    "einschalt: there is not enough memory for this. Take fewer points of a model, "
+    "such as a tenth of a matched cloud, or a computer with more memory."
+)
 
 
 def with_exit_status(command):
     """End a command with a message and a status instead of a traceback.
 
-    An :class:`EinschaltError`, or an error of the operating system, ends with status 2,
-    an interruption with 130; a fault of the program keeps its traceback.
+    An :class:`EinschaltError`, an error of the operating system, or a lack of memory
+    ends with status 2, an interruption with 130; a fault of the program keeps its
+    traceback.
     """
 
     @functools.wraps(command)
@@ -29,7 +36,12 @@ def with_exit_status(command):
         except EinschaltError as error:
             print_error(f"einschalt: {error}")
             raise typer.Exit(WRONG) from None
-        except OSError as error:
+        except Exception as error:
+            if lack_of_memory(error, "") is not None:
+                print_error(NO_MEMORY)
+                raise typer.Exit(WRONG) from None
+            if not isinstance(error, OSError):
+                raise
             where = f"{error.filename}: " if error.filename else ""
             print_error(f"einschalt: {where}{error.strerror or error}")
             raise typer.Exit(WRONG) from None
@@ -49,6 +61,8 @@ def done_in_work(command):
     @functools.wraps(command)
     def run(**options):
         name = command.__name__
+        if is_cache_temporary():
+            print_error(f"einschalt: {NO_CACHE}")
         getattr(import_module(f"{__package__}.work.{name}"), name)(**options)
 
     return run

@@ -21,6 +21,7 @@ from einschalt.foundations.errors import (
     raise_problems,
 )
 from einschalt.foundations.projections import read_crs, read_source_crs
+from einschalt.interfaces.files import elsewhere
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
     FLIGHT_TABLES,
@@ -221,7 +222,10 @@ class _Reading:
         def read(file, source):
             said = said_of(keys, crs or self.crs)
             beside = self._companions(file.path, source, table)
-            return self.readers.table(file, schema, said, source=source, beside=beside)
+            find = self.readers.table
+            found = find(file, schema, said, source=source, beside=beside)
+            elsewhere.require_some_column(file.path, self.folder, found.frame, schema)
+            return found
 
         done = self._said(section, key, lambda: self._file(source, section, key, read))
         if done is None:
@@ -239,7 +243,8 @@ class _Reading:
     def _file(self, source, section, key, read):
         """What a function reads from a file, which is signed for."""
         file = self._signed(self._path(source, section, key), source)
-        return _understood(file, read, source)
+        with elsewhere.discreetly(file.path, self.folder, source):
+            return _understood(file, read, source)
 
     def _signed(self, path, source):
         file = read_once(path, source)
@@ -271,12 +276,8 @@ class _Reading:
         sections = self.toml.sections.values()
         values = (v for s in sections for v in vars(s).values())
         taken = {named_file(v) for v in values} - {None}
-        try:
-            return require_file(self.folder / source, source, taken=taken)
-        except FileError as error:
-            if is_there(self.folder / source):
-                raise
-            raise error.with_facts(expected=f"the table of [{section}] {key}") from None
+        key = f"[{section}] {key}"
+        return elsewhere.require_named_file(self.folder, source, key, taken)
 
     def _points(self, name):
         section = self.toml.sections.get(name)

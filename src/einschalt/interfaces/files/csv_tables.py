@@ -51,6 +51,9 @@ SIGNS = "=+\\-@＝＋－＠"  # a formula starts with one, also in wide letters
 FORMULA = f"^[\t\r]*[{SIGNS}]"
 # a number, digits with letters (+12a), signs alone: nothing in them can be computed
 NO_FORMULA = rf"^([+-]\d\w*|[+-](\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[{SIGNS}]+)$"
+# where the list separator is a semicolon, what follows it is a cell of its own
+INNER_FORMULA = f"(; *)('*[\t\r]*[{SIGNS}])"
+INNER_MARKED = f"(; *)'('*[\t\r]*[{SIGNS}])"
 # an apostrophe of our own, or one that would be taken for it
 MARKED = f"^'('*[\t\r{SIGNS}])"
 LONGEST_VALUE = 131_072  # characters, the limit of Python's module csv
@@ -106,10 +109,15 @@ def understand_csv(path, schema, said=NOTHING_SAID, *, source=None) -> ReadTable
 def _without_apostrophes(frame, schema):
     """Take away what keeps spreadsheets from computing a name."""
     names = [name for name in schema.id_names if list(frame.columns).count(name) == 1]
-    marked = [name for name in names if frame[name].str.startswith("'").any()]
-    return frame.assign(
-        **{n: frame[n].str.replace(MARKED, r"\1", regex=True) for n in marked}
-    )
+    found = {}
+    for name in names:
+        texts = frame[name]
+        if texts.str.startswith("'").any():
+            texts = texts.str.replace(MARKED, r"\1", regex=True)
+        if texts.str.contains("'", regex=False).any():
+            texts = texts.str.replace(INNER_MARKED, r"\1\2", regex=True)
+        found[name] = texts
+    return frame.assign(**found)
 
 
 def _is_plain(data, header):
@@ -343,6 +351,8 @@ def _as_arrow(series, decimals):
 
 def _harmless(texts):
     """Put an apostrophe before what a spreadsheet would compute."""
+    if pc.any(pc.match_substring(texts, ";")).as_py():
+        texts = pc.replace_substring_regex(texts, INNER_FORMULA, r"\1'\2")
     is_marked, is_formula, is_harmless = (
         pc.match_substring_regex(texts, pattern)
         for pattern in (MARKED, FORMULA, NO_FORMULA)

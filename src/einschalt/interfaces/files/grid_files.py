@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from einschalt.foundations.coordinate_operations import installed_grids
-from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.errors import ProjectionError, SettingsError, name_some
 from einschalt.foundations.projections import read_crs, read_source_crs
 from einschalt.interfaces.files.block_parts import POINT_TABLES
 
@@ -16,7 +16,7 @@ from einschalt.interfaces.files.block_parts import POINT_TABLES
 def grid_folder(settings, folder):
     """Folder of grids that the settings name, from that of the block, or None.
 
-    A SettingsError where there is no such folder.
+    A SettingsError where there is no such folder, or a pipe in it.
     """
     if not settings.grids:
         return None
@@ -26,6 +26,17 @@ def grid_folder(settings, folder):
             f"[settings] grids = {settings.grids!r} is no folder",
             expected="a folder with grids of PROJ, such as .tif or .gsb",
             remedy="Correct the path",
+            section="settings",
+            key="grids",
+        )
+    # PROJ opens what has the name of a grid: a pipe would never end
+    others = [one.name for one in path.iterdir() if not (one.is_file() or one.is_dir())]
+    if others:
+        raise SettingsError(
+            f"[settings] grids = {settings.grids!r} holds {name_some(sorted(others))}, "
+            "which is no file",
+            expected="a folder with grids of PROJ, such as .tif or .gsb",
+            remedy="Take it out",
             section="settings",
             key="grids",
         )

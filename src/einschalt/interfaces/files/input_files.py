@@ -11,6 +11,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ChangedFileError, FileError, name_some
+from einschalt.pipeline.block.memory import allowed_bytes
 
 SIGNATURES = {
     b"PK\x03\x04": ("is a workbook or a zip archive", "Save the sheet as CSV UTF-8"),
@@ -23,6 +24,9 @@ SIGNATURES = {
 }
 UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES = 2**20  # in which a file must have said something
+BYTES_PER_GB = 1e9
+LARGE_BYTES = 2**28  # read at once, holes or not
+LEAST_WRITTEN = 0.01  # share of a file that is no hole
 
 
 def require_file(path, source, *, taken=()):
@@ -56,9 +60,46 @@ def require_file(path, source, *, taken=()):
     try:
         with path.open("rb") as file:
             file.read(1)
+        _require_size(path, source)
     except OSError as error:
         raise _refused(error, source) from error
     return path
+
+
+def _require_size(path, source):
+    """Refuse what would not end: more than memory can hold, or nothing but holes."""
+    if not is_endless(path):
+        return
+    size = path.stat().st_size / BYTES_PER_GB
+    raise FileError(
+        f"has {size:.0f} GB" + (", most of them holes" if _is_hollow(path) else ""),
+        expected=f"at most {allowed_bytes() / 2.0 / BYTES_PER_GB:.0f} GB, half of the "
+        "memory",
+        remedy="See whether it was copied as a whole, or part it",
+        file=source,
+    )
+
+
+def is_endless(path) -> bool:
+    """Whether a file is too large to be read or hashed.
+
+    A table takes at least twice its size in memory; a file with holes has any size.
+    """
+    size = path.stat().st_size
+    is_large = size > LARGE_BYTES
+    return is_large and (size > allowed_bytes() / 2.0 or _is_hollow(path))
+
+
+def _is_hollow(path):
+    """Whether next to nothing of a file is written, as far as the system tells."""
+    status = path.stat()
+    written = 512 * getattr(status, "st_blocks", status.st_size)
+    # file systems that compress keep more of a file than that; those of a network may
+    # tell of no blocks, but then of no holes either
+    if written > LEAST_WRITTEN * status.st_size or not hasattr(os, "SEEK_HOLE"):
+        return False
+    with path.open("rb") as file:
+        return os.lseek(file.fileno(), 0, os.SEEK_HOLE) < status.st_size
 
 
 def _mode(path, source):
@@ -226,15 +267,19 @@ def companions(path):
 
 
 def checksum(path):
-    """SHA-256 of a file, in hexadecimal digits."""
-    with Path(path).open("rb") as file:
+    """SHA-256 of a file, in hexadecimal digits; empty where it is little but holes."""
+    path = Path(path)
+    if path.stat().st_size > LARGE_BYTES and _is_hollow(path):
+        return ""
+    with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def checksum_or_none(path):
     """SHA-256 of a file; None where it is missing, or cannot be read."""
     try:
-        # a device or a pipe may never end
-        return checksum(path) if path.is_file() else None
+        # a device or a pipe may never end, and a file with holes has any size
+        is_read = path.is_file() and not is_endless(path)
+        return checksum(path) if is_read else None
     except (OSError, ValueError):  # the computation will say it
         return None

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from einschalt.foundations.display_names import as_unicode
-from einschalt.interfaces.files.input_files import checksum
+from einschalt.interfaces.files.input_files import checksum, is_endless
 
 PROVENANCE = "provenance.json"
 COMING = ".einschalt-coming.json"
@@ -164,7 +164,8 @@ def is_interrupted(folder) -> bool:
     if not path.is_file():
         return not os.path.lexists(path)
     try:
-        json.loads(path.read_bytes())
+        if not is_endless(path):
+            json.loads(path.read_bytes())
     except ValueError:
         return True
     except (OSError, RecursionError):
@@ -189,7 +190,7 @@ def names_of_batch(folder) -> frozenset:
 def _own_file(path):
     """Bytes and content of a file that bears our seal, or is of the first version."""
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):
+        if not stat.S_ISREG(path.lstat().st_mode) or is_endless(path):
             return None, None
         data = path.read_bytes()
         content = json.loads(data)

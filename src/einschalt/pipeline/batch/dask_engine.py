@@ -13,10 +13,10 @@ from einschalt.pipeline.batch.local_engine import (
     EngineError,
     LocalEngine,
     ProcessEndedError,
-    time_limit,
 )
 
 SECONDS_TO_CONNECT = 30
+BYTES_PER_GB = 1e9
 EXPECTED = "the address of a running Dask scheduler, such as tcp://10.0.0.5:8786"
 
 
@@ -25,14 +25,17 @@ class DaskEngine:
 
     They import the same version of einschalt, and see the same folders under the same
     paths. What a worker does not answer is given to another one by Dask itself, three
-    times. With a ``time_limit_s`` [s] a worker computes each task in a process of its
-    own, which it ends when the time is over.
+    times. With a ``time_limit_s`` [s] or ``memory_gb`` [GB] a worker computes each task
+    in a process of its own, which it ends when the time is over, and which may use that
+    memory, or what the worker itself may.
     """
 
-    def __init__(self, scheduler, *, time_limit_s=None):
+    def __init__(self, scheduler, *, memory_gb=None, time_limit_s=None):
         require_text("scheduler", scheduler, expected=EXPECTED)
         self.scheduler = scheduler
-        self.time_limit_s = time_limit(time_limit_s)
+        given = {"memory_gb": memory_gb, "time_limit_s": time_limit_s}
+        LocalEngine(1, **given)  # what is wrong with them is said here
+        self.limits = {name: one for name, one in given.items() if one is not None}
 
     def answers(self, function, tasks):
         """Call the function with each task; yield answers as they come.
@@ -41,8 +44,8 @@ class DaskEngine:
         address; an EngineError where it is gone. What was computed stays.
         """
         distributed = _distributed()
-        if self.time_limit_s is not None:
-            function = partial(in_time, function, self.time_limit_s)
+        if self.limits:
+            function = partial(in_own_process, function, self.limits)
         client = self._connected(distributed)
         # of a scheduler that is gone it prints tracebacks beside what is said below
         distributed.client.logger.setLevel("CRITICAL")
@@ -91,12 +94,19 @@ class DaskEngine:
         return Answer(place, error=error)
 
 
-def in_time(function, seconds, task):
-    """Call a function with a task in a process that is ended after so many seconds."""
-    (answer,) = LocalEngine(1, time_limit_s=seconds).answers(function, [task])
+def in_own_process(function, limits, task):
+    """Call a function with a task in a process that has limits, see LocalEngine."""
+    limits = {"memory_gb": _memory_of_worker(), **limits}
+    (answer,) = LocalEngine(1, **limits).answers(function, [task])
     if answer.error is not None:
         raise answer.error
     return answer.value
+
+
+def _memory_of_worker():
+    """What Dask lets this worker use [GB]; it does not see a process of its own."""
+    limit = _distributed().get_worker().memory_manager.memory_limit
+    return None if limit is None else limit / BYTES_PER_GB
 
 
 def _distributed():

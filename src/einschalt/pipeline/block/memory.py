@@ -1,41 +1,86 @@
 """What memory a block needs, before it is asked for.
 
-The propagation of errors holds, for each pair of points of a model, what an error of
-one does to the other: a matched cloud of a million points in one model would need
-terabytes.
+The propagation of errors holds what an error of each point to which a model was fitted
+does to each point of the model, and what any two models of a point share: a matched
+cloud of a million points in one model, measured in both flights, would need terabytes,
+and so would a point with one name in all models of a large block.
 """
 
 import os
 import platform
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.key_columns import is_among
 
-# measured: models of 1000 to 1500 points, both flights, everything together
+# measured, everything together: blocks with 1000 to 1500 points in a model in both
+# flights; a point in 1000 and in 3000 models; a cloud of 10⁵ and of 3·10⁵ points
 BYTES_PER_PAIR = 64
+BYTES_PER_TWO_MODELS = 300
+BYTES_PER_MEASUREMENT = 4000
+OF_THIS_GROUP = Path("/sys/fs/cgroup/memory.max")  # of containers, on Linux
+THIN_OUT = "Take fewer points of a model, such as a tenth of a matched cloud"
 
 
-def needed_bytes(block) -> tuple[float, int]:
-    """Memory for the pairs of points of all models, and points of the largest model."""
-    n_pairs, largest = 0.0, 0
-    for flight in block.flights.values():
+def needed_bytes(block) -> dict:
+    """Memory for pairs of points, pairs of models, and measurements, by what it is for.
+
+    Keys are the words of messages: what there is too much of, and what to do then.
+    """
+    n_pairs = n_two_models = n_all = 0.0
+    largest = most = 0
+    for name, flight in block.flights.items():
         table = flight.model_table()
-        n_points = table.groupby(["coverage", "model_id"], sort=False).size()
-        n_pairs += float((n_points.astype(float) ** 2).sum())
-        largest = max(largest, int(n_points.max())) if len(n_points) else largest
-    return BYTES_PER_PAIR * n_pairs, largest
+        if table.empty:
+            continue
+        is_fitted = is_among(table["point_id"], _known_points(block, name))
+        by_model = pd.Series(is_fitted).groupby(
+            [table["coverage"].to_numpy(), table["model_id"].to_numpy()], sort=False
+        )
+        sizes = by_model.agg(["sum", "size"]).astype(float)
+        models_of_point = table["point_id"].value_counts(sort=False).to_numpy(float)
+        n_pairs += float((sizes["sum"] * sizes["size"]).sum())
+        n_two_models += float((models_of_point**2).sum())
+        n_all += len(table)
+        largest = max(largest, int(sizes["size"].max()))
+        most = max(most, int(models_of_point.max()))
+    return {
+        (f"up to {largest} points in a model", THIN_OUT): BYTES_PER_PAIR * n_pairs,
+        (
+            f"a point in {most} models",
+            "Give points of different places different names, or take models out",
+        ): BYTES_PER_TWO_MODELS * n_two_models,
+        (f"{n_all:.0f} measured points", THIN_OUT): BYTES_PER_MEASUREMENT * n_all,
+    }
+
+
+def _known_points(block, name):
+    """Points to which the models of a flight are fitted."""
+    control = block.control_points
+    if name == "high_flight":
+        return [] if control is None else control["point_id"]
+    known = [] if block.approximate_points is None else [block.approximate_points]
+    high = block.flights.get("high_flight")
+    known += [] if high is None else [high.model_table()]
+    known += [] if known or control is None else [control]
+    return np.concatenate([part["point_id"].to_numpy(object) for part in known])
 
 
 def require_memory(block):
     """Refuse a block that surely needs more memory than this process may have."""
-    needed, largest = needed_bytes(block)
-    there = allowed_bytes()
-    if needed <= there:
+    needed = needed_bytes(block)
+    total, there = sum(needed.values()), allowed_bytes()
+    if total <= there:
         return
+    found, remedy = max(needed, key=needed.get)
     raise GeometryError(
-        f"the block needs about {_gigabytes(needed)} of memory, with up to {largest} "
-        "points in a model",
+        f"the block needs about {_gigabytes(total)} of memory, with {found}",
         expected=f"at most the {_gigabytes(there)} that this process may have",
-        remedy="Take fewer points of a model, such as a tenth of a matched cloud",
+        remedy=remedy,
     )
 
 
@@ -45,15 +90,18 @@ def _gigabytes(n_bytes):
 
 
 def allowed_bytes() -> float:
-    """Memory of this computer, or the limit of this process; inf if unknown."""
+    """Memory of this computer, or limit of this process or group; inf if unknown."""
     found = [float("inf")]
     if platform.system() != "Windows":
         import resource  # noqa: PLC0415 - Windows has no such module
 
-        limit = resource.getrlimit(resource.RLIMIT_DATA)[0]
-        found += [float(limit)] if limit != resource.RLIM_INFINITY else []
+        limits = [resource.getrlimit(resource.RLIMIT_DATA)[0]]
+        limits += [resource.getrlimit(resource.RLIMIT_AS)[0]]
+        found += [float(one) for one in limits if one != resource.RLIM_INFINITY]
         if "SC_PHYS_PAGES" in os.sysconf_names:
             found.append(
                 float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
             )
+    with suppress(OSError, ValueError):  # no such file, or "max"
+        found.append(float(OF_THIS_GROUP.read_text(encoding="ascii")))
     return min(found)

@@ -11,6 +11,7 @@ from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, name_some
 from einschalt.stages.results import Estimates, ModelResult, failures_table
 from einschalt.stages.simultaneous.height_columns import centre_table
+from einschalt.stages.simultaneous.image_errors import covariances
 from einschalt.stages.simultaneous.observations import BlockTables
 from einschalt.stages.simultaneous.outlier_removal import clean_part
 from einschalt.stages.simultaneous.own_deformation import (
@@ -414,8 +415,11 @@ def _result(tables, weighed, cleaned, verdicts, control, deformations, options):
     failures.insert(0, "flight", np.array([row[0] for row in rows], dtype=object))
     reasons = np.full(len(tables.models), "", dtype=object)
     reasons[~verdicts.is_fine] = [row[4] for row in rows]
-    points = point_table(tables, weighed, solution)
-    residuals = residual_table(tables, part, cleaned, control, options.significance)
+    known = covariances(tables, part, weighed.factors, solution)
+    points = point_table(tables, part, solution, known.points)
+    residuals = residual_table(
+        tables, part, cleaned, control, options.significance, known.residuals
+    )
     is_centre = tables.is_centre[part.points]
     of_centre = is_centre[solution.observations.point]
     return BlockAdjustment(

@@ -5,7 +5,9 @@ tilts with the errors of its relative orientation. The adjustment takes model po
 independent; so what it makes of the errors behind them is drawn: those of image points,
 as large as the errors of their flight in plan, of control, and of other flights with
 what all points of a model share there, put through the linearised adjustment. So are
-errors that control points share.
+errors that control points share. Residuals of such points have other sizes than the
+adjustment expects: at the edge of a model they are larger, and good points would look
+wrong there.
 """
 
 from dataclasses import dataclass
@@ -15,6 +17,11 @@ import numpy as np
 from einschalt.stages.error_propagation.measurement_errors import image_chain
 from einschalt.stages.relative_orientation.image_errors import ImageErrors
 from einschalt.theory.adjustment.monte_carlo import draws_in_parts
+from einschalt.theory.block_adjustment.block_tests import (
+    DrawnCovariance,
+    judge_by_covariance,
+    judge_observations,
+)
 
 # standard errors from so many draws are known to 2.5 per cent
 N_DRAWS = 800
@@ -43,27 +50,53 @@ def centres_behind(errors, centres):
     return np.column_stack([found["pair"], is_right]).astype(np.int64)
 
 
-def point_covariances(tables, weighed, solution):
-    """Covariances of the adjusted points, (n_points, d, d) [m²].
+@dataclass(frozen=True, eq=False)
+class Covariances:
+    """What the errors behind the observations make of an adjusted block [m²]."""
+
+    # (n_points, d, d): of the adjusted points; NaN where control shares shifts of
+    # unknown size
+    points: np.ndarray
+    # of the residuals of all observations; None where model points are independent, as
+    # the adjustment takes them to be
+    residuals: DrawnCovariance | None = None
+
+
+def covariances(tables, part, factors, solution) -> Covariances:
+    """Find the covariances of the adjusted points, and of residuals of images.
 
     Those of the adjustment where no model was formed from images, and control shares no
-    errors; NaN where it shares shifts of unknown size.
+    errors. ``factors`` (n_groups + 1,) are those of the errors, see Weighed.
     """
-    observations = solution.observations
+    observations, points = solution.observations, solution.point_cofactors
     if tables.has_unknown_groups:
-        return np.full(solution.point_cofactors.shape, np.nan)
-    if not has_images(tables) and observations.shared_control is None:
-        return solution.point_cofactors
-    draw = _drawing(tables, weighed, solution)
+        points = np.full(points.shape, np.nan)
+    is_from_images = has_images(tables)
+    is_drawn = observations.shared_control is not None and not tables.has_unknown_groups
+    if not is_from_images and not is_drawn:
+        return Covariances(points)
+    of_points, of_residuals = _drawn(tables, part, factors, solution)
+    return Covariances(
+        points if tables.has_unknown_groups else of_points,
+        DrawnCovariance(of_residuals, N_DRAWS) if is_from_images else None,
+    )
+
+
+def _drawn(tables, part, factors, solution):
+    """Covariances of points and residuals, by draws of all errors."""
+    observations = solution.observations
+    draw = _drawing(tables, part, factors, solution)
     n_axes = observations.control.shape[1]
     n_numbers = n_axes * len(observations.model)
     rng = np.random.default_rng(1971)
-    total = np.zeros((observations.n_points, n_axes, n_axes))
+    of_points = np.zeros((observations.n_points, n_axes, n_axes))
+    of_residuals = np.zeros((len(observations.model), n_axes, n_axes))
     for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
         control = observations.drawn_control(rng, n_draws)
-        points, _ = solution.answer_to(draw(rng, n_draws), control)
-        total += points @ np.swapaxes(points, 1, 2)
-    return total / N_DRAWS
+        points, residuals = solution.answer_to(draw(rng, n_draws), control)
+        of_points += points @ np.swapaxes(points, 1, 2)
+        of_residuals += residuals @ np.swapaxes(residuals, 1, 2)
+    return of_points / N_DRAWS, of_residuals / N_DRAWS
 
 
 def has_images(tables):
@@ -71,16 +104,33 @@ def has_images(tables):
     return any(images is not None for images in tables.images)
 
 
-def _drawing(tables, weighed, solution):
+def judge_of(part, drawn):
+    """Test of the observations of a part: ``judge(solution, is_out)``.
+
+    By the covariance of their residuals where it was drawn, alone otherwise. What is
+    out takes no part in how large the errors of its flight are.
+    """
+    flight = part.observations.flight[part.observations.model]
+
+    def judge(solution, is_out, given=None):
+        alone = judge_observations(solution, given or solution.observations)
+        if drawn is None:
+            return alone
+        return judge_by_covariance(solution, alone, drawn, flight, ~is_out)
+
+    return judge
+
+
+def _drawing(tables, part, factors, solution):
     """Function that draws errors of all measured points of a part on the ground."""
     observations = solution.observations
-    row = tables.row[weighed.part.rows]
+    row = tables.row[part.rows]
     # groups of a flight follow each other, that of its points in plan first
-    n_groups = (len(weighed.factors) - 1) // len(tables.flights)
+    n_groups = (len(factors) - 1) // len(tables.flights)
     chains = []
-    for k, start, images, chain in image_chains(tables, weighed.part, solution):
+    for k, start, images, chain in image_chains(tables, part, solution):
         rows = np.flatnonzero((row >= start) & (row < start + chain.n_points))
-        error = images.standard_error * weighed.factors[k * n_groups]
+        error = images.standard_error * factors[k * n_groups]
         chains.append((rows, row[rows] - start, error, chain))
 
     def draw(rng, n_draws):

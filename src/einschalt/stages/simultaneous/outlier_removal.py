@@ -7,7 +7,18 @@ first, the sizes follow from the rest, and both are repeated until nothing chang
 
 from dataclasses import replace
 
-from einschalt.stages.simultaneous.variance_components import Weighed, weigh_groups
+import numpy as np
+
+from einschalt.stages.simultaneous.image_errors import (
+    covariances,
+    has_images,
+    judge_of,
+)
+from einschalt.stages.simultaneous.variance_components import (
+    Weighed,
+    groups_of,
+    weigh_groups,
+)
 from einschalt.theory.block_adjustment.gross_errors import (
     CleanedBlock,
     OutlierFreeBlock,
@@ -41,7 +52,12 @@ def _weighed(tables, part, solution, options):
     if options.outliers == "keep":
         block = OutlierFreeBlock.whole(solution)
         return weigh_groups(tables, part, block, all_of_them=estimates_all)
-    block = outlier_free_block(solution, options.significance)
+    drawn = None
+    if has_images(tables):
+        given = np.ones(len(groups_of(tables, part).names) + 1)
+        drawn = covariances(tables, part, given, solution).residuals
+    judge = judge_of(part, drawn)
+    block = outlier_free_block(solution, options.significance, judge)
     factors = 1.0
     for _ in range(MOST_ROUNDS):
         weighed = weigh_groups(
@@ -51,7 +67,7 @@ def _weighed(tables, part, solution, options):
             break
         part, factors, before = weighed.part, weighed.factors, block
         solution = solution.readjusted(part.observations)
-        block = outlier_free_block(solution, options.significance)
+        block = outlier_free_block(solution, options.significance, judge)
         if block.has_the_errors_of(before):
             break
         weighed = replace(weighed, block=block)

@@ -9,7 +9,7 @@ from einschalt.stages.simultaneous.height_columns import (
     with_heights_of_points,
     with_heights_of_residuals,
 )
-from einschalt.stages.simultaneous.image_errors import point_covariances
+from einschalt.stages.simultaneous.image_errors import judge_of
 from einschalt.stages.simultaneous.own_deformation import own_columns
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
@@ -17,7 +17,6 @@ from einschalt.theory.adjustment.reliability import (
     minimal_detectable_bias,
     redundancy_numbers,
 )
-from einschalt.theory.block_adjustment.block_tests import judge_observations
 from einschalt.theory.block_adjustment.model_deformation import (
     neighbour_autocorrelation,
 )
@@ -33,9 +32,8 @@ COMMON_COLUMNS = ["flight", "term", "value", "standard_error"]
 AFFINE, HELMERT = ("a0", "a1", "a2", "b0", "b1", "b2"), ("a", "b", "te", "tn")
 
 
-def point_table(tables, weighed, solution) -> pd.DataFrame:
-    """Coordinates of all adjusted points with their covariances."""
-    part, covariance = weighed.part, point_covariances(tables, weighed, solution)
+def point_table(tables, part, solution, covariance) -> pd.DataFrame:
+    """Coordinates of all adjusted points with their covariances, (n_points, d, d)."""
     east, north = covariance[:, 0, 0], covariance[:, 1, 1]
     observations = solution.observations
     is_control = observations.is_control
@@ -86,14 +84,19 @@ def _spread(solution, n_models):
     return np.where(n_models > 1, spread, np.nan)
 
 
-def residual_table(tables, part, cleaned, control, significance) -> pd.DataFrame:
+def residual_table(
+    tables, part, cleaned, control, significance, drawn=None
+) -> pd.DataFrame:
     """Residuals of all observations, tested, and what stays undetected.
 
     ``significance`` is the probability with which a model without gross errors has a
     suspect. Without ``control`` that contradicts, a suspect must still be one.
+    ``drawn`` is the covariance of the residuals, of models from images.
     """
     solution, observations = cleaned.solution, part.observations
-    tests = judge_observations(solution, observations)
+    judge = judge_of(part, drawn)
+    none_out = np.zeros(len(observations.model), dtype=bool)
+    tests = judge(solution, none_out, observations)
     leverage = solution.leverage[:, :2].mean(axis=1)
     r = redundancy_numbers(leverage)
     error = observations.standard_error  # of spatial models by axis
@@ -102,7 +105,7 @@ def residual_table(tables, part, cleaned, control, significance) -> pd.DataFrame
     is_refused = is_rejected_by_holm(tests.p_value, start, significance)
     if control.is_suspect.any():
         # what only wrong control makes look wrong was measured well
-        still = judge_observations(control.without, observations).p_value
+        still = judge(control.without, none_out, observations).p_value
         is_refused &= is_rejected_by_holm(still, start, significance) | np.isnan(still)
     names = tables.models.iloc[part.models[observations.model]].reset_index(drop=True)
     residuals = names.assign(

@@ -9,7 +9,7 @@ the redundancy f of the block.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betaincc
+from scipy.special import betaincc, chdtri, fdtrc
 
 # share of an error that has to show before an observation is checked. Measured
 # coordinates stand in the design matrix, errors and all: shrunk to nothing the block
@@ -29,6 +29,14 @@ class BlockTests:
     # (n, d): gross error of the measured or given point that explains its residual best
     # [m]
     error: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnCovariance:
+    """Covariance of residuals, from draws of all errors."""
+
+    covariance: np.ndarray  # (n_rows, d, d) [m²]
+    n_draws: int
 
 
 def judge_observations(solution, given) -> BlockTests:
@@ -64,6 +72,53 @@ def judge_observations(solution, given) -> BlockTests:
     found = _tests(solution, solution.residuals, cofactors, redundancy)
     # residuals are transformed less adjusted: errors of the model go along with them
     return BlockTests(found.w, found.p_value, -found.error)
+
+
+def judge_by_covariance(solution, known, drawn, group, is_in) -> BlockTests:
+    """Test measured points whose residuals have covariances that were drawn.
+
+    Parameters
+    ----------
+    solution : AdjustedBlock
+    known : BlockTests
+        Of the same observations, taken for independent: what is checked at all.
+    drawn : DrawnCovariance
+        Of the residuals.
+    group : ndarray of int, shape (n_rows,)
+        Observations whose errors are too large or too small by one factor.
+    is_in : ndarray of bool, shape (n_rows,)
+        Observations that tell this factor.
+
+    Returns
+    -------
+    BlockTests
+
+    Notes
+    -----
+    T = vᵀ C⁻¹ v over its mean s² in the group, which has f degrees of freedom. Were s²
+    known, C drawn n times would leave T (n − d + 1)/(n d) with the F distribution
+    (Hotelling 1931); the χ² of the same probability over f is beta distributed.
+    """
+    covariance, n_draws = drawn.covariance, drawn.n_draws
+    d = covariance.shape[1]
+    is_checked = np.isfinite(known.p_value)
+    v = solution.residuals[is_checked][:, :, None]
+    weighted = np.linalg.solve(covariance[is_checked], v)[:, :, 0]
+    square = np.full(len(is_checked), np.nan)
+    square[is_checked] = np.sum(v[:, :, 0] * weighted, axis=1)
+    is_told, n_groups = is_checked & is_in, int(group.max(initial=-1)) + 1
+    own, among = square[is_told], group[is_told]
+    share = np.clip(1.0 - solution.leverage[is_told], 0.0, 1.0).sum(axis=1)
+    free = np.bincount(among, share, n_groups)[group]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.bincount(among, own, n_groups) / np.bincount(among, None, n_groups)
+        square *= d / mean[group]
+    left = n_draws - d + 1
+    alone = chdtri(d, fdtrc(d, left, square * left / (n_draws * d)))
+    freedom = np.maximum(free, d + 1.0)
+    share = np.minimum(alone / freedom, 1.0)
+    p_value = betaincc(d / 2.0, (freedom - d) / 2.0, share)
+    return BlockTests(np.sqrt(square), p_value, known.error)
 
 
 def judge_control(solution) -> BlockTests:

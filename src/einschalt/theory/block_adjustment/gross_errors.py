@@ -67,20 +67,25 @@ class OutlierFreeBlock:
         return OutlierFreeBlock(solution, self.is_out, self.is_wrong)
 
 
-def outlier_free_block(solution, significance) -> OutlierFreeBlock:
+def _judged(solution, _):
+    """Tests of observations whose errors are independent."""
+    return judge_observations(solution, solution.observations)
+
+
+def outlier_free_block(solution, significance, judge=_judged) -> OutlierFreeBlock:
     """Take the worst observations and given points out until the test refuses none.
 
     Given points that contradict the block more than any measurement of theirs are set
     aside: the measurements would be taken out in their place. A large gross error makes
     good control look wrong as well, so all of it is judged once more in the end.
     ``significance`` is the probability with which a model without gross errors loses a
-    point.
+    point. ``judge(solution, is_out)`` gives the BlockTests of the observations.
     """
     given = solution.observations
     is_out = np.zeros(len(given.model), dtype=bool)
     is_aside = np.zeros(given.n_points, dtype=bool)
     for _ in range(MOST_STEPS):
-        tests = judge_observations(solution, solution.observations)
+        tests = judge(solution, is_out)
         of_control = judge_control(solution)
         doubted = _wrong_control(solution, (of_control, tests), is_out, significance)
         worst = _worst_rows(solution, tests, is_out, significance)

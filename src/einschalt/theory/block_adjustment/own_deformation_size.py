@@ -203,10 +203,14 @@ def _estimated(plain, own):
 
 def _without_gross(plain, judged):
     """Block without the rows whose residuals in ``judged`` are gross errors."""
-    error = judged.observations.standard_error
+    observations = judged.observations
+    error = observations.standard_error
     size = judged.residuals / error.reshape(len(error), -1)
     size = np.sqrt((size**2).sum(axis=1))
-    is_tested = size > 0.0
+    # the only measurement of a point has no residual but rounding
+    n_held = np.bincount(observations.point, minlength=observations.n_points)
+    is_tested = (n_held + observations.is_control)[observations.point] > 1
+    is_tested &= size > 0.0
     if not is_tested.any():
         return plain
     rows = np.flatnonzero(size <= GROSS * np.median(size[is_tested]))

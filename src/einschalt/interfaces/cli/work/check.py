@@ -11,6 +11,7 @@ from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.files.columns_page import explanation_of
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
+from einschalt.pipeline.block.memory import require_memory
 from einschalt.pipeline.block.output_system import with_output_system
 
 
@@ -29,7 +30,7 @@ def check(block=None, given=None, explain=None):
         )
     if block is None:
         return
-    found = _with_output(find_problems(block, given))
+    found = _with_size(_with_output(find_problems(block, given)))
     if _is_terminal():
         Console().print(problem_list.problem_tables(found))
     else:
@@ -49,6 +50,17 @@ def _with_output(found):
     except EinschaltError as error:
         return replace(found, problems=(*found.problems, error))
     return replace(found, notes=with_output.notes)
+
+
+def _with_size(found):
+    """Findings with a lack of memory that the computation would have."""
+    if found.block is None:
+        return found
+    try:
+        require_memory(found.block)
+    except EinschaltError as error:
+        return replace(found, problems=(*found.problems, error))
+    return found
 
 
 def _is_terminal():

@@ -49,7 +49,7 @@ def init(
     folder, more, files, *, template, schema, yes, name, easting, northing, **options
 ):
     """Write block.toml of what files hold, or of a template."""
-    require_new(folder)
+    require_new(folder, schema=schema)
     head = DIRECTIVE if schema else ""
     if template:
         write_text(make_folder(folder) / BLOCK_FILE, f"{head}{TEMPLATE}")
@@ -81,15 +81,28 @@ def _write_schema(folder, is_asked):
         write_text(folder / SCHEMA_FILE, schema_text())
 
 
-def require_new(folder):
-    """Refuse to write where a block stands."""
-    if os.path.lexists(folder / BLOCK_FILE):
+def require_new(folder, *, schema=False):
+    """Refuse to write where a block stands, or another schema than ours."""
+    names = [BLOCK_FILE] if os.path.lexists(folder / BLOCK_FILE) else []
+    if schema and not names and not _is_free_for_schema(folder / SCHEMA_FILE):
+        names = [SCHEMA_FILE]
+    if names:
         raise OutputError(
-            f"the folder holds {BLOCK_FILE} already",
+            f"the folder holds {names[0]} already",
             expected="a folder without one",
-            remedy="Edit it, or name another folder",
+            remedy="Edit it, move it away, or name another folder",
             file=folder,
         )
+
+
+def _is_free_for_schema(path):
+    """Whether nothing is there, or what would be written."""
+    if not os.path.lexists(path):
+        return True
+    try:
+        return not path.is_symlink() and path.read_text("utf-8") == schema_text()
+    except (OSError, ValueError):
+        return False
 
 
 def _look(files, folder, said):
