@@ -17,7 +17,15 @@ AUTO = Settings(method="auto")
 PLANE = ["easting", "northing"]
 
 
-def way(value, n_models=10, *, is_lower_bound=False, left_out=None, n_left_out=10):
+def way(
+    value,
+    n_models=10,
+    *,
+    is_lower_bound=False,
+    left_out=None,
+    n_left_out=10,
+    keeps_wrong_control=False,
+):
     figure = CredibleFigure(value, is_lower_bound, "", 1.0, Reason.PROPAGATED)
     models = pd.DataFrame({"is_usable": np.arange(12) < n_models})
     n_left_out = 0 if left_out is None else n_left_out
@@ -26,6 +34,7 @@ def way(value, n_models=10, *, is_lower_bound=False, left_out=None, n_left_out=1
         index=[f"c{k}" for k in range(n_left_out)],
     )
     parts = {"models": models, "left_out_differences": control}
+    parts["keeps_wrong_control"] = keeps_wrong_control
     return SimpleNamespace(credible=figure, **parts)
 
 
@@ -57,6 +66,24 @@ def way(value, n_models=10, *, is_lower_bound=False, left_out=None, n_left_out=1
         (
             way(0.05, left_out=0.06, n_left_out=7),
             way(0.03, is_lower_bound=True, left_out=0.04, n_left_out=7),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.03, is_lower_bound=True, left_out=0.059),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.03, is_lower_bound=True, left_out=0.04, keeps_wrong_control=True),
+            "two_step",
+            ChoiceReason.SUPPORTED,
+        ),
+        (
+            way(0.05, left_out=0.06),
+            way(0.03, is_lower_bound=True, left_out=[np.nan] * 3 + [0.04] * 7),
             "two_step",
             ChoiceReason.SUPPORTED,
         ),

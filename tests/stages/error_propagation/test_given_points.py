@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.truth.disturbed_blocks import onto_grouped_approximations
 
 import einschalt as es
 from einschalt.pipeline.block.block import Block
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.settings import Settings
 from einschalt.stages.error_propagation.error_model import model_of_block
 from einschalt.stages.error_propagation.given_points import (
     control_shares_errors,
@@ -158,6 +160,33 @@ def test_groups_of_single_points_in_each_model_are_not_told(demo_block):
         replace(demo_block, control_points=control.assign(group=control["point_id"]))
     )
     assert each.errors is None
+
+
+def test_groups_that_nothing_tells_make_no_claim_smaller(demo_block):
+    control = demo_block.control_points
+    east = control["easting"] > control["easting"].median()
+    halves = replace(
+        demo_block, control_points=control.assign(group=np.where(east, "E", "W"))
+    )
+    plain, found = densify(demo_block), densify(halves)
+    assert np.isnan(found.figures.mean_total)
+    credible = found.assessment.credible
+    assert credible.is_lower_bound
+    assert credible.value > 0.9 * plain.assessment.credible.value
+    assert found.assessment.claim_is_supported is False
+    assert "or worse" in found.summary().splitlines()[0]
+    adjusted = densify(halves, Settings(method="simultaneous")).assessment
+    assert np.isnan(adjusted.credible.value)
+    assert adjusted.claim_is_supported is None
+
+
+def test_own_errors_are_what_shifts_of_stated_size_leave(demo_block):
+    """Approximate points with a group_error_m, but no m_0_m of their own."""
+    block = onto_grouped_approximations(demo_block, 0.1, 0.3, (600.0, 600.0), 0)
+    said = replace(block, approximate_m_0_m=None)
+    sizes = densify(said).examination.error_model.standard_errors
+    assert np.max(sizes["approximate_points"]) < 0.12
+    assert np.max(sizes["approximate_groups"]) == pytest.approx(0.3 / np.sqrt(2.0))
 
 
 def test_what_is_said_of_approximate_points_that_are_control_counts(demo_block):

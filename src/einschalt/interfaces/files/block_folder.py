@@ -206,9 +206,9 @@ class _Reading:
             name, file = f"{section}.camera", self.toml.source
             return self._said(section, "camera", lambda: camera_of(given, name, file))
         self.sources[f"{section}.camera"] = given
-        read = self.readers.camera
+        named = given, section, "camera"
         return self._said(
-            section, "camera", lambda: self._file(given, section, "camera", read)
+            section, "camera", lambda: self._file(*named, self.readers.camera)
         )
 
     def _table(self, section, key, schema, crs=None):
@@ -222,15 +222,14 @@ class _Reading:
         def read(file, source):
             said = said_of(keys, crs or self.crs)
             beside = self._companions(file.path, source, table)
-            find = self.readers.table
-            found = find(file, schema, said, source=source, beside=beside)
+            known = {"source": source, "beside": beside}
+            found = self.readers.table(file, schema, said, **known)
             elsewhere.require_some_column(file.path, self.folder, found.frame, schema)
             return found
 
         done = self._said(section, key, lambda: self._file(source, section, key, read))
-        if done is None:
-            return None
-        self.notes += done.notes
+        if done is not None:
+            self.notes += done.notes
         return done
 
     def _companions(self, path, source, table):

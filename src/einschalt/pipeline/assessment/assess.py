@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from functools import singledispatch
 
+import numpy as np
+
 from einschalt.pipeline.assessment.causes import with_causes
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.credibility import CredibleFigure
@@ -135,6 +137,8 @@ def assess(result) -> Assessment:
 def _is_supported(examined, *, is_grave):
     if examined.credible.is_lower_bound or is_grave:
         return False
+    if not np.isfinite(examined.credible.value):  # there is no claim
+        return None
     is_tested = bool(examined.claim.tests) or examined.known_check.count > 0
     if isinstance(examined, SimultaneousExamination):  # s_0 is its test
         is_tested = is_tested or examined.adjustment.redundancy > 0

@@ -17,7 +17,7 @@ AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
 ALIKE = 1.03
 # fewer points that were left out tell nothing of a way
 FEWEST_LEFT_OUT = 8
-# they lie so much nearer to a way that its larger figure does not count
+# they lie so much nearer to a way (RMS) that what contradicts its figure does not count
 MUCH_NEARER = 0.8
 
 
@@ -54,7 +54,7 @@ def solve_the_better_way(
 
     By the figure to believe of each, which the tests of each enlarge; a figure that is
     a lower bound only gives way to one that is not, unless control points that were
-    left out lie nearer to its points: much nearer where its figure is the larger one.
+    left out lie much nearer to its points.
     """
     arguments = block, settings, flights, report_progress
     obstacle = _obstacle(block, settings)
@@ -106,7 +106,7 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)
     nearer, ratio = _nearer_to_left_out(both)
-    if nearer not in sound and ratio <= (1.0 if nearer == smaller else MUCH_NEARER):
+    if nearer not in sound and ratio <= MUCH_NEARER:
         return nearer, ChoiceReason.LEFT_OUT
     if not sound:
         return TWO_STEP, ChoiceReason.CONTRADICTED
@@ -125,12 +125,15 @@ def _nearer_to_left_out(both):
     """Which way control that was left out lies nearer to, and how near.
 
     Name, and RMS of its differences over that of the other way, infinite where nothing
-    tells; of control points that both ways can predict.
+    tells; of control points that both ways can predict and neither suspects. Wrong
+    control that an adjustment keeps spoils its points, but not these differences.
     """
-    tables = {k: found.left_out_differences for k, found in both.items()}
+    if both[SIMULTANEOUS].keeps_wrong_control:
+        return TWO_STEP, np.inf
+    tables = {k: found.left_out_differences.dropna() for k, found in both.items()}
     shared = tables[TWO_STEP].index.intersection(tables[SIMULTANEOUS].index)
     squares = {
-        k: float(np.nansum(table.loc[shared].to_numpy(dtype=float) ** 2))
+        k: float(np.sum(table.loc[shared].to_numpy(dtype=float) ** 2))
         for k, table in tables.items()
     }
     nearer, other = sorted(squares, key=squares.get)

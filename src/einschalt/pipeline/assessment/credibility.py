@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations.units import ground_from_image_um
 from einschalt.pipeline.assessment.evidence.claim import RESIDUALS
@@ -19,6 +20,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
 from einschalt.pipeline.assessment.evidence.frame import Doubt
 from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.group_size import sum_of_residuals
+from einschalt.stages.stage4_error_propagation import propagate_model
 from einschalt.theory.adjustment.global_tests import ratio_limits, ratio_p_value
 from einschalt.theory.adjustment.monte_carlo import apply_chains, draw_errors
 from einschalt.theory.adjustment.significance import (
@@ -47,6 +49,10 @@ class Reason(StrEnum):
     ADJUSTED_ENLARGED = "adjusted_enlarged"  # its residuals show larger errors
     ADJUSTED_CONTRADICTED = "adjusted_contradicted"  # known points or residuals do
     UNKNOWN = "unknown"
+
+
+# figures that are at least as large
+LEAST = (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     elif has_credible_propagation(examined):
         value, reason = total, Reason.PROPAGATED
     elif np.isnan(total) and claim.is_supported:
-        value, reason = paper, Reason.BUDGET
+        value, reason = np.fmax(paper, _beside_shifts(examined)), Reason.BUDGET
     else:
         is_budget = np.isnan(total)
         # what the measurements exceed the claim by is the least that it is too small by
@@ -96,20 +102,35 @@ def figure_of_two_steps(examined) -> CredibleFigure:
     if shown > value:
         value = shown
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
-    is_contradicted = reason in (Reason.CONTRADICTED, Reason.BUDGET_CONTRADICTED)
+    is_least = reason in LEAST or examined.has_untold_groups
     column, doubt = examined.claimed_column, examined.frame.doubt
     claimed = total if column == TOTAL else paper
     # single points are enlarged as their root mean square is
-    is_enlarged = is_contradicted or reason is Reason.STATED
+    is_enlarged = is_least or reason is Reason.STATED
     ratio = value / claimed if is_enlarged and claimed > 0.0 else 1.0
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
-        is_lower_bound=is_contradicted or bool(doubt),
+        is_lower_bound=is_least or bool(doubt),
         column=column,
         factor=float(max(claim.enlargement, ratio)),
         reason=reason,
         doubt=doubt,
     )
+
+
+def _beside_shifts(examined) -> float:
+    """What the known sources make of the new points beside untold shifts, TOTAL [m].
+
+    RMS; NaN where no group has shifts of unknown size.
+    """
+    model, points = examined.error_model, examined.points
+    if model is None or not examined.has_untold_groups:
+        return np.nan
+    errors = propagate_model(model, examined.means)
+    total = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)
+    new = points.loc[points["role"] == "new", "point_id"]
+    total = pd.Series(total, errors.point_ids).reindex(new)
+    return float(np.sqrt(total.mean()))
 
 
 def taken_up_by_models(examined) -> float:

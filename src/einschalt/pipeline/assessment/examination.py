@@ -77,7 +77,10 @@ from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.result_tables import of_transformed_flights
 from einschalt.pipeline.densification.solution import Solution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution, WithoutTwoSteps
-from einschalt.stages.error_propagation.error_model import model_of_block
+from einschalt.stages.error_propagation.error_model import (
+    errors_are_stated,
+    model_of_block,
+)
 from einschalt.stages.error_propagation.given_points import (
     CONTROL_POINTS,
     GROUPS,
@@ -248,6 +251,15 @@ class TwoStepExamination(Examination):
         return self.points[self.points["role"] == "control"]
 
     @property
+    def has_untold_groups(self):
+        """Whether given points share shifts whose size neither data nor user tells."""
+        if np.isfinite(self.figures.mean_total):
+            return False
+        if self.block.high_flight is None:
+            return errors_are_stated(self.block)
+        return self.shares_control_errors
+
+    @property
     def claimed_column(self):
         """Standard error that is claimed for single points, a column of ``points``."""
         return claimed_column(self)
@@ -285,9 +297,11 @@ class TwoStepExamination(Examination):
     def left_out_differences(self):
         """Control points as all others predict them less as given, (easting, northing).
 
-        DataFrame by point_id.
+        DataFrame by point_id, of those that are no suspects.
         """
-        table = self.control_left_out.set_index("point_id")
+        table = self.control_left_out
+        is_suspect = table["is_suspect"].to_numpy(dtype=bool)
+        table = table[~is_suspect].set_index("point_id")
         columns = ["difference_easting", "difference_northing"]
         return table[columns].set_axis(PLAN, axis=1)
 
@@ -345,9 +359,12 @@ class SimultaneousExamination(Examination):
     def left_out_differences(self):
         """Control points as all others predict them less as given, (easting, northing).
 
-        DataFrame by point_id; the error of given coordinates that explains a point.
+        DataFrame by point_id, of those that are no suspects: less the error of given
+        coordinates that explains a point.
         """
-        control = self.adjustment.control.set_index("point_id")
+        control = self.adjustment.control
+        is_suspect = control["is_suspect"].to_numpy(dtype=bool)
+        control = control[~is_suspect].set_index("point_id")
         return -control[["strain_easting", "strain_northing"]].set_axis(PLAN, axis=1)
 
     @property

@@ -406,7 +406,8 @@ def errors_are_stated(block) -> bool:
     """
     if block.approximate_points is None:
         return False
-    is_correlated = APPROXIMATE_POINTS in block.correlation_lengths_m
+    # a length of 0 says that errors are independent
+    is_correlated = block.correlation_lengths_m.get(APPROXIMATE_POINTS, 0.0) > 0.0
     if is_correlated and block.approximate_m_0_m is not None:
         return True
     return not is_correlated and group_members(block.approximate_points) is not None

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
+from einschalt.stages.error_propagation.given_points import GROUPS
 from einschalt.theory.adjustment.monte_carlo import draw_errors
 from einschalt.theory.adjustment.point_operator import by_coordinate, selection
 from einschalt.theory.adjustment.variance_components import (
@@ -26,13 +27,18 @@ def with_group_sizes(model, given, flight, fit, free=()):
     """Give the groups of given points shifts of the size that the residuals show.
 
     ``flight`` was fitted onto points with the errors ``given``; ``fit`` is its
-    transformation. ``free`` are sources whose sizes nobody gave either. Where the
-    residuals do not tell, shifts are left out and the model is one that assumes.
+    transformation. ``free`` are sources whose sizes nobody gave either: beside shifts
+    they are what the residuals leave. Where the residuals do not tell the shifts, these
+    are left out and the model is one that assumes.
     """
     source = given.to_be_estimated
-    if not source:
+    shifts = model.standard_errors.keys() & set(GROUPS.values())
+    if not source and not (free and shifts):
         return model
-    sums = _sums(model, source, flight, fit)
+    if source:
+        sums = _sums(model, source, flight, fit)
+    else:
+        sums = [sum_of_residuals(model, flight, fit)]
     # 0 where the residuals do not tell
     factors, is_told = {source: 0.0}, sums is not None
     if is_told:

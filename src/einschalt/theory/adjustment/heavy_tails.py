@@ -71,8 +71,9 @@ def find_heavy_tails(errors) -> HeavyTails | None:
         None for fewer than 50 errors, or none that is not 0.
     """
     squares = np.square(np.asarray(errors, dtype=float))
-    squares = squares[np.isfinite(squares)]
-    if len(squares) < FEWEST or not np.median(squares) > 0.0:
+    # what fits exactly has no error of any size
+    squares = squares[np.isfinite(squares) & (squares > 0.0)]
+    if len(squares) < FEWEST:
         return None
     some = squares[:: 1 + (len(squares) - 1) // MOST_OBSERVATIONS]
     sigma, share, factor = _maximised(some)

@@ -177,4 +177,4 @@ def _drawn(part, source, errors):
 def _covariance_of_sums(products, factors):
     size = np.sqrt(factors)
     drawn = np.einsum("djkm,k,m->dj", products, size, size)
-    return np.cov(drawn, rowvar=False)
+    return np.atleast_2d(np.cov(drawn, rowvar=False))

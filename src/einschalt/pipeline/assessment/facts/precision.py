@@ -136,14 +136,14 @@ def _carried(examined):
 
 def _shared(examined):
     block = examined.block
+    if examined.has_untold_groups:
+        return Shared.GROUPS_UNTOLD
     if block.high_flight is not None:
-        is_known = np.isfinite(examined.figures.mean_total)
-        is_untold = examined.shares_control_errors and not is_known
-        return Shared.GROUPS_UNTOLD if is_untold else Shared.HIGH_FLIGHT
-    is_stated = errors_are_stated(block)
+        return Shared.HIGH_FLIGHT
     if np.isfinite(examined.figures.mean_total):
+        is_stated = errors_are_stated(block)
         return Shared.NEIGHBOURS_STATED if is_stated else Shared.MODEL_CONTROL
-    return Shared.GROUPS_UNTOLD if is_stated else Shared.NEIGHBOURS_GIVEN
+    return Shared.NEIGHBOURS_GIVEN
 
 
 def _heights(examined):
