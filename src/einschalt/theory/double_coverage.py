@@ -11,7 +11,6 @@ from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
 # taken anew from the differences within it
 PRACTICE_FACTOR = 3.0
 MOST_REPETITIONS = 50
-AS_CENTRAL = 9  # decimals of positions that count as equal
 
 
 def position_in_extent(xy, start):
@@ -32,12 +31,11 @@ def most_central_rows(point, coverage, position, model):
 
     Practice of 1971: max(abs u, abs v) smallest (docs/theory/double_coverage.md),
     ``position`` (n_rows, 2) from :func:`position_in_extent`. The rows chosen ascend. Of
-    equal ones the one with the smaller other position is taken, and of these the one of
-    the first ``model`` (n_rows,): numbers that do not hang on the order of the rows.
+    equal ones the one of the first ``model`` (n_rows,) is taken: numbers that do not
+    hang on the order of the rows.
     """
-    # regular layouts have points half-way between models, but for rounding
-    smaller, larger = np.sort(np.abs(position).round(AS_CENTRAL), axis=1).T
-    order = np.lexsort((model, smaller, larger, coverage, point))
+    eccentricity = np.abs(position).max(axis=1)
+    order = np.lexsort((model, eccentricity, coverage, point))
     is_first = np.ones(len(order), dtype=bool)
     is_first[1:] = (np.diff(point[order]) != 0) | (np.diff(coverage[order]) != 0)
     return np.sort(order[is_first])
