@@ -17,8 +17,9 @@ AUTO, TWO_STEP, SIMULTANEOUS = "auto", "two_step", "simultaneous"
 ALIKE = 1.03
 # fewer points that were left out tell nothing of a way
 FEWEST_LEFT_OUT = 8
-# they lie so much nearer to a way (RMS) that what contradicts its figure does not count
-MUCH_NEARER = 0.8
+# they lie so much nearer to a way (RMS) that what contradicts its figure does not
+# count: where it is the smaller one, and where it is not
+NEARER, MUCH_NEARER = 0.9, 0.8
 
 
 class ChoiceReason(StrEnum):
@@ -54,7 +55,7 @@ def solve_the_better_way(
 
     By the figure to believe of each, which the tests of each enlarge; a figure that is
     a lower bound only gives way to one that is not, unless control points that were
-    left out lie much nearer to its points.
+    left out lie nearer to its points: much nearer where its figure is not smaller.
     """
     arguments = block, settings, flights, report_progress
     obstacle = _obstacle(block, settings)
@@ -106,7 +107,8 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     sound = [name for name in both if not both[name].credible.is_lower_bound]
     smaller = min(both, key=value.get)
     nearer, ratio = _nearer_to_left_out(both)
-    if nearer not in sound and ratio <= MUCH_NEARER:
+    limit = NEARER if nearer == smaller else MUCH_NEARER
+    if nearer not in sound and ratio <= limit:
         return nearer, ChoiceReason.LEFT_OUT
     if not sound:
         return TWO_STEP, ChoiceReason.CONTRADICTED
