@@ -340,6 +340,18 @@ def _markers(points, rows, crs, notes, source):
     return Markers(control, measured, crs, tuple(notes))
 
 
+def _require_unmarked(names, path):
+    """Refuse control points that would be read as check points."""
+    marked = names[names.str.startswith(CHECK_MARK)].unique()
+    if len(marked):
+        raise FileError(
+            f"control points with the mark of check points: {name_some(marked, 8)}",
+            expected=f"names that do not begin with {CHECK_MARK}",
+            remedy="Rename them, or convert into a folder",
+            file=path,
+        )
+
+
 def write_odm(path, markers):
     """Write a ``gcp_list.txt``; points without coordinates have no row in it.
 
@@ -365,6 +377,7 @@ def write_odm(path, markers):
             file=path,
         )
     is_check = table["role"] == "check"
+    _require_unmarked(table.loc[~is_check, "point_id"], path)
     table["point_id"] = table["point_id"].where(
         ~is_check, CHECK_MARK + table["point_id"]
     )
