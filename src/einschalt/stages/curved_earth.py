@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.projections import (
@@ -110,7 +111,6 @@ def _moved(points, fit, crs):
     ground = fit.fit.apply(place, xyz)
     bent = _in_map(ground, place, fit, crs)
     is_known = np.isfinite(bent).all(axis=1)
-    # what a likeness of the whole model takes up is no movement
     rows, place = rows[is_known], place[is_known]
     back = fit.fit.invert(place, bent[is_known])
     table = points.copy()
@@ -162,9 +162,8 @@ def straightened(points, middle, crs):
 
 
 def _middles(fit):
+    """Mean of the known points of each model, (n_models, 3); NaN without any."""
     start = fit.observed.start
-    count = np.maximum(np.diff(start), 1)
-    sums = np.add.reduceat(
-        np.vstack([fit.observed.target, np.zeros((1, 3))]), start[:-1], axis=0
-    )
-    return np.where((np.diff(start) > 0)[:, None], sums / count[:, None], np.nan)
+    count = np.diff(start)[:, None].astype(float)
+    sums = segment_sum(fit.observed.target, start)
+    return np.divide(sums, count, out=np.full(sums.shape, np.nan), where=count > 0.0)

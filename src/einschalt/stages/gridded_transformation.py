@@ -111,8 +111,10 @@ class GriddedTransformation(ModelTransformation):
     def _through(self, place, xy, way, shape):
         """What the grid of its model gives for each point."""
         found = np.full((len(xy), *np.atleast_1d(shape)), np.nan)
+        order = np.argsort(place, kind="stable")
+        start = np.searchsorted(place[order], np.arange(len(self.grids) + 1))
         for k, one in enumerate(self.grids):
-            rows = np.flatnonzero(place == k)
+            rows = order[start[k] : start[k + 1]]
             if one is not None and len(rows):
                 found[rows] = getattr(one.grid, way)(xy[rows])
         return found

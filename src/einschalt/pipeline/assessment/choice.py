@@ -96,7 +96,7 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     """Method whose figure to believe is the better one, and the reason.
 
     Of two examinations, or what has their ``credible``, ``models`` and
-    ``left_out_differences``.
+    ``left_out_differences``, and ``keeps_wrong_control`` of the second.
     """
     both = {TWO_STEP: two_step, SIMULTANEOUS: simultaneous}
     value = {name: found.credible.value for name, found in both.items()}

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, ndtr
 
+from einschalt.theory.adjustment.norms import SIGMA_PER_MEDIAN
+
 # observations that tell a share from chance
 FEWEST = 50
 MOST_STEPS = 500
 SETTLED = 1e-8
-SIGMA_PER_MEDIAN = 1.4826
 # the worse ones are at least so many times as wide, and never the majority
 LEAST_FACTOR, MOST_FACTOR = 2.0, 1e3
 MOST_SHARE = 0.5
@@ -68,7 +69,7 @@ def find_heavy_tails(errors) -> HeavyTails | None:
     Returns
     -------
     HeavyTails or None
-        None for fewer than 50 errors, or none that is not 0.
+        None for fewer than 50 errors that are not 0.
     """
     squares = np.square(np.asarray(errors, dtype=float))
     # what fits exactly has no error of any size

@@ -13,6 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# of normal errors: standard error over the median of their sizes, and median length of
+# a vector in the plane over the standard error of a coordinate
+SIGMA_PER_MEDIAN = 1.4826
+RAYLEIGH_MEDIAN = np.sqrt(2.0 * np.log(2.0))
+
 
 @dataclass(frozen=True)
 class Norm:

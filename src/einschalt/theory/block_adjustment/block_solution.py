@@ -188,8 +188,8 @@ def adjust(
     The block is determined (see :mod:`.determinacy`); ``terms`` are deformations that
     the models of a flight share; an ``ordering`` comes from an earlier adjustment of
     the same models and points, and so does a ``start``: common parameters, and
-    affinities in the order of elimination. Passes end where the common
-    parameters move no point further than ``settled`` times the size of a model. Raises
+    affinities in the order of elimination. Passes end where the common parameters move
+    no point further than ``settled`` times the size of a model. Raises
     UndeterminedTermsError where the points of the models do not determine the terms.
     """
     task = _Task(observations, terms, ordering)

@@ -24,6 +24,7 @@ import numpy as np
 from scipy.special import betaln, fdtrc
 
 from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.theory.adjustment.norms import SIGMA_PER_MEDIAN
 from einschalt.theory.adjustment.robust import snoop
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.relative_orientation.condition_tests import (
@@ -47,8 +48,6 @@ from einschalt.theory.relative_orientation.coplanarity_solution import (
 
 # with fewer points the majority is not worth more than the worst of them
 FEWEST_POINTS = N_PARAMETERS + 3
-# normal deviations over the median of their sizes
-SIGMA_PER_MEDIAN = 1.4826
 # standard errors: where Tukey's weight vanishes, and where a point is put aside
 TUKEY_LIMIT, PUT_ASIDE = 4.685, 5.0
 N_ABSOLUTE_STEPS, N_TUKEY_STEPS = 10, 15

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
+from einschalt.theory.adjustment.norms import RAYLEIGH_MEDIAN
+
 LEVEL = 0.95
 LIMIT = -2.0 * np.log(1.0 - LEVEL)  # of χ² with two degrees of freedom
 LEAST_POINTS = 20  # fewer do not tell tails
@@ -71,7 +73,7 @@ def estimate_tails(squares):
     if len(length) < LEAST_POINTS:
         root = np.sqrt(np.mean(length**2) / 2.0) if len(length) else 1.0
         return Tails(float(root), FREEDOM[1])
-    size = np.median(length) / np.sqrt(2.0 * np.log(2.0))
+    size = np.median(length) / RAYLEIGH_MEDIAN
     count, edges = np.histogram(np.log(np.clip(length, 1e-3 * size, None)), N_CLASSES)
     middle = np.exp((edges[1:] + edges[:-1]) / 2.0)
 

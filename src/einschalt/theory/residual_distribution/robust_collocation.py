@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from einschalt.theory.adjustment.norms import RAYLEIGH_MEDIAN
 from einschalt.theory.residual_distribution.collocation import collocate_left_out
 from einschalt.theory.residual_distribution.covariance_function import (
     CovarianceFunction,
@@ -23,7 +24,6 @@ from einschalt.theory.residual_distribution.held_out_ellipses import (
 N_COMPARED = 8
 ROUNDS = 4
 FEW = 1e-3  # share of the points whose change of sides changes nothing
-RAYLEIGH_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the length of a vector, over σ
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.theory.adjustment.norms import RAYLEIGH_MEDIAN
 from einschalt.theory.triangulation.triangle_net import (
     TriangleNet,
     delaunay_corners,
@@ -21,7 +22,6 @@ from einschalt.theory.triangulation.triangle_net import (
 SMALLEST = 1e-3
 # height over longest side of a triangle at the edge that may be left out for itself
 SLENDER = 0.05
-RAYLEIGH_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the length of a vector, over σ
 LEAST_POINTS = 20  # fewer do not tell how large deviations usually are
 
 

@@ -62,14 +62,14 @@ def _tails_of(rows):
     return tails if tails.far_out > LEAST_FAR_OUT else None
 
 
-def image_component(rows, flight, good_sigma_0=None) -> Component:
+def image_component(rows, flight, of_good=None) -> Component:
     """Compare the given m_g of a flight's image points with what residuals show.
 
     TOTAL [µm]; NaN without redundancy. It sees y-parallax only. Where the worse of the
-    points have less weight, ``good_sigma_0`` [mm] is that of the others.
+    points have less weight, ``of_good`` is the sigma_0 of the others [mm].
     """
     sigma_0, redundancy = common_sigma_0(rows)
-    sigma_0 = sigma_0 if good_sigma_0 is None else good_sigma_0
+    sigma_0 = sigma_0 if of_good is None else of_good
     shown = SQRT2 * sigma_0 * UM_PER_MM
     if not redundancy:
         return Component(flight.m_g_um, np.nan, np.nan)
