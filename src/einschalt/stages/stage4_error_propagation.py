@@ -9,10 +9,30 @@ from einschalt.stages.error_propagation.error_model import (
     model_of_block,
     model_of_high_flight,
 )
+from einschalt.stages.error_propagation.given_points import (
+    APPROXIMATE_POINTS,
+    group_members,
+)
 from einschalt.stages.error_propagation.height_errors import with_measured_heights
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
 from einschalt.stages.value_weights import RIGOROUS
+
+# what stands against the propagation of a block's errors, and the way round it
+SHARED_UNKNOWN = "given approximate coordinates share errors of unknown size"
+SIZE_UNKNOWN = "approximate points with a correlation_length_m have no m_0_m"
+CONTROL_UNKNOWN = "the control points have no standard_error_m"
+MIXED = "one flight is transformed in space, and the other one in plan"
+REMEDIES = {
+    SHARED_UNKNOWN: "Fly or give the high flight, or say what they share: a column "
+    "group, or correlation_length_m and m_0_m",
+    SIZE_UNKNOWN: "Give m_0_m in [approximate_points]",
+    CONTROL_UNKNOWN: "Give standard_error_m of every control point",
+    MIXED: "Transform both flights in space, or both in plan",
+}
+# what shows in the computation only
+UNCHECKED = "nothing checks the block's orientations, or its heights"
+GROUPS_UNKNOWN = "shifts of groups have no group_error_m"
 
 
 def obstacle_to_propagation(block) -> str:
@@ -25,33 +45,34 @@ def obstacle_to_propagation(block) -> str:
     if block.high_flight is None and errors_are_stated(block):
         return ""
     if block.high_flight is None and not approximations_are_control(block):
-        return "given approximate coordinates share errors of unknown size"
+        points = block.approximate_points
+        length = block.correlation_lengths_m.get(APPROXIMATE_POINTS, 0.0)
+        return SIZE_UNKNOWN if points is not None and length > 0.0 else SHARED_UNKNOWN
     if "standard_error_m" not in block.control_points:
-        return "the control points have no standard_error_m"
+        return CONTROL_UNKNOWN
     flights = block.flights.values()
     if len({TRANSFORMATION_KINDS[f.transformation].target for f in flights}) > 1:
-        return "one flight is transformed in space, and the other one in plan"
+        return MIXED
     return ""
 
 
-REMEDIES = {
-    "given approximate coordinates": "Fly or give the high flight, or say what they "
-    "share: a column group, or correlation_length_m",
-    "the control points": "Give standard_error_m of every control point",
-    "one flight": "Transform both flights in space, or both in plan",
-}
+def untold_sizes(block) -> str:
+    """Say what may have left the size of an error untold, after the computation."""
+    tables = block.control_points, block.approximate_points
+    if any(t is not None and group_members(t) is not None for t in tables):
+        return f"{UNCHECKED}, or {GROUPS_UNKNOWN}"
+    return UNCHECKED
 
 
 def require_rigorous(block, weighting):
     """Refuse rigorous weights where the size of an error is not known."""
     obstacle = obstacle_to_propagation(block) if weighting == RIGOROUS else ""
     if obstacle:
-        remedy = next(r for start, r in REMEDIES.items() if obstacle.startswith(start))
-        raise _not_rigorous(obstacle, remedy)
+        raise _not_rigorous(obstacle, REMEDIES[obstacle])
 
 
-def covariances_for(weighting, model):
-    """Covariances by which values are averaged, if they are.
+def covariances_for(weighting, model, block):
+    """Covariances by which the values of a block are averaged, if they are.
 
     A function of pairs of model points, None where the weights need none. SettingsError
     where the models do not tell the size of an error.
@@ -59,10 +80,9 @@ def covariances_for(weighting, model):
     if weighting != RIGOROUS:
         return None
     if model is None:
-        raise _not_rigorous(
-            "orientations or heights leave nothing that tells the size of their errors",
-            "Measure more points per model",
-        )
+        untold = untold_sizes(block)
+        also = " and give group_error_m" if GROUPS_UNKNOWN in untold else ""
+        raise _not_rigorous(untold, f"Measure more points per model{also}")
     return model.covariances_of_values
 
 

@@ -137,6 +137,12 @@ def without_errors_of_control(block):
     return replace(block, control_points=control)
 
 
+def with_a_length_alone(block):
+    given = onto_given_approximations(block, photograph_error=0.1)
+    lengths = {"approximate_points": 500.0}
+    return replace(given, correlation_lengths_m=lengths, approximate_m_0_m=None)
+
+
 @pytest.mark.parametrize("method", ["two_step", "simultaneous"])
 @pytest.mark.parametrize(
     ("spoil", "words"),
@@ -146,6 +152,7 @@ def without_errors_of_control(block):
             lambda block: onto_given_approximations(block, photograph_error=0.1),
             "given approximate coordinates share errors of unknown size",
         ),
+        (with_a_length_alone, "correlation_length_m have no m_0_m.*Give m_0_m in"),
     ],
 )
 def test_without_the_size_of_an_error_it_is_refused_before_the_work(

@@ -154,7 +154,9 @@ def test_heights_that_nothing_checks(result):
     with pytest.raises(SettingsError, match=r"nothing checks .* its heights"):
         found.covariance_between([tuple(found.solution.points["point_id"].iloc[:2])])
     left = replace(block, high_flight=changed, may_be_unmeasured=True)
-    with pytest.raises(SettingsError, match=r'"rigorous", but orientations or heights'):
+    with pytest.raises(
+        SettingsError, match=r'"rigorous", but nothing checks the block'
+    ):
         densify(left, Settings(weighting="rigorous"))
 
 

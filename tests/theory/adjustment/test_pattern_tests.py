@@ -45,6 +45,36 @@ def test_probabilities_are_uniform_where_there_is_no_pattern(covariance, signatu
         assert kstest(values, "uniform").pvalue > 0.001
 
 
+def test_what_is_free_is_estimated_with_each_pattern(covariance, signatures):
+    free = np.random.default_rng(10).normal(size=(N, 2))
+    observed = np.random.default_rng(11).normal(size=N) + free @ [50.0, -80.0]
+    found = examine_patterns(observed, covariance, signatures, free)
+    without = sm.GLS(observed, free, sigma=covariance).fit()
+    for place, signature in enumerate(signatures):
+        other = sm.GLS(observed, np.hstack([signature, free]), sigma=covariance).fit()
+        np.testing.assert_allclose(found.amplitudes[place], other.params[:2], rtol=1e-6)
+        expected = without.wresid @ without.wresid - other.wresid @ other.wresid
+        assert found.squares[place] == pytest.approx(expected)
+        p_value = other.compare_f_test(without)[1]
+        assert found.p_values_if_scaled[place] == pytest.approx(p_value)
+
+
+def test_points_that_are_free_do_not_count_in_scores(covariance):
+    """As the same errors without these points, whatever they are."""
+    errors = np.random.default_rng(12).normal(size=(N, 2))
+    patterns = np.random.default_rng(13).normal(size=(2, N))
+    free, others = [2, 7], np.delete(np.arange(N), [2, 7])
+    weight = np.linalg.inv(covariance)
+    found = examine_scores(weight @ errors, weight, patterns, free)
+    cofactors = np.linalg.inv(covariance[np.ix_(others, others)])
+    expected = examine_scores(
+        cofactors @ errors[others], cofactors, patterns[:, others]
+    )
+    np.testing.assert_allclose(found.amplitudes, expected.amplitudes)
+    np.testing.assert_allclose(found.p_values, expected.p_values)
+    np.testing.assert_allclose(found.p_values_if_scaled, expected.p_values_if_scaled)
+
+
 def test_a_common_factor_is_no_pattern(covariance, signatures):
     drawn = np.random.default_rng(7).multivariate_normal(np.zeros(N), covariance, 1000)
     tests = [examine_patterns(9.0 * row, covariance, signatures[:1]) for row in drawn]

@@ -380,17 +380,10 @@ class SimultaneousExamination(Examination):
 
     @cached_property
     def control_patterns(self):
-        """Those of the two steps, unless what makes them was set aside."""
-        found, aside = self.two_step.control_patterns, self._set_aside
-        if not aside:
-            return found
-        held = {
-            name: part
-            for name in ("plan", "height")
-            if (part := getattr(found, name)) and not aside.issuperset(part.point_ids)
-        }
-        moved = {f"moved_{name}": part.moved for name, part in held.items()}
-        return replace(NO_PATTERNS, **held, **moved)
+        """Those of the two steps, but for what was set aside."""
+        if not self._set_aside or not self.two_step.is_possible:
+            return self.two_step.control_patterns
+        return find_control_patterns(self.two_step, self._set_aside)
 
     @cached_property
     def height_claim(self):

@@ -39,6 +39,7 @@ from einschalt.stages.simultaneous.own_deformation import (
 )
 from einschalt.stages.simultaneous.shared_control import SharedErrors
 from einschalt.stages.stage2_relative_orientation import relative_orientation
+from einschalt.stages.stage4_error_propagation import CONTROL_UNKNOWN
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 from einschalt.theory.block_adjustment.common_parameters import (
     AFFINITY,
@@ -286,7 +287,7 @@ def unknown_error(block, errors, tables):
     adjusted.
     """
     if "standard_error_m" not in block.control_points:
-        return "the control points have no standard_error_m"
+        return CONTROL_UNKNOWN
     if tables.has_unknown_groups:
         return "shifts of groups of control have no group_error_m, and do not show"
     flights = block.flights
@@ -396,7 +397,8 @@ def own_deformation_of(block, settings, flights, approximations):
     if "helmert_3d" in kinds.values() and len(set(kinds.values())) > 1:
         return None
     try:
-        tables = with_known_groups(block_tables(block, flights, kinds))
+        tables = block_tables(block, flights, kinds)
+        tables = with_known_groups(tables, settings.significance)
         part, _ = determined_part(tables)
     # control cannot hold all models at once
     except (GeometryError, TableError, NoConvergenceError):

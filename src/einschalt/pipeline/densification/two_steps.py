@@ -275,7 +275,7 @@ class _LowFlight:
         )
 
     def _averaged(self, low, model):
-        averaging = averaging_with(self.settings, model)
+        averaging = averaging_with(self.settings, model, self.block)
         what = self.block, self.points, low, self.settings
         return average_low_flight(*what, is_gross=self.is_gross, averaging=averaging)
 
@@ -291,17 +291,17 @@ def _high_flight(block, flights, settings, gross):
     model = None
     if settings.weighting_with(covariances_are_known=True) == RIGOROUS:
         model = model_of_known_high_errors(block, flights[HIGH], named)
-    averaging = averaging_with(settings, model)
+    averaging = averaging_with(settings, model, block)
     return average_high_flight(named, points, is_gross=is_out, **averaging)
 
 
-def averaging_with(settings, model):
+def averaging_with(settings, model, block):
     """How the values of a point are averaged by a model of their errors, arguments."""
     weighting = settings.weighting_with(covariances_are_known=model is not None)
     return {
         "coverage_mean": settings.coverage_mean,
         "weighting": weighting,
-        "covariances": covariances_for(weighting, model),
+        "covariances": covariances_for(weighting, model, block),
     }
 
 

@@ -243,7 +243,7 @@ def simultaneous_adjustment(tables, options=None) -> BlockAdjustment:
 
 
 def _adjust_tables(tables, options):
-    tables = with_known_groups(tables)
+    tables = with_known_groups(tables, options.significance)
     part, verdicts = determined_part(tables)
     solution = _adjusted(part, options)
     while (loose := determinacy.loose_models(solution)).any():
@@ -269,14 +269,14 @@ def _adjust_tables(tables, options):
     return _result(tables, weighed, cleaned, verdicts, control, deformations, options)
 
 
-def with_known_groups(tables):
+def with_known_groups(tables, significance):
     """Give groups of control shifts of the size that an adjustment of all shows."""
 
     def adjust(tables):
         part, _ = determined_part(tables)
-        return part, adjust_models(part.observations)
+        return adjust_models(part.observations)
 
-    return with_group_sizes(tables, adjust)
+    return with_group_sizes(tables, adjust, significance)
 
 
 def _adjusted(part, options):

@@ -12,10 +12,14 @@ from scipy import sparse
 from einschalt.stages.error_propagation.given_points import group_members
 from einschalt.stages.error_propagation.group_size import LEAST_SHOWN
 from einschalt.theory.adjustment.least_squares import SQRT2
+from einschalt.theory.adjustment.monte_carlo import draws_in_parts
 from einschalt.theory.adjustment.spatial_correlation import exponential_factor
+from einschalt.theory.block_adjustment.gross_errors import examine_control
 from einschalt.theory.block_adjustment.observations import SharedControl
 
 N_DRAWS = 100
+# of doubles for errors that are drawn at once
+NUMBERS_AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -61,49 +65,71 @@ def shared_control(control_points, known, rows, n_points):
     return SharedControl(factor, (pick @ members * size).tocsr(), is_unknown)
 
 
-def with_group_sizes(tables, adjust):
+def with_group_sizes(tables, adjust, significance):
     """Tables whose groups of control have shifts of the size that residuals show.
 
     ``adjust`` makes of the tables a solution in which control has its own errors alone.
-    Where it does not tell, the groups stay unknown.
+    Points that are wrong beyond the first sizes, at a ``significance``, are left out
+    of the second ones. Where it does not tell, the groups stay unknown.
     """
     shared = tables.observations.shared_control
     if shared is None or not shared.is_unknown:
         return tables
-    part, solution = adjust(tables)
-    found = _size(solution, part.observations.shared_control.groups)
+    solution = adjust(tables)
+    unknown = solution.observations.shared_control
+    found = _size(solution, unknown.groups, solution.observations.is_control)
     if found is None:
         return tables
-    groups = shared.groups * found
-    sized = replace(shared, groups=groups, is_unknown=False)
-    return replace(tables, observations=tables.observations.with_shared_control(sized))
+    sized = solution.observations.with_shared_control(_known(unknown, found))
+    verdict = examine_control(solution.readjusted(sized), significance)
+    if verdict.is_suspect.any():
+        is_used = sized.is_control & ~verdict.is_suspect
+        found = _size(verdict.without, unknown.groups, is_used) or found
+    observations = tables.observations.with_shared_control(_known(shared, found))
+    return replace(tables, observations=observations)
 
 
-def _size(solution, groups):
-    """Shifts of groups over those of ``groups``, by their mean residuals, or None."""
+def _known(shared, size):
+    return replace(shared, groups=shared.groups * size, is_unknown=False)
+
+
+def _size(solution, groups, is_used):
+    """Shifts of groups over those of ``groups``, by their median residuals, or None.
+
+    Medians of points that are used: one wrong point makes no shift of its group.
+    """
     observations = solution.observations
-    is_used = observations.is_control
-    count = np.maximum(np.asarray((groups[is_used] != 0).sum(axis=0)), 1)
-    mean = (groups != 0).T.astype(float).tocsr()
-    mean = sparse.diags_array(1.0 / np.sqrt(count)) @ mean[:, np.flatnonzero(is_used)]
-
-    def squares(residuals):
-        n = residuals.shape[1] * residuals.shape[2]
-        means = mean @ residuals[is_used].reshape(is_used.sum(), n)
-        return (means.reshape(-1, *residuals.shape[1:]) ** 2).sum(axis=(0, 1))
-
+    members = _members(groups, is_used)
+    d = observations.control.shape[1]
     rng = np.random.default_rng(1971)
-    shape = (observations.control.shape[1], N_DRAWS)
-    errors = observations.drawn_errors(rng, N_DRAWS, solution.linear)
-    own = observations.drawn_control(rng, N_DRAWS)
-    shifts = groups @ rng.standard_normal((groups.shape[1], shape[0] * N_DRAWS))
-    shifts = shifts.reshape(-1, *shape)
-    noise, of_shifts = (
-        squares(solution.answer_to(measured, given)[0] - given)
-        for measured, given in ((errors, own), (np.zeros_like(errors), shifts))
-    )
-    if of_shifts.mean() < LEAST_SHOWN * squares(shifts).mean():
+    drawn = []
+    n_numbers = len(observations.model) * d
+    for n_draws in draws_in_parts(N_DRAWS, n_numbers, NUMBERS_AT_ONCE):
+        errors = observations.drawn_errors(rng, n_draws, solution.linear)
+        own = observations.drawn_control(rng, n_draws, with_shifts=False)
+        shifts = groups @ rng.standard_normal((groups.shape[1], d * n_draws))
+        shifts = shifts.reshape(-1, d, n_draws)
+        left = solution.answer_to(errors, own)[0] - own
+        left_of_shifts = solution.answer_to(np.zeros_like(errors), shifts)[0] - shifts
+        parts = (left, left_of_shifts, shifts)
+        drawn.append([_squares(each, members) for each in parts])
+    noise, of_shifts, whole = map(np.concatenate, zip(*drawn, strict=True))
+    if of_shifts.mean() < LEAST_SHOWN * whole.mean():
         return None
-    seen = squares(np.nan_to_num(solution.control_residuals)[:, :, None])[0]
+    seen = _squares(np.nan_to_num(solution.control_residuals)[:, :, None], members)[0]
     # what hides in the noise may be as large as that scatters
     return np.sqrt(max(seen - noise.mean(), noise.std()) / of_shifts.mean())
+
+
+def _members(groups, is_used):
+    """Points of each group that are used, as an array of places for each group."""
+    by_group = groups.tocsc()
+    places = np.split(by_group.indices, by_group.indptr[1:-1])
+    return [rows[is_used[rows]] for rows in places if is_used[rows].any()]
+
+
+def _squares(residuals, members):
+    """Squares of the median of each group, times its number of points; (n_draws,)."""
+    medians = np.stack([np.median(residuals[rows], axis=0) for rows in members])
+    count = np.array([len(rows) for rows in members], dtype=float)
+    return np.einsum("g,gan->n", count, medians**2)

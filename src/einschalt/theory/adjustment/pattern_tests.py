@@ -37,7 +37,7 @@ class PatternTests:
         return int(np.nanargmax(self.squares)) if is_known.any() else None
 
 
-def examine_patterns(observed, covariance, signatures) -> PatternTests:
+def examine_patterns(observed, covariance, signatures, free=None) -> PatternTests:
     """Estimate and test the amplitudes of each pattern by itself.
 
     Parameters
@@ -48,6 +48,8 @@ def examine_patterns(observed, covariance, signatures) -> PatternTests:
         Of these errors, positive definite.
     signatures : ndarray, shape (n_patterns, n, n_amplitudes)
         What a pattern makes of the errors for amplitudes of one.
+    free : ndarray, shape (n, n_free), optional
+        What is in the errors beside them, in sizes that nobody knows.
 
     Raises
     ------
@@ -66,6 +68,12 @@ def examine_patterns(observed, covariance, signatures) -> PatternTests:
     white = solve_triangular(root, observed, lower=True)
     flat = np.moveaxis(signatures, 1, 0).reshape(n, -1)
     shown = solve_triangular(root, flat, lower=True)
+    n_free = 0
+    if free is not None and free.size:
+        known = _directions(solve_triangular(root, free, lower=True))
+        n_free = known.shape[1]
+        white = white - known @ (known.T @ white)
+        shown = shown - known @ (known.T @ shown)
     shown = shown.reshape(n, n_patterns, n_amplitudes)
     information = np.einsum("npa,npb->pab", shown, shown)
     right = np.einsum("npa,n->pa", shown, white)
@@ -76,10 +84,16 @@ def examine_patterns(observed, covariance, signatures) -> PatternTests:
     amplitudes[is_known] = solved[:, :, 0]
     squares = np.einsum("pa,pa->p", right, amplitudes)
     total = white @ white
-    return _tested(amplitudes, squares, total, n)
+    return _tested(amplitudes, squares, total, n - n_free)
 
 
-def examine_scores(scores, information, patterns) -> PatternTests:
+def _directions(columns):
+    """Orthonormal columns that span the same space."""
+    vectors, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return vectors[:, sizes > LEAST_RANK * sizes.max(initial=0.0)]
+
+
+def examine_scores(scores, information, patterns, free=()) -> PatternTests:
     """Test patterns of displacements by the scores of an adjustment.
 
     Parameters
@@ -91,6 +105,8 @@ def examine_scores(scores, information, patterns) -> PatternTests:
         Of each axis, of any rank.
     patterns : ndarray, shape (n_patterns, n)
         Displacements for amplitudes of one; each axis has an amplitude of its own.
+    free : sequence of int
+        Places of points that may be displaced as they like.
 
     Examples
     --------
@@ -100,6 +116,13 @@ def examine_scores(scores, information, patterns) -> PatternTests:
     >>> found.amplitudes.round(2).tolist()
     [[6.0, 0.05]]
     """
+    if len(free):
+        # eliminated from the normal equations
+        share = information[:, free] @ np.linalg.pinv(
+            information[np.ix_(free, free)], hermitian=True
+        )
+        scores = scores - share @ scores[free]
+        information = information - share @ information[free]
     values, vectors = np.linalg.eigh((information + information.T) / 2.0)
     is_known = values > LEAST_RANK * max(values.max(initial=0.0), 0.0)
     kept = vectors[:, is_known]

@@ -96,10 +96,10 @@ class ObservedBlock:
         weight[is_observed] = np.linalg.inv(self.control_covariance[is_observed])
         return weight
 
-    def drawn_control(self, rng, n_draws):
+    def drawn_control(self, rng, n_draws, *, with_shifts=True):
         """Draw errors of the given coordinates, 0 where there are none.
 
-        (n_points, d, n_draws) [m].
+        (n_points, d, n_draws) [m]; with the shifts of groups where these are known.
         """
         shared, covariance = self.shared_control, self.control_covariance
         if shared is not None:
@@ -113,7 +113,7 @@ class ObservedBlock:
             own = rng.standard_normal((self.n_points, *shape))
         else:
             own = _times_normal(rng, shared.factor, shape)
-        if shared is None or shared.is_unknown:
+        if shared is None or shared.is_unknown or not with_shifts:
             return root @ own
         return root @ own + _times_normal(rng, shared.groups, shape)
 

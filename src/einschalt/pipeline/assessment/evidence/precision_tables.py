@@ -12,8 +12,10 @@ from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.pipeline.assessment.evidence.leave_one_out import left_out_table
-from einschalt.stages.error_propagation.given_points import group_members
-from einschalt.stages.stage4_error_propagation import obstacle_to_propagation
+from einschalt.stages.stage4_error_propagation import (
+    obstacle_to_propagation,
+    untold_sizes,
+)
 from einschalt.theory.adjustment.ellipses import confidence_ellipses
 
 PLANE = ["easting", "northing"]
@@ -22,7 +24,6 @@ NEIGHBOUR_COLUMNS = [
     *("standard_error_total", "standard_error_distance", "standard_error_across"),
     "standard_error_if_independent",
 ]
-UNKNOWN_SIZE = "nothing checks its orientations, or its heights"
 ELLIPSE_COLUMNS = ["semi_major", "semi_minor", "azimuth_gon", "confidence"]
 
 
@@ -215,18 +216,11 @@ class PrecisionTables:
         table = table.assign(**dict(zip(ELLIPSE_COLUMNS, columns, strict=True)))
         return self.points[["point_id", *PLANE]].merge(table, on="point_id")
 
-    @property
-    def _unknown_size(self):
-        tables = self.block.control_points, self.block.approximate_points
-        if any(t is not None and group_members(t) is not None for t in tables):
-            return f"{UNKNOWN_SIZE}, or shifts of groups have no group_error_m"
-        return UNKNOWN_SIZE
-
     def _require_errors(self):
         if self.errors is None:
             raise SettingsError(
                 "the errors of this block were not propagated: "
-                f"{obstacle_to_propagation(self.block) or self._unknown_size}",
+                f"{obstacle_to_propagation(self.block) or untold_sizes(self.block)}",
                 expected="control and flights with errors of known size",
             )
 

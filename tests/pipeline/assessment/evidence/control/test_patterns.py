@@ -88,6 +88,37 @@ def test_a_quadratic_strain(demo_block):
     assert result.assessment.credible.value > 0.5 * true
 
 
+def test_a_network_broken_in_two_beside_a_point_that_is_set_aside(demo_block):
+    """A blunder that was taken out does not take the other one with it."""
+    wrong = demo_block.control_points.query("role == 'control'")["point_id"].iloc[3]
+    block = with_control(
+        demo_block,
+        northing=lambda c: (
+            c["northing"] + 0.2 * is_east(c) + 3.0 * (c["point_id"] == wrong)
+        ),
+    )
+    changed = {"method": "simultaneous", "outliers": "snoop"}
+    result = densify(block, block.settings.updated(changed))
+    control = result.examination.adjustment.control
+    assert wrong in set(control.loc[control["is_set_aside"], "point_id"])
+    found = result.examination.control_patterns.plan
+    assert found.kind is Kind.STEP
+    assert wrong not in found.point_ids
+    assert found.size == pytest.approx(0.2, abs=0.08)
+    true = true_error(result, ["easting", "northing"])
+    assert 0.5 * true < result.assessment.credible.value < 2.0 * true
+
+
+def test_a_point_that_is_set_aside_alone_leaves_no_pattern(demo_block):
+    wrong = demo_block.control_points.query("role == 'control'")["point_id"].iloc[3]
+    block = with_control(
+        demo_block, northing=lambda c: c["northing"] + 3.0 * (c["point_id"] == wrong)
+    )
+    changed = {"method": "simultaneous", "outliers": "snoop"}
+    result = densify(block, block.settings.updated(changed))
+    assert result.examination.control_patterns.plan is None
+
+
 def test_a_clean_block_has_no_pattern(demo_block, good_result, spatial_result):
     for result in (good_result, spatial_result):
         found = result.examination.control_patterns
@@ -98,7 +129,7 @@ def test_a_clean_block_has_no_pattern(demo_block, good_result, spatial_result):
 def test_every_division_is_made_once_and_leaves_points_on_either_side(demo_block):
     control = demo_block.control_points
     used = control.loc[control["role"] == "control", "point_id"]
-    patterns = _patterns(control, used)
+    patterns = _patterns(control, used, (control["role"] != "check").to_numpy())
     steps = [p.of_control.astype(int) for p in patterns if p.kind is Kind.STEP]
     n_sides = [(row.sum(), len(used) - row.sum()) for row in steps]
     assert min(map(min, n_sides)) >= FEWEST_ON_A_SIDE
@@ -113,7 +144,9 @@ def test_false_alarms_do_not_exceed_alpha(spatial_result, axes):
     examined = spatial_result.examination
     left_out = examined.left_out_control
     signatures = Signatures(examined, left_out)
-    patterns = _patterns(examined.block.control_points, left_out.point_ids)
+    control = examined.block.control_points
+    is_used = (control["role"] != "check").to_numpy()
+    patterns = _patterns(control, left_out.point_ids, is_used)
     model = examined.error_model
     drawn = model.draw(400, seed=5).sources
     of_draws = sum(

@@ -83,29 +83,34 @@ class ControlPatterns:
 NO_PATTERNS = ControlPatterns(None, None)
 
 
-def find_control_patterns(examined) -> ControlPatterns:
+def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     """Look for patterns in control points that are predicted without themselves.
 
     In plan in the corrections of an adjustment of everything, where it was made: they
-    show smaller ones.
+    show smaller ones. Control that was ``set_aside``, names of points, may be as wrong
+    as it likes, and is part of no pattern.
     """
     control, left_out = examined.block.control_points, examined.left_out_control
     if left_out is None:
         return NO_PATTERNS
-    if not FEWEST_CONTROL <= len(left_out.point_ids) <= MOST_CONTROL:
+    names = [name for name in left_out.point_ids if name not in set_aside]
+    if len(names) < FEWEST_CONTROL or len(left_out.point_ids) > MOST_CONTROL:
         return NO_PATTERNS
+    is_free = control["point_id"].isin(set_aside).to_numpy(dtype=bool)
+    is_used = (control["role"] != "check").to_numpy() & ~is_free
     signatures = Signatures(examined, left_out)
-    patterns = _patterns(control, left_out.point_ids)
+    patterns = _patterns(control, names, is_used)
     scores, height = examined.patterns.scores, (None, 0.0)
     plan = (
-        _of_differences(signatures, patterns, PLAN)
+        _of_differences(signatures, patterns, is_free, PLAN)
         if scores is None
-        else _of_scores(scores, patterns)
+        else _of_scores(scores, patterns, is_free)
     )
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
-        height = _worst(signatures, found, HEIGHT, _of_differences(signatures, found))
-    plan = _worst(signatures, patterns, PLAN, plan)
+        height = _of_differences(signatures, found, is_free, HEIGHT)
+        height = _worst(signatures, found, HEIGHT, height, is_used)
+    plan = _worst(signatures, patterns, PLAN, plan, is_used)
     return ControlPatterns(plan[0], height[0], plan[1], height[1])
 
 
@@ -116,26 +121,33 @@ def _scales(block, n_control):
     return [Pattern(Kind.SCALE, np.zeros(n_control), names) for names in each]
 
 
-def _of_differences(signatures, patterns, axes=HEIGHT):
+def _of_differences(signatures, patterns, is_free, axes):
     """Test patterns in control that was left out, PatternTests or None."""
+    of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
+    free = None
+    if of_free:
+        made = signatures.of(of_free, axes)
+        free = np.moveaxis(made, 1, 0).reshape(made.shape[1], -1)
     try:
         return examine_patterns(
             signatures.observed(axes),
             signatures.covariance(axes),
             signatures.of(patterns, axes),
+            free,
         )
     except np.linalg.LinAlgError:  # points without errors of their own
         return None
 
 
-def _of_scores(scores, patterns):
+def _of_scores(scores, patterns, is_free):
     """Test patterns in what all models know of control, PatternTests."""
     rows = np.stack([pattern.of_control for pattern in patterns])
     rows = rows[:, scores.places]
-    return examine_scores(scores.values, scores.information, rows)
+    free = np.flatnonzero(is_free[scores.places])
+    return examine_scores(scores.values, scores.information, rows, free)
 
 
-def _worst(signatures, patterns, axes, tests):
+def _worst(signatures, patterns, axes, tests, is_used):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
     FoundPattern, or None where errors that are all larger than given are no pattern;
@@ -152,7 +164,6 @@ def _worst(signatures, patterns, axes, tests):
     if p_value > SYSTEMATIC_SIGNIFICANCE:
         return None, 0.0
     pattern, amplitude = patterns[place], tests.amplitudes[place]
-    is_used = (signatures.control["role"] != "check").to_numpy()
     moved = max(
         signatures.moved(each, amplitude, axes) for each in _wrong(pattern, is_used)
     )
@@ -180,9 +191,8 @@ def _wrong(pattern, is_used):
     return (pattern, replace(pattern, of_control=others))
 
 
-def _patterns(control, left_out):
+def _patterns(control, left_out, is_used):
     """Single points, steps along lines, and quadratic strains, of given control."""
-    is_used = (control["role"] != "check").to_numpy()
     places = np.flatnonzero(is_used)
     offset = control[["easting", "northing"]].to_numpy(dtype=float)[places]
     offset = offset - offset.mean(axis=0)
