@@ -5,7 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from einschalt.stages.simultaneous.image_errors import has_images
-from einschalt.stages.simultaneous.variance_components import weigh_groups
+from einschalt.stages.simultaneous.variance_components import (
+    weigh_groups,
+    with_errors_as_shown,
+)
 from einschalt.theory.adjustment.significance import OWN_DEFORMATION_SIGNIFICANCE
 from einschalt.theory.block_adjustment.block_solution import UndeterminedTermsError
 from einschalt.theory.block_adjustment.gross_errors import OutlierFreeBlock
@@ -15,6 +18,7 @@ from einschalt.theory.block_adjustment.own_deformation import (
     bent_columns,
 )
 from einschalt.theory.block_adjustment.own_deformation_size import (
+    chance_with_other_errors,
     estimate_own_deformation,
     sample_of_models,
 )
@@ -41,7 +45,10 @@ def find_own_deformation(tables, weighed, solution, deformation):
     if deformation == "ignored" or has_images(tables):
         return None
     sample = sampled_part(weighed.part, solution.points)
-    return estimate_for(tables, sample, getattr(solution, "terms", ()))
+    if len(sample.models) == len(weighed.part.models):
+        return _estimated(tables, sample, solution.readjusted, sample.observations)
+    terms = getattr(solution, "terms", ())
+    return _estimated(tables, sample, adjust_models, sample.observations, terms)
 
 
 def sampled_part(part, places):
@@ -60,25 +67,23 @@ def estimate_for(tables, sample, terms=()):
 
     What larger errors of a whole flight explain as well is no deformation.
     """
+    return _estimated(tables, sample, adjust_models, sample.observations, terms)
+
+
+def _estimated(tables, sample, adjust, *observed):
     try:
-        plain = adjust_models(sample.observations, terms)
+        plain = adjust(*observed)
         own = estimate_own_deformation(plain)
         if not is_detected(own):
             return own
-        again = _as_residuals_show(tables, sample, plain)
-        again = estimate_own_deformation(again, own)
+        shown = with_errors_as_shown(tables, sample, OutlierFreeBlock.whole(plain))
+        again = plain.readjusted(shown.observations, is_rough=True)
+        p_value = chance_with_other_errors(again, own, OWN_DEFORMATION_SIGNIFICANCE)
     except (UndeterminedTermsError, NoConvergenceError):
         return None
-    if is_detected(again):
+    if p_value < OWN_DEFORMATION_SIGNIFICANCE:
         return own
-    return replace(own, size=np.zeros(len(own.size)), p_value=again.p_value)
-
-
-def _as_residuals_show(tables, sample, plain):
-    """The sample, every flight with errors as large as its residuals show."""
-    whole = OutlierFreeBlock.whole(plain)
-    free = {"all_of_them": True, "with_control": False}
-    return weigh_groups(tables, sample, whole, **free).block.solution
+    return replace(own, size=np.zeros(len(own.size)), p_value=p_value)
 
 
 def bent_part(part, weighed, own):

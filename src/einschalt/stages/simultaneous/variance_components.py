@@ -92,6 +92,19 @@ def weigh_groups(
     return Weighed(part, block, applied, table.reset_index(drop=True))
 
 
+def with_errors_as_shown(tables, part, block):
+    """Part whose measurements have errors as large as the residuals of a block are.
+
+    Of each group, by one step of :func:`weigh_groups`; control keeps its own.
+    """
+    groups = groups_of(tables, part)
+    factor = group_components(block, groups.code, len(groups.names)).factor
+    step = np.where(factor > 0.0, factor, 1.0)
+    step[-1] = 1.0
+    step = np.clip(step, 1.0 / MOST_FACTOR, MOST_FACTOR)
+    return replace(part, observations=_scaled(part.observations, groups, step))
+
+
 def _scaled(observations, groups, step):
     error = observations.standard_error
     # plane models have one standard error for both coordinates

@@ -62,15 +62,13 @@ N_DRAWS = 79
 NUMBERS_AT_ONCE = 2_000_000
 
 
-def estimate_own_deformation(plain, begin=None) -> OwnDeformation:
+def estimate_own_deformation(plain) -> OwnDeformation:
     """Estimate how much the models of each flight are bent, each in its own way.
 
     Parameters
     ----------
     plain : BlockSolution or SpatialSolution
         Without own deformations; its terms are what models of a flight share.
-    begin : OwnDeformation, optional
-        Sizes that the same block has with other errors of measuring.
 
     Returns
     -------
@@ -86,12 +84,31 @@ def estimate_own_deformation(plain, begin=None) -> OwnDeformation:
     p_value = chance_of_residuals(good, guess)
     if not p_value < WORTH_A_LOOK:
         return _nothing(guess, p_value)
-    own = _estimated(good, guess if begin is None else begin)
+    return _estimated_twice(plain, good, guess)
+
+
+def chance_with_other_errors(plain, own, limit):
+    """Probability of what residuals show, by other errors of measuring than before.
+
+    ``own`` was estimated with these; at least as large as it is below the ``limit``:
+    sizes that were not estimated from these residuals explain them less well.
+    """
+    good = _without_gross(plain, plain)
+    bound = _chance(_deviance(good) - _deviance(_bent(good, own)), own)
+    if bound < limit:
+        return bound
+    return _estimated_twice(plain, good, own).p_value
+
+
+def _estimated_twice(plain, good, begin):
+    """Sizes from a block without gross errors, which they tell from deformations."""
+    own, bent = _estimated(good, begin)
     if not (own.kinds and own.p_value < LEAST_CHANCE):
         return own
     # residuals that the deformations explain are no gross errors
-    again = _without_gross(plain, _bent(plain, own))
-    return own if again is good else _estimated(again, own)
+    judged = bent if good is plain else _bent(plain, own)
+    again = _without_gross(plain, judged)
+    return own if again is good else _estimated(again, own)[0]
 
 
 def chance_of_residuals(plain, own):
@@ -171,8 +188,11 @@ def _nothing(own, p_value=np.nan):
 
 
 def _estimated(plain, own):
-    """Sizes of a block without gross errors, beginning with those of ``own``."""
-    nothing = _nothing(own)
+    """Sizes of a block without gross errors, beginning with those of ``own``.
+
+    And the block as it is bent by them.
+    """
+    nothing = _nothing(own), plain
     if plain.redundancy <= len(own.size) or not plain.sum_of_squares > 0.0:
         return nothing
     errors = _measuring_errors(plain.observations, own)
@@ -192,13 +212,14 @@ def _estimated(plain, own):
         own = found.without_small(errors)
         if not own.kinds:
             return nothing
-    bent = _bent(bent, own)
+    else:
+        bent = _bent(bent, own)
     own = replace(own, p_value=_chance(_deviance(plain) - _deviance(bent), own))
     # sizes stand beside the errors of measuring; where these are smaller than given,
     # so are they
     smaller = min(bent.s_0, 1.0)
     own = replace(own, size=smaller * own.size).without_small(errors)
-    return own if own.kinds else nothing
+    return (own, bent) if own.kinds else nothing
 
 
 def _without_gross(plain, judged):
