@@ -222,6 +222,11 @@ class PointOperator:
         """As :meth:`formed`, by rows."""
         return PointOperator((self.matrix.tocsr(),), self.axes)
 
+    def by_rows(self):
+        """The same factors by rows, which is how they are applied."""
+        factors = tuple(factor.tocsr() for factor in self.factors)
+        return PointOperator(factors, self.axes)
+
     @property
     def last_step(self):
         """The factor on the left alone."""
