@@ -210,3 +210,12 @@ def test_cells_that_no_grid_has_are_refused(cell):
     fit = es.transform_models(*tables(xy, 0.01 * xy))
     with pytest.raises(es.EinschaltError, match=r"cell = .* expected more than 0\.02"):
         fit.distributed(method="collocation", cell=cell)
+
+
+def test_points_on_a_line_are_refused():
+    along = np.linspace(0.0, 2e3, 40)[:, None] * [0.6, 0.8]
+    noise = 0.02 * np.random.default_rng(19).normal(size=(40, 2))
+    for shifts in (np.zeros((40, 2)), noise):
+        fit = es.transform_models(*tables(along, shifts), kind="helmert")
+        with pytest.raises(es.EinschaltError, match="lie on a line, and collocation"):
+            fit.distributed(method="collocation")

@@ -24,6 +24,7 @@ from einschalt.stages.transformation_kinds import PLANE, TRANSFORMATION_KINDS
 METHODS = ("collocation", "natural_neighbour")
 OUTLIERS = ("set_aside", "keep")
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
+LEAST_WIDTH = 1e-6  # of a set of points, by its length
 CONTRADICTS = "contradicts its neighbours"
 STRAINS = "strains the grid so that it could not be undone"
 
@@ -251,6 +252,13 @@ def _made(fit, k, method, outliers, cell):
             remedy="Distribute them in triangles",
             model=model,
         )
+    if any(_is_line(points) for points in (source, target)):
+        raise GeometryError(
+            f"its identical points lie on a line, and {method} needs an area",
+            expected="points off the line as well",
+            remedy="Take the transformation without distribution (none), or add points",
+            model=model,
+        )
     made = gridded_shifts(
         source, target, method, keep_wrong=outliers == "keep", cell=cell
     )
@@ -263,6 +271,12 @@ def _made(fit, k, method, outliers, cell):
         "wider cells",
         model=model,
     )
+
+
+def _is_line(points):
+    """Whether points (n, 2) are so near to a line that nothing across it is known."""
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return extent[1] <= LEAST_WIDTH * extent[0]
 
 
 def _left_out(fit, grids):

@@ -77,3 +77,20 @@ def test_a_grid_is_published_at_once_or_later_and_is_the_same(invoke, tmp_path):
     assert points["standard_error_easting"].between(0.001, 1.0).all()
     distribution = pd.read_csv(out / "distribution.csv").iloc[0]
     assert (distribution["method"], distribution["cell"]) == ("collocation", 20_000.0)
+
+
+def test_old_frames_have_easting_and_northing(invoke, tmp_path):
+    old = pd.read_csv(TABLES[0]).rename(columns={"x": "Rechtswert", "y": "Hochwert"})
+    old.to_csv(tmp_path / "old.csv", index=False)
+    options = "--kind", "helmert", "--output"
+    shown = invoke(
+        "transform", tmp_path / "old.csv", TABLES[1], *options, tmp_path / "a"
+    )
+    assert shown.exit_code == 0, shown.output
+    assert (
+        "easting for x, northing for y, as coordinates of the old frame" in shown.output
+    )
+    assert invoke("transform", *TABLES, *options, tmp_path / "b").exit_code == 0
+    one, other = (pd.read_csv(tmp_path / n / "parameters.csv") for n in "ab")
+    numbers = one.select_dtypes("number").columns
+    pd.testing.assert_frame_equal(one[numbers], other[numbers])

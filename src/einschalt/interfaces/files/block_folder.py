@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
@@ -20,7 +19,7 @@ from einschalt.foundations.errors import (
     SettingsError,
     raise_problems,
 )
-from einschalt.foundations.projections import read_crs, read_source_crs
+from einschalt.foundations.projections import label_of, read_crs, read_source_crs
 from einschalt.interfaces.files import elsewhere
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
@@ -363,14 +362,15 @@ class _Reading:
         """System of points whose file states one, ``found``."""
         system, source = read_source_crs(found), self.sources[name]
         if stated is None and self.crs is None and not system.is_geographic:
-            label = system_label(system)
+            label = label_of(found)
             self.notes.append(f"{source}: in {label}; block.toml names no system")
             return None
         if stated is None:
             return self._other_system(found, name)
         if not is_same_plane(system, stated):
+            label = label_of(found)
             problem = SettingsError(
-                f"[{name}] crs = '{stated}', but {source} says {system_label(system)}",
+                f"[{name}] crs = {label_of(stated)}, but {source} says {label}",
                 expected="the system of the coordinates",
                 remedy="Take crs out, or correct it in the file",
                 file=self.toml.source,

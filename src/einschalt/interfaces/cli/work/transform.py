@@ -13,7 +13,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.interfaces.publication.publish import require_name
+from einschalt.interfaces.publication.publish import require_name, require_systems
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -30,6 +30,7 @@ from einschalt.stages.transformation_kinds import (
 from einschalt.stages.triangulated_transformation import CORNERS
 
 ONE_MODEL = "1"
+AXES = {"x": "easting", "y": "northing", "z": "height"}  # of models, and of old frames
 TABLES = ("parameters", "models", "residuals", "failures", "points", IDENTICAL)
 OF_DISTRIBUTION = (TRIANGLES, DISTRIBUTION, "left_out")
 NAMES = (
@@ -76,6 +77,7 @@ def transform(
     """
     if publish is not None:
         require_name(publish)
+        require_systems(crs, source_crs)
     files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
@@ -169,7 +171,7 @@ def _only_model(models, model_file, apply_file):
 
 def _checked(file, schema):
     """Check one table, with no more columns than were given."""
-    read = understand_table(file, schema)
+    read = _of_frame(file, schema, understand_table(file, schema))
     raw = read.frame
     if "model_id" in schema.names and "model_id" not in raw:
         print_error(f"note: {file.name} has no column model_id: it is one model")
@@ -180,6 +182,20 @@ def _checked(file, schema):
     # coverages that were not given shall not stand in the results
     given = [name for name in checked.frame if name in raw]
     return replace(checked, frame=checked.frame[given])
+
+
+def _of_frame(file, schema, read):
+    """Points of an old frame: its easting and northing are the x and y of a model."""
+    if not {"x", "y"} <= set(schema.names) - set(read.frame):
+        return read
+    ground = understand_table(file, ground_schema(TRANSFORMATION_KINDS["helmert_3d"]))
+    if not {"easting", "northing"} <= set(ground.frame):
+        return read
+    named = {new: old for new, old in AXES.items() if old in ground.frame}
+    taken = ", ".join(f"{old} for {new}" for new, old in named.items())
+    frame = ground.frame.rename(columns={old: new for new, old in named.items()})
+    notes = (*ground.notes, f"{file.name}: {taken}, as coordinates of the old frame")
+    return replace(ground, frame=frame, notes=notes)
 
 
 def _with_given_keys(table, points):
