@@ -4,8 +4,10 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
+import os
 import re
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -80,10 +82,24 @@ def _known_crs(text):
     try:
         return pyproj.CRS.from_user_input(_utf8(text))
     except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
+        _require_databases(text, error)
         raise ProjectionError(
             f"crs = {described(text)} is unknown",
             expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
             remedy="Look the code up, or leave crs out for a local system",
+        ) from error
+
+
+def _require_databases(text, error):
+    """Say that PROJ, which is to read a database that is not there, knows no system."""
+    named = os.environ.get("PROJ_AUX_DB", "").split(os.pathsep)
+    missing = [path for path in named if path and not Path(path).exists()]
+    if missing:
+        raise ProjectionError(
+            f"crs = {described(text)} is unknown, since PROJ_AUX_DB names "
+            f"{missing[0]}, which is not there",
+            expected="a database of PROJ, or none",
+            remedy="Correct the environment variable PROJ_AUX_DB, or unset it",
         ) from error
 
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import typer
 
-from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.tables import Column, Schema, check_table
+from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import (
@@ -90,6 +91,7 @@ def transform(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
     )
     print_out(fit.summary())
+    _say_what_is_outside(fit, tables["points"])
     if len(fit.models) == 1 and fit.is_usable and distribute == "none":
         pipeline = fit.proj_pipeline(fit.models["model_id"][0])
         print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
@@ -107,6 +109,19 @@ def transform(
             overwrite=overwrite,
         )
         print_out(f"\n{published}")
+
+
+def _say_what_is_outside(fit, points):
+    """Count the points that got no coordinates from a model that is usable."""
+    usable = fit.models.loc[fit.models["is_usable"].astype(bool), "model_id"]
+    lacks = points["easting"].isna() & points["model_id"].isin(usable)
+    if lacks.any():
+        outside = points.loc[lacks, "point_id"]
+        counted = f"{len(outside)} of {count(len(points), 'point')}"
+        lie = "lies" if len(outside) == 1 else "lie"
+        print_error(
+            f"note: {counted} {lie} outside, without coordinates: {name_some(outside)}"
+        )
 
 
 def _tables(fit, source, applied):
