@@ -126,6 +126,9 @@ def test_the_scale_of_the_map_changes_across_plane_models():
     assert treated < 1e-4
     assert "brought to the scale of the map, which changes across them" in said
     assert missed(method="simultaneous")[0] < 1e-4
+    film = es.adjust_block(block, kind="helmert_film_affinity").points
+    film = film[film["role"] == "new"].merge(block.truth, on="point_id")
+    np.testing.assert_allclose(film["easting_x"], film["easting_y"], rtol=0, atol=1e-3)
     ignored, said = missed(earth_curvature="ignored")
     assert ignored > 2e-3
     assert "scale of the map" not in said

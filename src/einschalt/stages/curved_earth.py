@@ -35,7 +35,7 @@ from einschalt.stages.stage3_model_transformation import transform_models
 LEAST = 1e-3  # metres: the largest movement of a flight that is not worth it
 XYZ = ["x", "y", "z"]
 SPATIAL = "helmert_3d"
-PLACED_BY = {"rigid": "helmert"}
+PLACED_BY = {"rigid": "helmert", "helmert_film_affinity": "helmert"}
 MODEL_RADIUS_M = 0.134  # to the corners of what two photographs of 23 cm share, 60 %
 HIGH, LOW = "high_flight", "low_flight"
 
@@ -52,7 +52,7 @@ def bend_flights(block, flights, kind=None):
     is_bent = {n: is_worth_bending(block, n, k) for n, k in kinds.items()}
     if not any(is_bent.values()):
         return flights
-    # where models lie: a likeness tells it of rigid ones in whichever unit they are
+    # a likeness tells where models lie, rigid ones in whichever unit they are
     placed = {n: PLACED_BY.get(k, k) for n, k in kinds.items()}
     bent, ground = dict(flights), block.approximate_points
     try:
