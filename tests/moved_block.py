@@ -1,5 +1,7 @@
 """A block at another place, whose control is given in a system of its own."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pyproj
@@ -27,7 +29,8 @@ def moved_block(block, crs, place, of_points=None, *, settings="", height=None):
         if own.is_geographic:
             columns = dict(zip(PLANE, ("longitude", "latitude"), strict=True))
             given = given.rename(columns=columns)
-        block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\ncrs = "{of_points}"')
+        crs_line = f"crs = {json.dumps(of_points)}"  # WKT has quotes of its own
+        block.replace("block.toml", f'"{CONTROL}"', f'"{CONTROL}"\n{crs_line}')
     given.to_csv(block.path / CONTROL, index=False)
     text = block.read("block.toml").replace('crs = "EPSG:31255"', f'crs = "{crs}"', 1)
     block.write("block.toml", f"{text}\n[settings]\n{settings}\n")

@@ -1,6 +1,7 @@
 """Spatial models over a curved Earth, in a map with a scale of its own."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,7 +9,7 @@ import pyproj
 import pytest
 
 import einschalt as es
-from einschalt.stages.curved_earth import bend_flights, straightened
+from einschalt.stages.curved_earth import bend_flights, is_worth_bending, straightened
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 
 EARTH = 6.38e6
@@ -103,3 +104,60 @@ def test_models_and_centres_are_bent_and_without_a_system_stay_as_they_are(
         assert len(bent.centres) == len(before.centres)
         if len(bent.centres):
             assert not bent.centres["z"].equals(before.centres["z"])
+
+
+LILLE = {"crs": "EPSG:2154", "centre_easting": 700e3, "centre_northing": 7_090e3}
+
+
+def test_the_scale_of_the_map_changes_across_plane_models():
+    """Without any error, in the north of France, where its map's scale changes most."""
+    geometry = es.BlockGeometry(width=3e3, height=3e3, **LILLE)
+    noise = es.BlockNoise(**EXACT)
+    block = es.simulate_block("demo", geometry=geometry, noise=noise)
+
+    def missed(**more):
+        result = es.densify(block, es.Settings(outliers="keep", **more))
+        points = result.points[result.points["role"] == "new"]
+        points = points.merge(block.truth, on="point_id")
+        away = [points[f"{name}_x"] - points[f"{name}_y"] for name in AXES[:2]]
+        return np.hypot(*away).max(), result.summary()
+
+    treated, said = missed()
+    assert treated < 1e-4
+    assert "brought to the scale of the map, which changes across them" in said
+    assert missed(method="simultaneous")[0] < 1e-4
+    film = es.adjust_block(block, kind="helmert_film_affinity").points
+    film = film[film["role"] == "new"].merge(block.truth, on="point_id")
+    np.testing.assert_allclose(film["easting_x"], film["easting_y"], rtol=0, atol=1e-3)
+    ignored, said = missed(earth_curvature="ignored")
+    assert ignored > 2e-3
+    assert "scale of the map" not in said
+
+
+@pytest.mark.parametrize(
+    ("crs", "place", "scale_number", "is_bent"),
+    [
+        ("EPSG:31255", (15_000.0, 322_000.0), 15_000, False),  # near its meridian
+        ("EPSG:31255", (100_000.0, 240_000.0), 15_000, True),
+        ("EPSG:31255", (100_000.0, 240_000.0), 8_000, True),
+        ("EPSG:31255", (100_000.0, 240_000.0), 6_000, False),
+        ("EPSG:31287", (400_000.0, 400_000.0), 8_000, False),
+        (None, (100_000.0, 240_000.0), 15_000, False),
+    ],
+)
+def test_small_plane_models_near_the_meridian_are_left_alone(
+    crs, place, scale_number, is_bent
+):
+    """|∇k| r² / 2, of k = 1 + y² / 2R²: y / R² · r² / 2."""
+    gradient = place[0] / EARTH**2 if crs == "EPSG:31255" else 0.0
+    expected = gradient * (0.134 * scale_number) ** 2 / 2.0 > 1e-3
+    assert expected == is_bent
+    control = pd.DataFrame([place], columns=AXES[:2])
+    flight = SimpleNamespace(scale_number=scale_number)
+    block = SimpleNamespace(
+        crs=crs,
+        control_points=control,
+        approximate_points=None,
+        flights={"low_flight": flight},
+    )
+    assert is_worth_bending(block, "low_flight", "affine") is is_bent

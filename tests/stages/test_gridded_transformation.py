@@ -134,6 +134,32 @@ def test_natural_neighbours_go_through_the_points_and_know_their_error():
     assert within(points, truth).mean() == pytest.approx(0.95, abs=0.04)
 
 
+def test_ellipses_know_what_cells_lose_between_their_nodes():
+    rng = np.random.default_rng(18)
+    fine = {**SQUARE, "noise": 0.005}
+    xy, shifts, _ = simulated_shifts(rng, 2500, **fine)
+    model, ground = tables(xy, shifts)
+    is_held = rng.random(2500) < 0.3
+    fit = es.transform_models(model[~is_held], ground)
+    found = fit.distributed(method="collocation", cell=150.0)
+    points = found.transform(model[is_held])
+    truth = ground.loc[is_held, ["easting", "northing"]].set_axis(points.index)
+    assert 0.93 < within(points, truth).mean() < 0.97  # without that 0.91
+
+
+def test_the_share_of_all_held_out_points_is_said_beside_that_of_the_good(held_out):
+    found, *_ = held_out
+    said, n_out = found.distribution.iloc[0], len(found.left_out)
+    assert said["within"] == pytest.approx(0.95, abs=1e-3)
+    n_all = len(found.observed.rows)
+    # who is left out lies outside
+    expected = 0.95 * (n_all - n_out) / n_all
+    assert said["within_all"] == pytest.approx(expected, abs=3e-3)
+    line = f"95 % ellipses hold {said['within']:.1%} of them, which makes their size"
+    line += f"; {said['within_all']:.1%} with those left out" if n_out else "\n"
+    assert line in f"{found.summary()}\n"
+
+
 def test_wrong_points_that_are_kept_make_ellipses_that_hold_them_too():
     rng = np.random.default_rng(14)
     xy, shifts, _ = simulated_shifts(rng, 1500, **{**SQUARE, "wrong": 0.05})
@@ -184,3 +210,12 @@ def test_cells_that_no_grid_has_are_refused(cell):
     fit = es.transform_models(*tables(xy, 0.01 * xy))
     with pytest.raises(es.EinschaltError, match=r"cell = .* expected more than 0\.02"):
         fit.distributed(method="collocation", cell=cell)
+
+
+def test_points_on_a_line_are_refused():
+    along = np.linspace(0.0, 2e3, 40)[:, None] * [0.6, 0.8]
+    noise = 0.02 * np.random.default_rng(19).normal(size=(40, 2))
+    for shifts in (np.zeros((40, 2)), noise):
+        fit = es.transform_models(*tables(along, shifts), kind="helmert")
+        with pytest.raises(es.EinschaltError, match="lie on a line, and collocation"):
+            fit.distributed(method="collocation")

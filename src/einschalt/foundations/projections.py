@@ -4,8 +4,10 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
+import os
 import re
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -16,6 +18,7 @@ from einschalt.foundations.coordinate_operations import (
     offline,
     system_label,
 )
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
 
 NAMES = str | int | pyproj.CRS  # what may name a system
@@ -25,6 +28,7 @@ AGAINST = ("south", "west")
 WGS_84 = "OGC:CRS84"
 LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same
 STEP = 10.0  # metres, for directions
+GRADIENT_STEP = 1000.0  # metres
 EARTH_RADIUS = 6.371e6  # metres
 # +init=, and grids or other files with a path: in PROJ strings, WKT and PROJJSON
 OPENS_FILE = re.compile(
@@ -78,10 +82,24 @@ def _known_crs(text):
     try:
         return pyproj.CRS.from_user_input(_utf8(text))
     except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
+        _require_databases(text, error)
         raise ProjectionError(
             f"crs = {described(text)} is unknown",
             expected="an EPSG code such as 'EPSG:31255', a PROJ string or WKT",
             remedy="Look the code up, or leave crs out for a local system",
+        ) from error
+
+
+def _require_databases(text, error):
+    """Say that PROJ, which is to read a database that is not there, knows no system."""
+    named = os.environ.get("PROJ_AUX_DB", "").split(os.pathsep)
+    missing = [path for path in named if path and not Path(path).exists()]
+    if missing:
+        raise ProjectionError(
+            f"crs = {described(text)} is unknown, since PROJ_AUX_DB names "
+            f"{missing[0]}, which is not there",
+            expected="a database of PROJ, or none",
+            remedy="Correct the environment variable PROJ_AUX_DB, or unset it",
         ) from error
 
 
@@ -150,6 +168,18 @@ def axis_letters(crs):
     return meant if is_plane and set(meant) == {"X", "Y"} else None
 
 
+def label_of(crs):
+    """Name and code of a system by any name of it; that itself where it is unknown.
+
+    >>> label_of("EPSG:31255")
+    'MGI / Austria GK Central (EPSG:31255)'
+    """
+    try:
+        return system_label(_known_crs(crs))
+    except ProjectionError:
+        return shortened(crs)
+
+
 def crs_name(crs):
     """Name of a system as text: as given where it is text, else code or WKT."""
     return crs if isinstance(crs, str) else read_crs(crs).to_string()
@@ -199,7 +229,7 @@ def reproject(points, source_crs, target_crs, demand, grids=None):
 def _bounds(points, crs):
     if crs.is_engineering:
         raise ProjectionError(
-            f"{crs.name} is a system of one site, tied to no other",
+            f"{system_label(crs)} is a system of one site, tied to no other",
             expected="a system that PROJ knows how to leave",
             remedy="Fit a transformation to identical points (einschalt transform), or "
             "give the coordinates in the system of the block",
@@ -299,6 +329,19 @@ def scale_range(easting, northing, crs):
     factors = plane.get_factors(longitude, latitude)
     scales = factors.tissot_semiminor, factors.tissot_semimajor
     return scales if np.all(np.isfinite(scales)) else None
+
+
+def scale_gradient(points, crs):
+    """Change of the scale of a plane system in plan, relative, per metre, (n,).
+
+    ``points`` (n, 2): easting, northing [m]; ``crs``: a pyproj.CRS that is projected.
+    """
+    plane = (crs.sub_crs_list or [crs])[0]
+    steps = GRADIENT_STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    asked = (points[:, None] + steps).reshape(-1, 2)
+    factors = pyproj.Proj(plane).get_factors(*degrees_of(*asked.T, crs))
+    scale = np.log(factors.areal_scale).reshape(-1, 2, 2) / 2.0  # per length
+    return np.hypot(*(scale[:, :, 0] - scale[:, :, 1]).T) / (2.0 * GRADIENT_STEP)
 
 
 def area_of(crs):

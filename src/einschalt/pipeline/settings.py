@@ -73,8 +73,9 @@ class Settings(BaseModel):
         ``method = "simultaneous"`` those that all models of a flight share.
     earth_curvature : {"treated", "ignored"}
         Whether spatial models are brought onto the curved Earth and to the scale of the
-        map, where the block has a system of the Earth; "ignored" where the program that
-        measured them has corrected them for it.
+        map, where the block has a system of the Earth, and plane ones to its scale
+        where that changes across them by enough for a millimetre; "ignored" where the
+        program that measured them has corrected them for it, or they are maps.
     variance_components : {"given", "estimated"}
         With ``method = "simultaneous"``: whether control and flights have the errors
         that were given, or those that their residuals show.
@@ -160,8 +161,8 @@ class Settings(BaseModel):
     )
     earth_curvature: Literal["treated", "ignored"] = Field(
         "treated",
-        description="Curvature of the Earth and scale of the map in spatial models; "
-        "ignored where their coordinates were corrected for it before.",
+        description="Curvature of the Earth and scale of the map in models; ignored "
+        "where their coordinates were corrected for it before.",
     )
     variance_components: Literal["given", "estimated"] = Field(
         "given",

@@ -1,10 +1,13 @@
-"""Before spatial models are transformed: what the map makes of straight lines.
+"""Before models are transformed: what the map makes of straight lines.
 
 A model is a true likeness of the terrain, up to its scale. Easting, northing and height
 are not: a projection has a scale of its own in plan and none in height, and heights
 stand over a curved Earth. Over a kilometre that is 8 cm of height. So the points of a
 model are moved to where they would lie if it were a likeness of the coordinates; then
 all that follows may take these for Cartesian ones.
+
+Of a plane model only what its transformation does not take up is left: the scale of the
+map that changes across it, which is millimetres in large models far from the meridian.
 
 See docs/theory/transformation.md.
 """
@@ -19,6 +22,7 @@ from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.projections import (
     from_geocentric,
     read_crs,
+    scale_gradient,
     to_geocentric,
 )
 from einschalt.foundations.tables import with_coverage
@@ -31,6 +35,8 @@ from einschalt.stages.stage3_model_transformation import transform_models
 LEAST = 1e-3  # metres: the largest movement of a flight that is not worth it
 XYZ = ["x", "y", "z"]
 SPATIAL = "helmert_3d"
+PLACED_BY = {"rigid": "helmert", "helmert_film_affinity": "helmert"}
+MODEL_RADIUS_M = 0.134  # to the corners of what two photographs of 23 cm share, 60 %
 HIGH, LOW = "high_flight", "low_flight"
 
 
@@ -38,27 +44,63 @@ def bend_flights(block, flights, kind=None):
     """Bend the models of all flights as the map of the block is bent.
 
     ``flights``: of str to RelativeOrientation; ``kind``: their transformation, where it
-    is not the one that each states. Those whose models are not spatial, and models
-    without three known points, stay as they are; so does all without a plane system of
-    the Earth.
+    is not the one that each states. Models without enough known points stay as they
+    are; so do plane ones that are too small for a millimetre, and all without a plane
+    system of the Earth.
     """
     kinds = {name: kind or block.flights[name].transformation for name in flights}
-    if SPATIAL not in kinds.values() or not is_of_the_earth(block.crs):
+    is_bent = {n: is_worth_bending(block, n, k) for n, k in kinds.items()}
+    if not any(is_bent.values()):
         return flights
+    # a likeness tells where models lie, rigid ones in whichever unit they are
+    placed = {n: PLACED_BY.get(k, k) for n, k in kinds.items()}
     bent, ground = dict(flights), block.approximate_points
     try:
-        if kinds.get(HIGH) == SPATIAL:
-            control = block.control_points
-            fit = transform_high_flight(flights[HIGH].model_points, control, SPATIAL)
-            bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
-            ground = average_high_flight(fit, flights[HIGH].model_points).points
+        if HIGH in kinds and (is_bent[HIGH] or placed.get(LOW) != SPATIAL):
+            points, control = flights[HIGH].model_points, block.control_points
+            fit = transform_high_flight(points, control, placed[HIGH])
+            if is_bent[HIGH]:
+                bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
+            if placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL:
+                ground = average_high_flight(fit, points).points
         ground = block.control_points if ground is None else ground
-        if kinds.get(LOW) == SPATIAL and "height" in ground:
-            fit = transform_models(flights[LOW].model_points, ground, SPATIAL)
+        if is_bent.get(LOW) and (placed[LOW] != SPATIAL or "height" in ground):
+            fit = transform_models(flights[LOW].model_points, ground, placed[LOW])
             bent[LOW] = bent_as_the_map(flights[LOW], fit, block.crs)
     except GeometryError:  # no model fits: the steps that follow say so
         return bent
     return bent
+
+
+def is_worth_bending(block, name, kind):
+    """Whether models of a flight, transformed by a kind, may move by a millimetre.
+
+    A plane one of radius r by |∇k| r² / 2, from a scale k that changes across it; r is
+    that of photographs, on the ground.
+    """
+    if not is_of_the_earth(block.crs):
+        return False
+    if kind == SPATIAL:
+        return True
+    known = block.control_points
+    known = block.approximate_points if known is None else known
+    places = known[["easting", "northing"]].to_numpy(dtype=float)
+    return bends_plane_models(places, block.flights[name].scale_number, block.crs)
+
+
+def bends_plane_models(places, scale_number, crs):
+    """Whether the map bends plane models of a scale by a millimetre at some places.
+
+    ``places``, shape (n, 2): easting, northing [m], of which the outermost count.
+    """
+    system = read_crs(crs)
+    if not len(places) or not system.is_projected:
+        return False
+    outermost = zip(places.min(axis=0), places.max(axis=0), strict=True)
+    corners = np.stack(np.meshgrid(*outermost), axis=-1).reshape(-1, 2)
+    radius = MODEL_RADIUS_M * scale_number
+    bent = scale_gradient(corners, system) * radius**2 / 2.0
+    return bool(np.any(bent > LEAST))
 
 
 def is_of_the_earth(crs):
@@ -72,7 +114,7 @@ def bent_as_the_map(oriented, fit, crs):
     Parameters
     ----------
     oriented : RelativeOrientation
-        Of a flight whose models are spatial.
+        Of a flight whose models are spatial, or plane: these are bent at height 0.
     fit : ModelTransformation
         Of the flight's models onto any ground coordinates that are good to a per mille
         of the model's size.
@@ -91,7 +133,7 @@ def bent_as_the_map(oriented, fit, crs):
     if not largest > LEAST:
         return oriented
     centres = oriented.centres
-    if len(centres):
+    if len(centres) and fit.kind == SPATIAL:
         centres, _ = _moved(centres, fit, system)
     return replace(oriented, model_points=moved, centres=centres)
 
@@ -105,7 +147,8 @@ def _moved(points, fit, crs):
     """Points of models, moved, and by how much at most [m]; others as they were."""
     place = _places(points, fit)
     rows = np.flatnonzero(place >= 0)
-    place, xyz = place[rows], points[XYZ].to_numpy(dtype=float)[rows]
+    names = XYZ if fit.kind == SPATIAL else XYZ[:2]
+    place, xyz = place[rows], points[names].to_numpy(dtype=float)[rows]
     if not len(rows):
         return points, 0.0
     ground = fit.fit.apply(place, xyz)
@@ -114,7 +157,7 @@ def _moved(points, fit, crs):
     rows, place = rows[is_known], place[is_known]
     back = fit.fit.invert(place, bent[is_known])
     table = points.copy()
-    table.iloc[rows, [table.columns.get_loc(name) for name in XYZ]] = back
+    table.iloc[rows, [table.columns.get_loc(name) for name in names]] = back
     away = np.linalg.norm(bent[is_known] - ground[is_known], axis=1)
     return table, float(away.max(initial=0.0))
 
@@ -134,13 +177,20 @@ def _in_map(ground, place, fit, crs):
     """Map coordinates of points that are given in Cartesian ones of their model.
 
     These have their origin and their axes where the middle of the model's points has
-    easting, northing and height.
+    easting, northing and height. Plane ones have the scale of the map there as well:
+    then only what bends a model moves it, and no transformation takes that up.
     """
     middles = _middles(fit)
-    origin, axes = _cartesian_frames(middles, crs)
-    away = ground - middles[place]
-    geocentric = origin[place] + np.einsum("nij,nj->ni", axes[place], away)
-    return from_geocentric(geocentric, crs)
+    away, n_axes = ground - middles[place], middles.shape[1]
+    if n_axes == len(XYZ):
+        origin, axes = _cartesian_frames(middles, crs)
+    else:
+        at_zero = np.column_stack([middles, np.zeros(len(middles))])
+        origin, axes = to_geocentric(at_zero, crs)
+    geocentric = origin[place] + np.einsum(
+        "nij,nj->ni", axes[place][..., :n_axes], away
+    )
+    return from_geocentric(geocentric, crs)[:, :n_axes]
 
 
 def _cartesian_frames(middles, crs):
@@ -159,6 +209,16 @@ def straightened(points, middle, crs):
     origin, axes = _cartesian_frames(np.asarray(middle, dtype=float)[None], system)
     geocentric, _ = to_geocentric(points, system)
     return middle + (geocentric - origin) @ axes[0]
+
+
+def straightened_in_plan(points, middle, crs):
+    """The same of plane points (n, 2) at height 0, in the scale of the map there."""
+    system = _flat(read_crs(crs))
+    at_zero = np.column_stack([np.vstack([middle, points]), np.zeros(len(points) + 1)])
+    geocentric, axes = to_geocentric(at_zero, system)
+    axes = axes[0, :, :2]
+    away = (geocentric[1:] - geocentric[0]) @ axes / (axes**2).sum(axis=0)
+    return middle + away
 
 
 def _middles(fit):

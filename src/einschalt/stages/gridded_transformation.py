@@ -24,6 +24,7 @@ from einschalt.stages.transformation_kinds import PLANE, TRANSFORMATION_KINDS
 METHODS = ("collocation", "natural_neighbour")
 OUTLIERS = ("set_aside", "keep")
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
+LEAST_WIDTH = 1e-6  # of a set of points, by its length
 CONTRADICTS = "contradicts its neighbours"
 STRAINS = "strains the grid so that it could not be undone"
 
@@ -61,7 +62,9 @@ class GriddedTransformation(ModelTransformation):
         coverage, model_id, method, outliers, cell [m], n_rows, n_columns, noise (of a
         point by itself, per coordinate) [m], half_range (at which covariance has
         fallen to half) [m], freedom (of Student's t: small for long tails), n_left_out,
-        share_wrong (of all points, as their tails say), interpolation_error (RMS,
+        share_wrong (of all points, as their tails say), within (share of the good
+        held-out points in their 95 % ellipses, from which these have their size),
+        within_all (of all, with those that were left out), interpolation_error (RMS,
         between nodes, against the method itself), interpolation_error_largest [m].
         """
         rows = [
@@ -135,16 +138,25 @@ class GriddedTransformation(ModelTransformation):
         error, n_held = held_out_error(self.held_out_good[DIFFERENCES])
         of = typesetting.count(n_held, "point")
         lines.append(f"held-out points (total, RMS of {of})  {error:.4f} m")
-        lines.append(f"95 % ellipses hold {self._within():.1%} of them")
+        lines.append(self._ellipses_hold())
         if len(self.left_out):
             named = name_some(self.left_out["point_id"])
             counted = typesetting.count(len(self.left_out), "point")
             lines.append(f"{counted} left out: {named}")
         return "\n".join([super().summary(), *lines])
 
-    def _within(self):
-        known = [one for one in self.grids if one is not None]
-        return float(np.mean([one.ellipses.within for one in known]))
+    def _ellipses_hold(self):
+        known = [one.ellipses for one in self.grids if one is not None]
+        good, each = (
+            np.average([getattr(one, name) for one in known], weights=_n_held(known))
+            for name in ("within", "within_all")
+        )
+        said = f"95 % ellipses hold {good:.1%} of them, which makes their size"
+        return f"{said}; {each:.1%} with those left out" if len(self.left_out) else said
+
+
+def _n_held(ellipses):
+    return [one.n_held_out for one in ellipses]
 
 
 def _rows(fit, k):
@@ -165,6 +177,8 @@ def _facts(one):
         "freedom": one.ellipses.tails.freedom,
         "n_left_out": int((~one.trusted).sum()),
         "share_wrong": one.ellipses.tails.share_wrong,
+        "within": one.ellipses.within,
+        "within_all": one.ellipses.within_all,
         "interpolation_error": one.interpolation[0],
         "interpolation_error_largest": one.interpolation[1],
     }
@@ -238,6 +252,13 @@ def _made(fit, k, method, outliers, cell):
             remedy="Distribute them in triangles",
             model=model,
         )
+    if any(_is_line(points) for points in (source, target)):
+        raise GeometryError(
+            f"its identical points lie on a line, and {method} needs an area",
+            expected="points off the line as well",
+            remedy="Take the transformation without distribution (none), or add points",
+            model=model,
+        )
     made = gridded_shifts(
         source, target, method, keep_wrong=outliers == "keep", cell=cell
     )
@@ -250,6 +271,12 @@ def _made(fit, k, method, outliers, cell):
         "wider cells",
         model=model,
     )
+
+
+def _is_line(points):
+    """Whether points (n, 2) are so near to a line that nothing across it is known."""
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return extent[1] <= LEAST_WIDTH * extent[0]
 
 
 def _left_out(fit, grids):

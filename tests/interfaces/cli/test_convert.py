@@ -57,7 +57,7 @@ def test_a_list_without_system_or_heights_is_refused(invoke, tmp_path):
     assert "1 point without height: P2" in flat.stderr
     other = invoke("convert", given, tmp_path / "new", "--crs", "EPSG:31255")
     assert other.exit_code == 2
-    assert "is in EPSG:4326, not in EPSG:31255" in other.stderr
+    assert "is in WGS 84 (EPSG:4326), not in MGI / Austria" in other.stderr
     assert not (tmp_path / "gcp_list_2.txt").exists()
 
 

@@ -77,3 +77,39 @@ def test_a_grid_is_published_at_once_or_later_and_is_the_same(invoke, tmp_path):
     assert points["standard_error_easting"].between(0.001, 1.0).all()
     distribution = pd.read_csv(out / "distribution.csv").iloc[0]
     assert (distribution["method"], distribution["cell"]) == ("collocation", 20_000.0)
+
+
+def test_old_frames_have_easting_and_northing(invoke, tmp_path):
+    old = pd.read_csv(TABLES[0]).rename(columns={"x": "Rechtswert", "y": "Hochwert"})
+    old.to_csv(tmp_path / "old.csv", index=False)
+    options = "--kind", "helmert", "--output"
+    shown = invoke(
+        "transform", tmp_path / "old.csv", TABLES[1], *options, tmp_path / "a"
+    )
+    assert shown.exit_code == 0, shown.output
+    assert (
+        "easting for x, northing for y, as coordinates of the old frame" in shown.output
+    )
+    assert invoke("transform", *TABLES, *options, tmp_path / "b").exit_code == 0
+    one, other = (pd.read_csv(tmp_path / n / "parameters.csv") for n in "ab")
+    numbers = one.select_dtypes("number").columns
+    pd.testing.assert_frame_equal(one[numbers], other[numbers])
+
+
+def test_points_outside_are_counted_and_a_lost_database_is_named(
+    invoke, tmp_path, monkeypatch
+):
+    far = pd.read_csv(TABLES[0]).iloc[:3]
+    far.loc[1, "y"] += 5e6
+    far.to_csv(tmp_path / "far.csv", index=False)
+    options = "--distribute", "triangles", "--apply", tmp_path / "far.csv"
+    shown = invoke("transform", *TABLES, *options, "--output", tmp_path / "out")
+    name = far.loc[1, "point_id"]
+    said = f"1 of 3 points lies outside, without coordinates: {name}"
+    assert said in shown.output.replace("\n", " ")
+    monkeypatch.setenv("PROJ_AUX_DB", str(tmp_path / "gone.db"))
+    unknown = ("--publish", "YKJ", "--crs", "EPSG:999999")
+    shown = invoke("transform", *TABLES, "--output", tmp_path / "o", *unknown)
+    assert shown.exit_code == 2
+    assert "PROJ_AUX_DB names" in shown.output
+    assert "gone.db, which is not there" in shown.output

@@ -159,17 +159,21 @@ LETTERS = "Nr;Y;X\nA;13000,1;322000,2\n"
 @pytest.mark.parametrize(
     ("text", "said", "reason"),
     [
-        (LETTERS, Said(crs=AUSTRIA), "as EPSG:31255 names its axes"),
+        (
+            LETTERS,
+            Said(crs=AUSTRIA),
+            "as MGI / Austria GK Central (EPSG:31255) names its axes",
+        ),
         (LETTERS.replace("Nr", "Punktnummer"), Said(), "as German tables have them"),
         (
             "no;x;y\nA;13000.1;322000.2\n",
             Said(crs="EPSG:2154"),
-            "as EPSG:2154 names its axes",
+            "as RGF93 v1 / Lambert-93 (EPSG:2154) names its axes",
         ),
         (
             "Punktnummer;X;Y\nA;500000.1;5322000.2\n",
             Said(crs=UTM),
-            "since only so the points lie in the area of EPSG:25833",
+            "in the area of ETRS89 / UTM zone 33N (EPSG:25833)",
         ),
         (LETTERS, Said({"easting": "Y", "northing": "X"}), None),
         ("Nr;R;H;Z\nA;13000,1;322000,2;3,5\n", Said(), None),
@@ -399,7 +403,7 @@ def test_the_system_of_a_layer_counts_and_may_not_be_contradicted(blocks):
     other = text.replace("[control_points]", '[control_points]\ncrs = "EPSG:31254"')
     (folder / "block.toml").write_text(other, encoding="utf-8")
     said = "\n".join(str(problem) for problem in find_problems(folder).problems)
-    assert "crs = 'EPSG:31254', but Punkte.gpkg says MGI / Austria GK Central" in said
+    assert "crs = MGI / Austria GK West (EPSG:31254), but Punkte.gpkg says MGI" in said
 
 
 def test_attributes_that_contradict_the_geometry_are_asked_about(tmp_path):

@@ -102,8 +102,9 @@ def test_what_is_no_control_is_refused_by_its_name(small_block):
     stated = f'gcp_list.txt"\ncrs = "{SYSTEM}'
     small_block.write("block.toml", toml.replace("control_points.csv", stated))
     (problem, *_) = find_problems(small_block.path).problems
-    assert "crs = 'EPSG:31255', but gcp_list.txt says MGI / Austria GK West" in str(
-        problem
+    assert (
+        "(EPSG:31255), but gcp_list.txt says MGI / Austria GK West (EPSG:31254)"
+        in str(problem)
     )
 
 

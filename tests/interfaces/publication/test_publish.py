@@ -351,3 +351,25 @@ def test_spatial_transformations_are_published_as_strings(tmp_path):
     for text in done.operations[["proj", "wkt"]].iloc[0]:
         moved = pyproj.Transformer.from_pipeline(text).transform(*xyz.T)
         np.testing.assert_allclose(np.column_stack(moved), enh, **CLOSE)
+
+
+@pytest.mark.parametrize(
+    ("systems", "said"),
+    [
+        ({"crs": "EPSG:4258"}, "crs = 'EPSG:4258' \\(ETRS89\\) has axes in degree"),
+        (
+            {"crs": "EPSG:3067", "source_crs": "EPSG:2263"},
+            "source_crs = 'EPSG:2263' .* has axes in US survey foot",
+        ),
+        (
+            {"crs": "EPSG:31255"},
+            r"outside the area of use of MGI / Austria GK Central \(EPSG:31255\)",
+        ),
+    ],
+)
+def test_systems_that_the_points_cannot_have_are_refused(
+    systems, said, finland, tmp_path
+):
+    with pytest.raises(es.EinschaltError, match=said):
+        es.publish(finland[-1], "YKJ", tmp_path / "out", **systems)
+    assert not (tmp_path / "out").exists()

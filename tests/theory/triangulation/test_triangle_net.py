@@ -94,3 +94,17 @@ def test_triangles_may_be_given_in_any_order(frames):
     xy = FAR + np.random.default_rng(1).uniform(500.0, 4_500.0, (300, 2))
     plain = TriangleNet(source, target, corners)
     np.testing.assert_allclose(turned.apply(xy), plain.apply(xy), atol=1e-8, rtol=0)
+
+
+def test_one_gross_error_takes_no_others_with_it():
+    """It tilts an affine transformation of all points, and seems to tilt their shifts.
+
+    Before, seven neighbours went with it.
+    """
+    rng = np.random.default_rng(0)
+    source = rng.uniform(0.0, 2000.0, (60, 2))
+    target = source + 0.03 * rng.normal(size=(60, 2))
+    target[5, 0] += 50.0
+    found = make_reversible_net(source, target, significance=0.01)
+    assert found.contradicting.tolist() == [5]
+    assert found.left_out.tolist() == [5]

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import numpy as np
 
 from einschalt.foundations import tables
-from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import (
     BlockError,
@@ -20,7 +19,7 @@ from einschalt.foundations.errors import (
     SettingsError,
     raise_problems,
 )
-from einschalt.foundations.projections import read_crs, read_source_crs
+from einschalt.foundations.projections import label_of, read_crs, read_source_crs
 from einschalt.interfaces.files import elsewhere
 from einschalt.interfaces.files.block_parts import (
     FLIGHT_FACTS,
@@ -149,8 +148,7 @@ class _Reading:
         self.sources = {"block": toml.source}
         self.checksums = {toml.source: file.checksum()}
         self.files = [file.path.absolute()]  # the present folder may be another later
-        self.notes = []
-        self.shared_errors_m = {}
+        self.notes, self.shared_errors_m, self.axes_told = [], {}, {}
 
     def fields(self):
         """Return the fields of the block, as far as they could be read."""
@@ -171,6 +169,7 @@ class _Reading:
             "may_be_unmeasured": any(self._given("may_be_unmeasured").values()),
             "notes": tuple(self.notes),
             "shared_errors_m": self.shared_errors_m,
+            "axes_told": self.axes_told,
             "group_errors_m": self._given("group_error_m"),
             "correlation_lengths_m": self._given("correlation_length_m"),
         }
@@ -332,7 +331,8 @@ class _Reading:
     def _brought(self, frame, checked, own, name):
         """Points in the system of the block, and what that adds to their errors."""
         source, settings = self.sources[name], self.toml.settings
-        error = frame.get("standard_error_m", self._m_0_of(name))
+        m_0_m = getattr(self.toml.sections[name], "m_0_m", None)
+        error = frame.get("standard_error_m", m_0_m)
         error = standard_errors_of(checked, error)
         demand, grids = demand_of(settings, error), grid_folder(settings, self.folder)
         systems = own, read_crs(self.crs)
@@ -345,6 +345,7 @@ class _Reading:
             for file in files:
                 file.require_unchanged()
         self.notes.append(done.note)
+        self.axes_told[name] = done.axes_told
         before = self.shared_errors_m.get(name, 0.0)
         shared = float(np.hypot(before, done.operation.accuracy_m))
         if shared > 0.0:
@@ -357,21 +358,19 @@ class _Reading:
         self.sources |= names
         return [self._signed(path, names[table]) for table, path in paths.items()]
 
-    def _m_0_of(self, name):
-        return getattr(self.toml.sections[name], "m_0_m", None)
-
     def _own_system(self, found, stated, own, name):
         """System of points whose file states one, ``found``."""
         system, source = read_source_crs(found), self.sources[name]
         if stated is None and self.crs is None and not system.is_geographic:
-            label = system_label(system)
+            label = label_of(found)
             self.notes.append(f"{source}: in {label}; block.toml names no system")
             return None
         if stated is None:
             return self._other_system(found, name)
         if not is_same_plane(system, stated):
+            label = label_of(found)
             problem = SettingsError(
-                f"[{name}] crs = '{stated}', but {source} says {system_label(system)}",
+                f"[{name}] crs = {label_of(stated)}, but {source} says {label}",
                 expected="the system of the coordinates",
                 remedy="Take crs out, or correct it in the file",
                 file=self.toml.source,

@@ -22,6 +22,7 @@ from einschalt.foundations.projections import (
     reproject,
     turn,
 )
+from einschalt.pipeline.block.axis_order import tells_axes
 from einschalt.pipeline.block.places import target_problems
 
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
@@ -91,6 +92,7 @@ class Brought:
     frame: pd.DataFrame
     operation: Operation
     note: str  # what was done
+    axes_told: bool  # whether their system tells easting from northing there
 
 
 def bring(frame, checked, systems, demand, *, grids=None, source=""):
@@ -120,7 +122,15 @@ def bring(frame, checked, systems, demand, *, grids=None, source=""):
         note += f" with {' and '.join(name for name, _ in operation.grids)}"
     if better is not None:
         note += f"; better would be {better}"
-    return Brought(frame.assign(**columns), operation, f"{note}{said}")
+    is_told = _axes_told(checked, points, own, target)
+    return Brought(frame.assign(**columns), operation, f"{note}{said}", is_told)
+
+
+def _axes_told(checked, points, own, target):
+    """Whether points with axes exchanged would lie outside of one of both systems."""
+    exchanged = points.copy()
+    exchanged[:, :2] = points[:, 1::-1]
+    return tells_axes(checked, own) or bool(target_problems(exchanged, own, target, ""))
 
 
 def _in_as_many_axes(checked, own, target):

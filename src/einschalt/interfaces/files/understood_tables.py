@@ -27,7 +27,7 @@ from einschalt.foundations.decimal_commas import (
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, TableError, name_some
 from einschalt.foundations.number_parsing import is_number
-from einschalt.foundations.projections import axis_letters, extent_of
+from einschalt.foundations.projections import axis_letters, extent_of, label_of
 from einschalt.foundations.tables import LINE, ROLES
 from einschalt.foundations.typesetting import count
 
@@ -175,14 +175,12 @@ def _with_axes(frame, said, meant, source):
     named = _by_name(said.crs)
     if named is not None:
         chosen = turned if named == GEODETIC else frame
-        reason = f"as {shortened(said.crs)} names its axes"
+        reason = f"as {label_of(said.crs)} names its axes"
     else:
         is_inside = [_is_in_area(one, said.crs) for one in (frame, turned)]
         if is_inside in ([True, False], [False, True]):
             chosen = frame if is_inside[0] else turned
-            reason = (
-                f"since only so the points lie in the area of {shortened(said.crs)}"
-            )
+            reason = f"since only so the points lie in the area of {label_of(said.crs)}"
         elif meant.is_german:
             chosen, reason = turned, "as German tables have them"
         else:

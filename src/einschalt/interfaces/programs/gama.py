@@ -12,6 +12,7 @@ import pandas as pd
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import label_of
 from einschalt.interfaces.programs.foreign import Foreign, damaged
 from einschalt.interfaces.programs.handed_over import MOST_FULL
 from einschalt.interfaces.programs.plain_xml import each, read_xml, xml_bytes
@@ -32,7 +33,8 @@ def write_gama(handed, path):
     root = ET.Element("gama-local", xmlns=NAMESPACE)
     network = ET.SubElement(root, "network")
     network.set("axes-xy", "ne")
-    about = f"{handed.name}: densified points, {said}; system {handed.crs or 'local'}"
+    system = "local" if handed.crs is None else label_of(handed.crs)
+    about = f"{handed.name}: densified points, {said}; system {system}"
     ET.SubElement(network, "description").text = about
     ET.SubElement(network, "parameters", {"sigma-apr": "1", "sigma-act": "apriori"})
     part = ET.SubElement(network, "points-observations")

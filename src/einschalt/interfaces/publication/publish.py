@@ -10,7 +10,8 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
+from einschalt.foundations.projections import label_of, read_crs
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -40,6 +41,7 @@ from einschalt.interfaces.publication.tinshift_file import (
     tinshift_step,
     write_tinshift,
 )
+from einschalt.pipeline.block.places import place_problems
 from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
@@ -277,10 +279,33 @@ def _write_checked_database(operations, frames, path, home, proj_db):
             require_database_returns(operations, code, path)
 
 
+def require_systems(crs, source_crs):
+    """Refuse systems that are none for coordinates of the ground, or of a frame."""
+    for name, system in (("crs", crs), ("source_crs", source_crs)):
+        try:
+            if system is not None:
+                read_crs(system)
+        except ProjectionError as error:
+            found = error.found.replace("crs", name, 1)
+            raise error.with_facts(found=found) from error
+
+
+def _require_places(fit, frames):
+    """Refuse a system of the ground in whose area its points do not lie.
+
+    That of an old frame is used beyond its area, as YKJ is in the whole of Finland.
+    """
+    points = fit.observed.target[:, :2]
+    if frames.target is not None and len(points):
+        raise_problems(place_problems(*points.T, frames.target, None))
+
+
 def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     """Publish a ModelTransformation; see :func:`einschalt.publish`."""
     require_name(name)
+    require_systems(crs, source_crs)
     frames = Frames(name, crs, source_crs)
+    _require_places(fit, frames)
     title = f"identical points ({fit.kind})"
     return publish_operations(
         operations_of_fit(fit, frames), frames, folder, title=title, **options
@@ -302,7 +327,7 @@ def publish_densification(
     """Publish the models of a DensificationResult; see :func:`einschalt.publish`."""
     if source_crs is not None:
         raise SettingsError(
-            f"source_crs = {described(source_crs)} for the models of a block",
+            f"source_crs = {label_of(source_crs)} for the models of a block",
             expected="none: they have machine coordinates",
         )
     deformation = result.assessment.deformation

@@ -8,6 +8,7 @@ import pandas as pd
 
 from einschalt.foundations.arguments import as_path, require_choice
 from einschalt.foundations.errors import FileError, SettingsError
+from einschalt.foundations.projections import label_of
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.publish import (
     BLOCK_TABLES,
@@ -165,8 +166,8 @@ def publish_folder(folder, name, output, *, crs=None, source_crs=None, **options
     block = facts.get("block") or {}
     if "output" in facts:
         raise FileError(
-            f"its points are in {facts['output'].get('crs')}, and its models lead to "
-            f"{block.get('crs')}",
+            f"its points are in {label_of(facts['output'].get('crs'))}, and its models "
+            f"lead to {label_of(block.get('crs'))}",
             expected="results in the system of the block",
             remedy="Compute them again without output_crs",
             file=folder,

@@ -55,6 +55,17 @@ def own_axis_problems(frame, system, source):
     return problems, [f"{source}: {far}"] if n_far and not problems else []
 
 
+def tells_axes(frame, system):
+    """Whether a system tells easting from northing: exchanged, points lie outside.
+
+    Of Austria's Lambert system, or Britain's grid, the area holds many points either
+    way. ``frame``: as for :func:`own_axis_problems`.
+    """
+    extent = extent_of(system)
+    east, north = (frame[name].to_numpy() for name in PLANE)
+    return extent is not None and not _inside(north, east, extent).all()
+
+
 def _inside(easting, northing, extent):
     west, south, east, north = extent
     return (

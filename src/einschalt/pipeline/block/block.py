@@ -186,6 +186,7 @@ FIELD_KINDS = {
     "notes": (tuple, "a tuple of texts"),
     "may_be_unmeasured": (bool, "True or False"),
     "shared_errors_m": (Mapping, "a dict of metres by table"),
+    "axes_told": (Mapping, "a dict of True or False by table"),
     "group_errors_m": (Mapping, "a dict of metres by table"),
     "correlation_lengths_m": (Mapping, "a dict of metres by table"),
 }
@@ -220,6 +221,10 @@ class Block:
     may_be_unmeasured : bool
         Whether control or approximate points that lie in no model are passed over
         instead of being taken for misspelt.
+    axes_told : dict of str to bool
+        Whether the system in which control_points, or approximate_points, were given
+        tells easting from northing where they lie; where left out, whether ``crs``
+        does.
     shared_errors_m : dict of str to float
         TOTAL error that all control_points, or all approximate_points, have in common
         [m]: that of the operation by which they came into ``crs``.
@@ -250,6 +255,7 @@ class Block:
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     may_be_unmeasured: bool = False
+    axes_told: dict = field(default_factory=dict)
     shared_errors_m: dict = field(default_factory=dict)
     group_errors_m: dict = field(default_factory=dict)
     correlation_lengths_m: dict = field(default_factory=dict)

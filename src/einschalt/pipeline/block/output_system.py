@@ -18,7 +18,12 @@ from einschalt.foundations.coordinate_operations import (
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError, SettingsError
-from einschalt.foundations.projections import plane_jacobian, read_crs, reproject
+from einschalt.foundations.projections import (
+    label_of,
+    plane_jacobian,
+    read_crs,
+    reproject,
+)
 from einschalt.pipeline.block.places import target_problems
 from einschalt.stages.error_propagation.shared_error import APPROXIMATE, CONTROL
 
@@ -164,7 +169,7 @@ def output_system_of(block, settings) -> OutputSystem | None:
         return None
     if block.crs is None:
         raise SettingsError(
-            f"output_crs = {name!r}, but the block has no crs",
+            f"output_crs = {label_of(name)}, but the block has no crs",
             expected="the system of its coordinates",
             remedy="Add crs = … to [block], or take output_crs out",
         )

@@ -40,8 +40,8 @@ class Ground:
     # (n_points, 2): easting, northing from the centre of the area [m]
     position: np.ndarray
     terrain: Terrain
-    # (n_points, 3), of spatial models on the curved Earth: Cartesian coordinates from
-    # the centre of the area, heights above zero [m]; None where the map is the ground
+    # (n_points, 3), of models on the curved Earth: Cartesian ones from the centre
+    # of the area and heights above zero [m]; None where the map is the ground
     cartesian: np.ndarray | None = None
 
     def seen(self, point):

@@ -32,7 +32,11 @@ from einschalt.pipeline.simulation.measurements import (
     Ground,
 )
 from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
-from einschalt.stages.curved_earth import straightened
+from einschalt.stages.curved_earth import (
+    bends_plane_models,
+    straightened,
+    straightened_in_plan,
+)
 
 FLIGHTS = ("high_flight", "low_flight")
 GEOMETRY_STREAMS = ("points", "terrain", "check", "setting_high", "setting_low")
@@ -214,14 +218,21 @@ def _set_scene(geometry, noise, streams):
 
 
 def _cartesian(geometry, position, terrain):
-    """What spatial models show: the map made straight about the middle of the area."""
-    if not geometry.has_heights or read_crs(geometry.crs).is_engineering:
+    """What models show: the map made straight about the middle of the area."""
+    height, crs = terrain.height(position), geometry.crs
+    if not geometry.has_heights:
+        middle = np.array([geometry.centre_easting, geometry.centre_northing])
+        points, scale_number = position + middle, geometry.high_scale_number
+        if not bends_plane_models(points, scale_number, crs):
+            return None
+        plane = straightened_in_plan(points, middle, crs) - middle
+        return np.column_stack([plane, height])
+    if read_crs(crs).is_engineering:
         return None
-    height = terrain.height(position)
     middle = np.array([geometry.centre_easting, geometry.centre_northing, 0.0])
     points = np.column_stack([position, height]) + middle
     away = np.array([0.0, 0.0, geometry.mean_height])
-    return straightened(points, middle + away, geometry.crs) - middle
+    return straightened(points, middle + away, crs) - middle
 
 
 def _choose_check(geometry, layouts, is_control, rng):

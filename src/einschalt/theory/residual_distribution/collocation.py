@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from scipy.spatial import KDTree
 
-from einschalt.foundations.batches import over_segments
+from einschalt.foundations.batches import n_cores, over_segments
 
 N_NEAREST = 16
 AT_ONCE = 50_000
@@ -71,12 +71,14 @@ def _collocated(known_xy, shifts, xy, covariance, ranks):
     table = None
     for first in range(0, len(xy), AT_ONCE):
         part = slice(first, first + AT_ONCE)
-        distance, near = tree.query(xy[part], ranks)
+        distance, near = tree.query(xy[part], ranks, workers=n_cores())
         if table is None:
             table = _tabulated(covariance, np.quantile(distance[:, -1], USUAL))
         of_part = found[part], variances[part]
         arrays = known_xy, shifts, near, xy[part], table, *of_part
-        over_segments(_solve_neighbourhoods, np.arange(len(near) + 1), *arrays)
+        # a place is as much work as the rows of its system
+        start = len(ranks) * np.arange(len(near) + 1)
+        over_segments(_solve_neighbourhoods, start, *arrays)
     return found, variances
 
 

@@ -4,7 +4,7 @@ By collocation, or by natural neighbours whose error the collocation tells. See
 docs/theory/collocation.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -36,6 +36,8 @@ MOST_ASKED = 2e7  # nodes, where the user says how wide cells are
 MORE_NODES = 2.0  # times as many as usual, if that makes interpolation exact
 EXACT = 1e-4  # metres
 N_TRIED = 500  # cells in which interpolation is compared
+# mean square of what interpolation is off by in a cell, by the square in its middle
+OVER_CELL = 0.5
 PARTS = 10
 SEED = 0  # a grid is the same in every run
 MOST_ROUNDS = 20
@@ -95,14 +97,21 @@ def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
         strained = grid.strained_cells()
         if not len(strained):
             error = interpolation_error(base[trusted], shifts[trusted], cell, predict)
-            return GriddedShifts(
-                grid, found, ellipses, differences, trusted, straining, error
-            )
+            whole = _with_interpolation(grid, error[0])
+            known = differences, trusted, straining
+            return GriddedShifts(whole, found, ellipses, *known, error)
         going = _worst_beside(strained, base, differences, trusted)
         trusted[going], straining[going] = False, True
         if trusted.sum() < LEAST_POINTS:
             break
     return None
+
+
+def _with_interpolation(grid, error):
+    """Add to the variances what points between nodes are off by, RMS in cells [m]."""
+    per_coordinate = OVER_CELL * error**2 / 2.0
+    size = np.trace(grid.shape) / 2.0
+    return replace(grid, variances=grid.variances + per_coordinate / size)
 
 
 def _require_size(points, cell):

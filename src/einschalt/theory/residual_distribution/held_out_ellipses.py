@@ -124,6 +124,7 @@ class HeldOutEllipses:
     tails: Tails
     n_held_out: int
     within: float  # share of good held-out points within their 95 % ellipse
+    within_all: float  # of all held-out points, those taken for wrong as well
 
     def covariances(self, variances):
         """Covariance matrices (n, 2, 2) of points of these variances."""
@@ -155,9 +156,14 @@ def held_out_ellipses(differences, variances, *, keep_wrong=False):
     inverse = np.linalg.inv(shape)
     distance[held] = np.einsum("ni,ij,nj->n", scaled[held], inverse, scaled[held])
     factor = _quantile(distance[held], weight[held]) / LIMIT
-    within = weight[held] @ (distance[held] <= factor * LIMIT) / max(weight.sum(), 1.0)
+    inside = distance[held] <= factor * LIMIT
     return HeldOutEllipses(
-        factor * shape, probability > WRONG, tails, int(held.sum()), float(within)
+        factor * shape,
+        probability > WRONG,
+        tails,
+        n_held_out=int(held.sum()),
+        within=float(weight[held] @ inside / max(weight.sum(), 1.0)),
+        within_all=float(inside.sum() / max(held.sum(), 1)),
     )
 
 

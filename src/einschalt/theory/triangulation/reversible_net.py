@@ -143,11 +143,13 @@ def _worst_corners(bad, rank):
 def shift_deviations(source, target, corners, trusted=None):
     """How far each shift is from the median one of the neighbours [m], (n_points,).
 
-    Shifts are those that an affine transformation of all points leaves. Infinite for a
+    Shifts are those that an affine transformation of all points, or of those that are
+    trusted, leaves. Infinite for a
     point that is a corner of no triangle: it lies where another one is. ``trusted``: of
     bool, (n_points,), neighbours that count; infinite where a point has none.
     """
-    shifts = target - _affine_of_all(source, target)
+    fitted = np.ones(len(source), dtype=bool) if trusted is None else trusted
+    shifts = target - _affine_of(fitted, source, target)
     beside = np.stack([corners, np.roll(corners, 1, axis=1)], axis=2).reshape(-1, 2)
     n_points = len(source)
     sides = np.concatenate([beside, beside[:, ::-1]]) @ np.array([n_points, 1])
@@ -170,10 +172,15 @@ def shift_deviations(source, target, corners, trusted=None):
     return deviations
 
 
-def _affine_of_all(source, target):
-    """Points of the source, brought to the target by one affine transformation."""
-    centred = source - source.mean(axis=0)
-    middle = target.mean(axis=0)
+def _affine_of(fitted, source, target):
+    """Points of the source, brought to the target by one affine transformation.
+
+    ``fitted``: of bool, those onto which it is fitted: a gross error would tilt it, and
+    with it the shifts of all others.
+    """
+    centred = source - source[fitted].mean(axis=0)
+    middle = target[fitted].mean(axis=0)
     scale = np.abs(centred).max() or 1.0
-    factors = np.linalg.lstsq(centred / scale, target - middle, rcond=None)[0]
-    return middle + centred / scale @ factors
+    design = centred / scale
+    factors = np.linalg.lstsq(design[fitted], target[fitted] - middle, rcond=None)[0]
+    return middle + design @ factors

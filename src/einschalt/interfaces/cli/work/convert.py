@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, OutputError, name_some
-from einschalt.foundations.projections import code_of, read_source_crs
+from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.files import marker_files
@@ -58,7 +58,7 @@ def _convert_foreign(foreign, given, output, crs):
         )
     crs = _in_system(foreign, crs, given).crs
     if crs is not None and CONTROL in {path.name for path in paths.values()}:
-        print_out(f'In block.toml: [control_points] crs = "{crs}"')
+        print_out(f"In block.toml: [control_points] {_crs_line(crs)}")
 
 
 def _camera_paths(cameras, output):
@@ -84,7 +84,7 @@ def _in_system(markers, crs, given):
     system = read_source_crs(crs)
     if markers.crs is not None and not is_same_plane(system, markers.crs):
         raise FileError(
-            f"is in {markers.crs}, not in {shortened(crs)}",
+            f"is in {label_of(markers.crs)}, not in {label_of(crs)}",
             expected="the system of its coordinates: convert brings none into another",
             remedy="Leave --crs out",
             file=given.name,
@@ -110,7 +110,7 @@ def _convert_markers(markers, given, output):
     write_csv(markers.measurements, measured)
     print_out(f"{_said(markers)} of {given.name} in {control} and {measured}")
     if markers.crs is not None:
-        print_out(f'In block.toml: [control_points] crs = "{markers.crs}"')
+        print_out(f"In block.toml: [control_points] {_crs_line(markers.crs)}")
 
 
 def _said(markers):
@@ -148,7 +148,12 @@ def _convert_table(found, given, output):
     write_table(table.frame[list(dict.fromkeys(names))], output)
     print_out(f"{table.title} ({table.description}) in {output}")
     if table.crs is not None:
-        print_out(f'In block.toml, for this table: crs = "{table.crs}"')
+        print_out(f"In block.toml, for this table: {_crs_line(table.crs)}")
+
+
+def _crs_line(crs):
+    """The line of block.toml that names a system, and what it is."""
+    return f'crs = "{crs}"  # {label_of(crs)}'
 
 
 def _require_free(path):

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import typer
 
-from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.tables import Column, Schema, check_table
+from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import (
@@ -13,7 +14,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.interfaces.publication.publish import require_name
+from einschalt.interfaces.publication.publish import require_name, require_systems
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -30,6 +31,7 @@ from einschalt.stages.transformation_kinds import (
 from einschalt.stages.triangulated_transformation import CORNERS
 
 ONE_MODEL = "1"
+AXES = {"x": "easting", "y": "northing", "z": "height"}  # of models, and of old frames
 TABLES = ("parameters", "models", "residuals", "failures", "points", IDENTICAL)
 OF_DISTRIBUTION = (TRIANGLES, DISTRIBUTION, "left_out")
 NAMES = (
@@ -76,6 +78,7 @@ def transform(
     """
     if publish is not None:
         require_name(publish)
+        require_systems(crs, source_crs)
     files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
@@ -88,6 +91,7 @@ def transform(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
     )
     print_out(fit.summary())
+    _say_what_is_outside(fit, tables["points"])
     if len(fit.models) == 1 and fit.is_usable and distribute == "none":
         pipeline = fit.proj_pipeline(fit.models["model_id"][0])
         print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
@@ -105,6 +109,19 @@ def transform(
             overwrite=overwrite,
         )
         print_out(f"\n{published}")
+
+
+def _say_what_is_outside(fit, points):
+    """Count the points that got no coordinates from a model that is usable."""
+    usable = fit.models.loc[fit.models["is_usable"].astype(bool), "model_id"]
+    lacks = points["easting"].isna() & points["model_id"].isin(usable)
+    if lacks.any():
+        outside = points.loc[lacks, "point_id"]
+        counted = f"{len(outside)} of {count(len(points), 'point')}"
+        lie = "lies" if len(outside) == 1 else "lie"
+        print_error(
+            f"note: {counted} {lie} outside, without coordinates: {name_some(outside)}"
+        )
 
 
 def _tables(fit, source, applied):
@@ -169,7 +186,7 @@ def _only_model(models, model_file, apply_file):
 
 def _checked(file, schema):
     """Check one table, with no more columns than were given."""
-    read = understand_table(file, schema)
+    read = _of_frame(file, schema, understand_table(file, schema))
     raw = read.frame
     if "model_id" in schema.names and "model_id" not in raw:
         print_error(f"note: {file.name} has no column model_id: it is one model")
@@ -180,6 +197,20 @@ def _checked(file, schema):
     # coverages that were not given shall not stand in the results
     given = [name for name in checked.frame if name in raw]
     return replace(checked, frame=checked.frame[given])
+
+
+def _of_frame(file, schema, read):
+    """Points of an old frame: its easting and northing are the x and y of a model."""
+    if not {"x", "y"} <= set(schema.names) - set(read.frame):
+        return read
+    ground = understand_table(file, ground_schema(TRANSFORMATION_KINDS["helmert_3d"]))
+    if not {"easting", "northing"} <= set(ground.frame):
+        return read
+    named = {new: old for new, old in AXES.items() if old in ground.frame}
+    taken = ", ".join(f"{old} for {new}" for new, old in named.items())
+    frame = ground.frame.rename(columns={old: new for new, old in named.items()})
+    notes = (*ground.notes, f"{file.name}: {taken}, as coordinates of the old frame")
+    return replace(ground, frame=frame, notes=notes)
 
 
 def _with_given_keys(table, points):

@@ -10,7 +10,6 @@ from enum import StrEnum
 
 import numpy as np
 
-from einschalt.foundations.projections import extent_of
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
@@ -24,6 +23,8 @@ from einschalt.pipeline.assessment.evidence.stretch import (
     are_negative,
     stretch_of,
 )
+from einschalt.pipeline.block.axis_order import tells_axes
+from einschalt.pipeline.block.facts import POINT_TABLES
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 from einschalt.theory.adjustment.significance import FINDING_SIGNIFICANCE
 
@@ -200,14 +201,21 @@ def frame_of(examined) -> Frame:
         n_spatial=len(over),
         n_upside_down=int(over["is_upside_down"].sum()),
         common=stretch_of(mirrored),
-        has_system=_has_system(examined.block.crs),
+        has_system=_has_system(examined.block),
         coordinates=tuple(_rms(axis) for axis in new.to_numpy(dtype=float).T),
     )
 
 
-def _has_system(crs):
-    """Whether a system with an area of use has let the coordinates pass."""
-    return crs is not None and extent_of(crs) is not None
+def _has_system(block):
+    """Whether systems that tell easting from northing have let all points pass."""
+    if block.crs is None:
+        return False
+    given = {name: getattr(block, name) for name in POINT_TABLES}
+    return all(
+        block.axes_told.get(name, tells_axes(table, block.crs))
+        for name, table in given.items()
+        if table is not None
+    )
 
 
 def are_mirrored(models):

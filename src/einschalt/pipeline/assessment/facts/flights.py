@@ -11,7 +11,7 @@ from einschalt.pipeline.assessment.evidence.image_precision import (
     image_component,
 )
 from einschalt.pipeline.assessment.evidence.variance_components import Component
-from einschalt.stages.curved_earth import SPATIAL, is_of_the_earth
+from einschalt.stages.curved_earth import is_worth_bending
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,6 @@ def flight_facts(examined) -> tuple[FlightFacts, ...]:
     """Collect the facts of every flight."""
     figures, components = examined.figures, examined.components
     is_treated = examined.settings.earth_curvature == "treated"
-    is_curved = is_treated and is_of_the_earth(examined.block.crs)
     m_0 = {"high_flight": figures.m_0_high, "low_flight": figures.m_0_low}
     is_usable = examined.models["is_usable"].astype(bool)
     usable = examined.models.loc[is_usable, "flight"].value_counts()
@@ -81,7 +80,8 @@ def flight_facts(examined) -> tuple[FlightFacts, ...]:
             m_0=float(m_0[name]),
             orientation=_orientation(examined, name, flight),
             shown_m_g=getattr(components, name, None),
-            is_curved=is_curved and flight.transformation == SPATIAL,
+            is_curved=is_treated
+            and is_worth_bending(examined.block, name, flight.transformation),
         )
         for name, flight in examined.block.flights.items()
     )

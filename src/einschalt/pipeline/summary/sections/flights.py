@@ -10,6 +10,10 @@ CURVED = (
     "Spatial models were brought onto the curved Earth and to the scale of the map; "
     'set earth_curvature = "ignored" where they were corrected for it before.'
 )
+CURVED_PLANE = (
+    "Models were brought to the scale of the map, which changes across them by enough "
+    'for millimetres; set earth_curvature = "ignored" where they are maps themselves.'
+)
 
 
 def section(flights, approximations) -> Section:
@@ -40,10 +44,11 @@ def section(flights, approximations) -> Section:
 
 
 def curvature_remark(flights) -> tuple[str, ...]:
-    """Say that the points of spatial models are not as they were measured."""
-    if not any(flight.is_curved for flight in flights):
+    """Say that the points of models are not as they were measured."""
+    kinds = {flight.transformation for flight in flights if flight.is_curved}
+    if not kinds:
         return ()
-    return (CURVED,)
+    return (CURVED,) if "helmert_3d" in kinds else (CURVED_PLANE,)
 
 
 def approximation_remark(facts) -> str:
