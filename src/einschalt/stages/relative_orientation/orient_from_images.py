@@ -367,8 +367,8 @@ def _residuals(points, is_out, pairs, factors):
 def _tests(points, is_wrong, pairs):
     """Columns of the tests, in ``pairs`` without the wrong points.
 
-    Without ``pairs`` in an adjustment of equal weights, also where nothing is wrong: the
-    scale of a robust fit comes from a median, and residuals over it are not Pope's τ.
+    Without ``pairs`` in an adjustment of equal weights, also where nothing is wrong:
+    the scale of a robust fit comes from a median; residuals over it are not Pope's τ.
     """
     used, others = points.chosen(~is_wrong), points.chosen(is_wrong)
     if pairs is None:
