@@ -81,6 +81,20 @@ def test_only_wrong_numbers_make_a_table_of_text(tmp_path):
     assert frame.index.tolist() == [2, 3]
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        (",".join(["c"] * 1_000_000), "has more than 1000 columns"),
+        ("a" * 2_000_000, "has a name that is longer than any line"),
+    ],
+)
+def test_headers_that_no_table_has(tmp_path, header, said):
+    path = tmp_path / "t.csv"
+    path.write_text(f"{header}\n1\n", "utf-8")
+    with pytest.raises(FileError, match=said):
+        read_csv(path, CONTROL_POINTS)
+
+
 def test_line_breaks_in_quotes_are_counted(tmp_path):
     text = HEADER + '1,1/2,"A\nB",1,2\n1,1/2,C,3,4\n'
     frame = read(tmp_path, text)

@@ -57,6 +57,13 @@ def test_one_name_in_ten_thousand_models_is_refused():
         memory.require_memory(Tables((models, points), (models, points)))
 
 
+def test_points_that_the_same_models_share_make_no_more_pairs_of_models():
+    """Measured: 0.44 GB for six points in a thousand models; 1.8 were said."""
+    models, points = np.repeat(np.arange(1000), 6), np.tile(np.arange(6), 1000)
+    block = Tables(cloud(50), (models, points))
+    assert 0.3 * GB < sum(memory.needed_bytes(block).values()) < 0.6 * GB
+
+
 def test_a_hundred_thousand_models_of_three_points_are_not():
     """They were computed with 1.8 GB."""
     models = np.repeat(np.arange(100_000), 3)

@@ -124,3 +124,21 @@ def test_standard_errors_of_each_axis_in_millimetres(block, column):
     with pytest.raises((TableError, BlockError), match=f"{column} 21.*millimetres"):
         replace(block, control_points=control)
     replace(block, control_points=control.assign(**{column: 0.021}))
+
+
+@pytest.mark.parametrize(
+    ("value", "remedy"),
+    [
+        (400.0, "Did you give square millimetres"),
+        (-400.0, "Did you give square millimetres"),
+        (0.6, "Did you give a correlation"),
+        (5e9, "Delete the column"),
+    ],
+)
+def test_covariances_beyond_the_product_of_standard_errors(block, value, remedy):
+    errors = dict.fromkeys(["standard_error_easting", "standard_error_northing"], 0.021)
+    control = block.control_points.assign(**errors, covariance_en=0.0003)
+    replace(block, control_points=control)
+    control.loc[control.index[2], "covariance_en"] = value
+    with pytest.raises(TableError, match=rf"row 2.* 0\.021 and 0\.021 m.*{remedy}"):
+        replace(block, control_points=control)

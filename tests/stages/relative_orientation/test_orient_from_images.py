@@ -451,6 +451,18 @@ def test_suspects_get_less_weight(faulty_pairs, image_pairs, norm):
         orient_from_images(image_pairs, C, estimator="determinants", outliers=norm)
 
 
+@pytest.mark.parametrize("norm", ["huber", "tukey"])
+def test_robust_weights_change_no_test_of_clean_points(image_pairs, norm):
+    kept, robust = (
+        orient_from_images(image_pairs, C, outliers=way).residuals
+        for way in ("keep", norm)
+    )
+    assert not kept["is_suspect"].any()
+    assert (robust["weight"] < 1.0).any()
+    columns = ["w", "p_value", "is_suspect"]
+    pd.testing.assert_frame_equal(robust[columns], kept[columns])
+
+
 def test_summary_names_what_was_taken_out(faulty_pairs):
     said = orient_from_images(faulty_pairs, C, outliers="snoop").summary()
     assert "blunder p3. They were taken out: measure them" in " ".join(said.split())

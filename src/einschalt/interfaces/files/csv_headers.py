@@ -67,8 +67,12 @@ def _parted(line, separator):
 
 def _refuse_header(names, line, separator, where):
     if len(names) > MOST_COLUMNS:
+        # of a long line no more than its beginning is here
+        is_many = line.count(separator) >= MOST_COLUMNS
         raise FileError(
-            f"the header has {line.count(separator) + 1} columns",
+            f"the header has more than {MOST_COLUMNS} columns"
+            if is_many
+            else "the header has a name that is longer than any line",
             expected=f"at most {MOST_COLUMNS}, each with a short name",
             remedy="Leave out the columns that are no part of the table",
             **where,

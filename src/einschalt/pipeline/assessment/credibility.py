@@ -248,7 +248,7 @@ class HighFlightMisfit:
     m_0: float  # of all models of the high flight together, TOTAL [m]
     # what measuring errors, orientations and control points explain of it [m]
     explained: float
-    # redundancy of the models; fewer where control shares errors
+    # redundancy of the models; fewer where control or photographs share errors
     degrees: float
 
     @property
@@ -281,7 +281,9 @@ def high_flight_misfit(examined) -> HighFlightMisfit | None:
     degrees = int(high.loc[high["is_usable"].astype(bool), "redundancy"].sum())
     if degrees == 0:
         return None
-    if examined.shares_control_errors and examined.propagation is not None:
+    # errors of a photograph are in all points of its models: fewer degrees of freedom
+    is_shared = examined.shares_control_errors or block.high_flight.has_images
+    if is_shared and examined.propagation is not None:
         return _drawn_misfit(examined)
     scale = block.high_flight.scale_number
     m_g = ground_from_image_um(block.high_flight.m_g_um, scale)

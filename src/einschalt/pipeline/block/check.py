@@ -29,6 +29,7 @@ from einschalt.pipeline.block.repeated_pointings import (
 from einschalt.pipeline.block.scales import (
     UNIT_WORDS,
     coordinate_problems,
+    covariance_problems,
     extent_problems,
     scale_problems,
     standard_error_problems,
@@ -126,6 +127,7 @@ class _Check:
             return
         file = self._file("control_points")
         self.problems += standard_error_problems(control, file)
+        self.problems += covariance_problems(control, file)
 
     def _flight_tables(self, name, flight):
         parts = {

@@ -44,7 +44,9 @@ def needed_bytes(block) -> dict:
         sizes = by_model.agg(["sum", "size"]).astype(float)
         models_of_point = table["point_id"].value_counts(sort=False).to_numpy(float)
         n_pairs += float((sizes["sum"] * sizes["size"]).sum())
-        n_two_models += float((models_of_point**2).sum())
+        # models that share many points are pairs of models once only
+        shared = float((models_of_point**2).sum())
+        n_two_models += min(shared, float(len(sizes)) ** 2)
         n_all += len(table)
         largest = max(largest, int(sizes["size"].max()))
         most = max(most, int(models_of_point.max()))

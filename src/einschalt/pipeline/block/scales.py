@@ -5,6 +5,7 @@ divided by the scale number, must have the size of an image.
 """
 
 import numpy as np
+import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, TableError
@@ -17,6 +18,14 @@ STANDARD_ERRORS = (
     *("standard_error_m", *tables.PLAN_ERRORS),
     "standard_error_height",
 )
+COVARIANCES = {
+    "covariance_en": ("easting", "northing"),
+    "covariance_eh": ("easting", "height"),
+    "covariance_nh": ("northing", "height"),
+}
+# of numbers that were rounded as they were written
+ROUNDED = 1e-6
+SQUARE_M_PER_SQUARE_MM = 1e-6
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
 USUAL_MODEL_MM = (20.0, 2000.0)
@@ -131,3 +140,47 @@ def _too_large(control, column, file):
 
     places = np.flatnonzero(values > LARGEST_STANDARD_ERROR_M)
     return tables.listed(places, problem, "it is too large")
+
+
+def covariance_problems(control, file):
+    """Covariances of control points beyond the product of their standard errors."""
+    columns = [name for name in COVARIANCES if name in control]
+    return [problem for name in columns for problem in _beyond(control, name, file)]
+
+
+def _beyond(control, column, file):
+    values = control[column].fillna(0.0).to_numpy(float)
+    one, other = (_standard_error(control, axis) for axis in COVARIANCES[column])
+    largest = one * other
+
+    def problem(place):
+        limit, size = largest[place], abs(values[place])
+        remedy = "Delete the column, or give the standard errors of both coordinates"
+        if size <= 1.0 and limit > 0.0:
+            remedy = "Did you give a correlation? Multiply it by both standard errors"
+        elif size * SQUARE_M_PER_SQUARE_MM <= limit:
+            remedy = "Did you give square millimetres?"
+        return TableError(
+            f"{column} {values[place]:g}, with standard errors of {one[place]:g} and "
+            f"{other[place]:g} m",
+            expected=f"square metres, at most their product, {limit:g}",
+            remedy=remedy,
+            file=file,
+            **tables.row_location(control, place),
+        )
+
+    places = np.flatnonzero(np.abs(values) > (1.0 + ROUNDED) * largest)
+    return tables.listed(places, problem, "it is too large")
+
+
+def _standard_error(control, axis):
+    """That of the axis, otherwise its part of the total one; 0 where there is none."""
+    own = np.zeros(len(control))
+    if "standard_error_m" in control:
+        own = control["standard_error_m"].fillna(0.0).to_numpy(float) / np.sqrt(2.0)
+    given = control.get(f"standard_error_{axis}")
+    return (
+        own
+        if given is None
+        else given.fillna(pd.Series(own, given.index)).to_numpy(float)
+    )

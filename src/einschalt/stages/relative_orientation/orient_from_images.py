@@ -152,7 +152,7 @@ def orient_from_images(
         elements=elements,
         residuals=measured.keys.assign(
             **_residuals(points, is_out, pairs, factors),
-            **_tests(points, is_wrong, is_out, pairs),
+            **_tests(points, is_wrong, None if outliers in NORMS else pairs),
         )[is_good[points.model]].reset_index(drop=True),
         model_points=measured.keys[~is_out]
         .assign(**dict(zip("xyz", xyz.T, strict=True)))[is_good[used.model]]
@@ -364,10 +364,14 @@ def _residuals(points, is_out, pairs, factors):
     }
 
 
-def _tests(points, is_wrong, is_out, pairs):
-    """Columns of the tests; those of points in robust fits are of data snooping."""
+def _tests(points, is_wrong, pairs):
+    """Columns of the tests, in ``pairs`` without the wrong points.
+
+    Without ``pairs`` in an adjustment of equal weights, also where nothing is wrong:
+    the scale of a robust fit comes from a median; residuals over it are not Pope's τ.
+    """
     used, others = points.chosen(~is_wrong), points.chosen(is_wrong)
-    if is_wrong.sum() > is_out.sum():
+    if pairs is None:
         pairs = used.orient("rigorous")
     tests = condition_tests(pairs, used)
     predicted = prediction_tests(pairs, others)
