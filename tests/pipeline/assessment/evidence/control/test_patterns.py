@@ -109,6 +109,19 @@ def test_a_network_broken_in_two_beside_a_point_that_is_set_aside(demo_block):
     assert 0.5 * true < result.assessment.credible.value < 2.0 * true
 
 
+def test_two_points_with_each_others_name_are_as_wrong_together(demo_block):
+    """What both of them do to the new points, though one alone is the clearest."""
+    used = demo_block.control_points.query("role == 'control'")["point_id"]
+    one, other = used.iloc[[2, 9]]
+    names = demo_block.control_points["point_id"].replace({one: other, other: one})
+    points = demo_block.control_points.assign(point_id=names)
+    result = densify(replace(demo_block, control_points=points))
+    found = result.examination.control_patterns
+    true = true_error(result, ["easting", "northing"])
+    assert found.plan.kind is Kind.POINT
+    assert found.moved_plan == pytest.approx(true, rel=0.3)
+
+
 def test_a_point_that_is_set_aside_alone_leaves_no_pattern(demo_block):
     wrong = demo_block.control_points.query("role == 'control'")["point_id"].iloc[3]
     block = with_control(

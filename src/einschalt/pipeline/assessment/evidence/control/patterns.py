@@ -11,6 +11,7 @@ See docs/theory/claim.md.
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ FEWEST_CONTROL, MOST_CONTROL = 6, 500
 N_DIRECTIONS = 8
 MOST_STEPS_PER_DIRECTION = 24
 FEWEST_ON_A_SIDE = 2
+MOST_WRONG = 6  # points whose errors are estimated together
 
 
 class Kind(StrEnum):
@@ -101,16 +103,16 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     signatures = Signatures(examined, left_out)
     patterns = _patterns(control, names, is_used)
     scores, height = examined.patterns.scores, (None, 0.0)
-    plan = (
-        _of_differences(signatures, patterns, is_free, PLAN)
+    examine = (
+        partial(_of_differences, signatures, PLAN)
         if scores is None
-        else _of_scores(scores, patterns, is_free)
+        else partial(_of_scores, scores)
     )
+    plan = _worst(signatures, PLAN, patterns, examine, is_free, is_used)
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
-        height = _of_differences(signatures, found, is_free, HEIGHT)
-        height = _worst(signatures, found, HEIGHT, height, is_used)
-    plan = _worst(signatures, patterns, PLAN, plan, is_used)
+        examine = partial(_of_differences, signatures, HEIGHT)
+        height = _worst(signatures, HEIGHT, found, examine, is_free, is_used)
     return ControlPatterns(plan[0], height[0], plan[1], height[1])
 
 
@@ -121,7 +123,7 @@ def _scales(block, n_control):
     return [Pattern(Kind.SCALE, np.zeros(n_control), names) for names in each]
 
 
-def _of_differences(signatures, patterns, is_free, axes):
+def _of_differences(signatures, axes, patterns, is_free):
     """Test patterns in control that was left out, PatternTests or None."""
     of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
     free = None
@@ -147,27 +149,28 @@ def _of_scores(scores, patterns, is_free):
     return examine_scores(scores.values, scores.information, rows, free)
 
 
-def _worst(signatures, patterns, axes, tests, is_used):
+def _worst(signatures, axes, patterns, examine, is_free, is_used):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
     FoundPattern, or None where errors that are all larger than given are no pattern;
     and what it does to the new points, 0 where chance explains it.
     """
-    place = None if tests is None else tests.worst
+    tests = examine(patterns, is_free)
+    place = _clearest(tests)
     if place is None:
         return None, 0.0
-    n_tests = np.isfinite(tests.squares).sum()
     p_value, if_scaled = (
-        float(min(values[place] * n_tests, 1.0))
+        _of_family(tests, values)[place]
         for values in (tests.p_values, tests.p_values_if_scaled)
     )
-    if p_value > SYSTEMATIC_SIGNIFICANCE:
-        return None, 0.0
     pattern, amplitude = patterns[place], tests.amplitudes[place]
-    moved = max(
+    moved = [
         signatures.moved(each, amplitude, axes) for each in _wrong(pattern, is_used)
-    )
-    moved = float(np.nan_to_num(moved))
+    ]
+    if pattern.kind is Kind.POINT:
+        errors = _errors_of_points(patterns, place, examine, is_free)
+        moved.append(signatures.moved_by(errors, axes))
+    moved = float(np.nan_to_num(max(moved)))
     if if_scaled > SURELY_NOT_SCALED:
         return None, moved
     names = signatures.control["point_id"].to_numpy(dtype=object)
@@ -177,10 +180,53 @@ def _worst(signatures, patterns, axes, tests, is_used):
         point_ids=tuple(names[pattern.of_control != 0.0]),
         n_control=int(is_used.sum()),
         amplitude=tuple(map(float, amplitude)),
-        p_value=p_value,
+        p_value=float(p_value),
         moved=moved,
     )
     return found, moved
+
+
+def _clearest(tests):
+    """Place of the clearest pattern; None where chance explains it."""
+    place = None if tests is None else tests.worst
+    if place is None:
+        return None
+    is_chance = _of_family(tests, tests.p_values)[place] > SYSTEMATIC_SIGNIFICANCE
+    return None if is_chance else place
+
+
+def _of_family(tests, p_values):
+    """Probabilities that the clearest of all tests is as clear (Bonferroni)."""
+    return np.minimum(p_values * np.isfinite(tests.squares).sum(), 1.0)
+
+
+def _errors_of_points(patterns, place, examine, is_free):
+    """Errors of the clearest point, and of others that are wrong beside it.
+
+    Shape (n_control, n_axes) [m]. One after the other is set free, while the clearest
+    pattern of the rest is a point; their errors are estimated together.
+    """
+    wrong = []
+    while place is not None and patterns[place].kind is Kind.POINT:
+        wrong.append(place)
+        if len(wrong) == MOST_WRONG:
+            break
+        place = _clearest(examine(patterns, is_free | _rows_of(patterns, wrong)))
+    errors = 0.0
+    for place in wrong:
+        others = [other for other in wrong if other != place]
+        tests = examine(patterns, is_free | _rows_of(patterns, others))
+        amplitude = np.nan_to_num(tests.amplitudes[place])
+        errors = errors + np.outer(patterns[place].of_control, amplitude)
+    return errors
+
+
+def _rows_of(patterns, places):
+    """Which control points are those of patterns, (n_control,)."""
+    rows = np.zeros(len(patterns[0].of_control), dtype=bool)
+    for place in places:
+        rows |= patterns[place].of_control != 0.0
+    return rows
 
 
 def _wrong(pattern, is_used):

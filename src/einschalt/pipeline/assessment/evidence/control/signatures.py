@@ -69,14 +69,21 @@ class Signatures:
             errors = sum(
                 (self._through(of_flights, name) for name in pattern.flights), start=0.0
             )
-            found = amplitude[0] * self.axes.unpacked(errors)
-        else:
-            rows = pattern.of_control[:, None]
-            packed = sum(
-                a * self._packed(rows, axis)
-                for a, axis in zip(amplitude, axes, strict=True)
-            )
-            found = self.axes.unpacked(self.model.from_control.apply(packed)[:, 0])
+            return self._of_new(amplitude[0] * self.axes.unpacked(errors), axes)
+        return self.moved_by(np.outer(pattern.of_control, amplitude), axes)
+
+    def moved_by(self, errors, axes):
+        """What errors of control, (n_control, n_axes) [m], do to the new points.
+
+        TOTAL of the axes, RMS [m].
+        """
+        packed = sum(
+            self._packed(errors[:, [place]], axis) for place, axis in enumerate(axes)
+        )
+        found = self.axes.unpacked(self.model.from_control.apply(packed)[:, 0])
+        return self._of_new(found, axes)
+
+    def _of_new(self, found, axes):
         points = self.examined.means.points["point_id"]
         new = self.examined.points
         new = new.loc[new["role"] == "new", "point_id"]
