@@ -15,6 +15,7 @@ from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_err
 
 # each with the first line of its help, so that the list imports none of them
 COMMANDS = {
+    "demo": "Compute the example blocks, simulated and real.",
     "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
     "batch": "Compute every block below a folder, and say what became of each.",
@@ -27,6 +28,8 @@ COMMANDS = {
     "publish": "Publish a result for PROJ, GDAL and QGIS.",
     "orient": "Orient image pairs, and say which are near a dangerous surface.",
 }
+# the example blocks, and Kovarik's own tables
+ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan")
 HOW = {
     "add_completion": False,
     # plain help: the same on a terminal, in a pipe, and in a log
@@ -71,8 +74,7 @@ def _imported(name):
     alone.command(
         name,
         epilog=_examples(*module.EXAMPLES),
-        # planning has an answer where nothing is asked: Kovarik's own tables
-        no_args_is_help=name != "plan",
+        no_args_is_help=name not in ANSWER_WITHOUT_ARGUMENTS,
         context_settings=HOW["context_settings"],
     )(getattr(module, name))
     return typer.main.get_command(alone)
