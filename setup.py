@@ -1,4 +1,4 @@
-"""Beside pyproject.toml: the example blocks of ``einschalt demo`` go into the wheel."""
+"""Beside pyproject.toml: example blocks and glossary go into the wheel."""
 
 import shutil
 from pathlib import Path
@@ -6,11 +6,12 @@ from pathlib import Path
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
+GLOSSARY = Path("docs", "glossary.md")
 EXAMPLES = ("neukirchen", "sxb_strasbourg")
 
 
 class BuildWithExamples(build_py):
-    """Copies the blocks beside the modules; a checkout uses them where they are."""
+    """Copies them beside the modules; a checkout uses them where they are."""
 
     def run(self):
         """Build, then copy."""
@@ -20,6 +21,7 @@ class BuildWithExamples(build_py):
         for name in EXAMPLES:
             place = Path(self.build_lib, "einschalt", "data_examples", name)
             shutil.copytree(Path("data_examples", name), place, dirs_exist_ok=True)
+        shutil.copy(GLOSSARY, Path(self.build_lib, "einschalt", GLOSSARY.name))
 
 
 setup(cmdclass={"build_py": BuildWithExamples})

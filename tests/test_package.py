@@ -17,9 +17,9 @@ import einschalt as es
 from einschalt.interfaces.cli.work.demo import BLOCKS, examples_folder
 
 ROOT = Path(__file__).parents[1]
-SOURCES = ("src", "data_examples", "pyproject.toml", "setup.py", "MANIFEST.in")
+SOURCES = ("src", "data_examples", "docs", "pyproject.toml", "setup.py", "MANIFEST.in")
 DATA = (
-    *("py.typed", "interfaces/files/styles/points.qml"),
+    *("py.typed", "glossary.md", "interfaces/files/styles/points.qml"),
     *("interfaces/reports/templates/report.html.j2", "interfaces/reports/templates"),
     *(f"data_examples/{name}/block.toml" for name in BLOCKS),
 )
