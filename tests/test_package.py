@@ -1,6 +1,7 @@
 """The package is built, installed where nothing is, and used there."""
 
 import importlib.util
+import json
 import os
 import shutil
 import subprocess
@@ -120,11 +121,15 @@ def test_the_demo_runs_where_only_the_wheel_is(installed, tmp_path):
     script = installed.with_name("einschalt")
     where = run(installed, "-c", "import einschalt; print(einschalt.__file__)")
     assert Path(where.strip()).is_relative_to(installed.parents[1])
-    printed = run(script, "demo", cwd=tmp_path)
+    (line,) = run(script, "demo", "--json", cwd=tmp_path).splitlines()
+    said = json.loads(line)
+    assert said["paths"] == [str(Path("out", name)) for name in BLOCKS]
     for name in BLOCKS:
         assert (tmp_path / "out" / name / "report.html").stat().st_size > 10_000
-        assert f"Results in {Path('out', name)}" in printed
-    assert "Neukirchen (simulated): 1033 new points" in printed
+        assert said["figures"][name]["credible"] > 0.01
+    assert said["figures"]["neukirchen"]["block"] == "Neukirchen (simulated)"
+    printed = run(script, "explain", "Passpunkt", cwd=tmp_path)
+    assert printed.startswith("Passpunkt (Points, flights, models)")
 
 
 def test_make_and_the_program_show_the_same_blocks():

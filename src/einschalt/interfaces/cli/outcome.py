@@ -56,6 +56,19 @@ def report(*paths, **figures):
         RUNNING[-1].figures |= figures
 
 
+@contextmanager
+def figures_under(name):
+    """Keep the figures that are reported inside under a name: one block of several."""
+    if not RUNNING:
+        yield
+        return
+    outer, RUNNING[-1].figures = RUNNING[-1].figures, {}
+    try:
+        yield
+    finally:
+        RUNNING[-1].figures = outer | {name: RUNNING[-1].figures}
+
+
 def report_problems(*problems):
     """Report what went wrong: errors, or texts."""
     if RUNNING:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError
+from einschalt.interfaces.cli.outcome import figures_under
 from einschalt.interfaces.cli.work.densify import densify
 
 BLOCKS = ("neukirchen", "sxb_strasbourg")
@@ -12,9 +13,14 @@ def demo(output, *, overwrite=False, quiet=False):
     """Compute every example block, and print its summary."""
     examples = examples_folder()
     for name in BLOCKS:
-        densify(
-            examples / name, Path(output) / name, {}, overwrite=overwrite, quiet=quiet
-        )
+        with figures_under(name):
+            densify(
+                examples / name,
+                Path(output) / name,
+                {},
+                overwrite=overwrite,
+                quiet=quiet,
+            )
 
 
 def examples_folder():

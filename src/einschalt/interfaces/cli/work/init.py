@@ -15,7 +15,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.cli.exits import WRONG, print_out
-from einschalt.interfaces.cli.outcome import report, report_problems
+from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
@@ -201,7 +201,12 @@ def _asked(question):
     """What the user answers on the terminal; None where nothing."""
     default = "" if question.suggested is None else f"{question.suggested:g}"
     while True:
-        said = typer.prompt(question.text, default=default, show_default=bool(default))
+        said = typer.prompt(
+            question.text,
+            default=default,
+            show_default=bool(default),
+            err=is_recorded(),
+        )
         if not said and question.may_be_left_out:
             return None
         if question.key != "crs":
