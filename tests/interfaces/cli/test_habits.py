@@ -192,7 +192,7 @@ def test_terms_are_found_in_both_languages(invoke):
         assert "Passpunkt (Points" in invoke("explain", term).stdout
     column = invoke("explain", "Rechtswert").stdout
     assert column.startswith("Rechtswert: easting")
-    assert "may be done" in invoke("explain", "claim_that_does_not_stand").stdout
+    assert "  remedy: " in invoke("explain", "claim_that_does_not_stand").stdout
     unknown = invoke("explain", "Paspunkt")
     assert unknown.exit_code == 2
     assert "Passpunkt" in unknown.stderr

@@ -23,6 +23,6 @@ def completion(
 ):
     """Print what a shell needs to complete commands and options.
 
-    What is completed comes from the commands
-    themselves: nothing has to be done again after an update.
+    What is completed comes from the commands themselves: nothing has to be done again
+    after an update.
     """

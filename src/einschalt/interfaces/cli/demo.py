@@ -21,6 +21,6 @@ def demo(
     """Compute the example blocks, simulated and real.
 
     A simulated block after Kovarik's of 1971, and five photographs of Strasbourg: both
-    come with the program. Their summaries are printed, and their results lie in
-    neukirchen and sxb_strasbourg of the output folder, as densify writes them.
+    come with the program. Prints their summaries, and writes their results into the
+    folders neukirchen and sxb_strasbourg of the output folder, as densify does.
     """

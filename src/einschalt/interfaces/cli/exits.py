@@ -23,7 +23,7 @@ JSON = "--json"
 # options of every command
 HABITS = {
     "json": (JSON, "Print one JSON object; text goes to standard error."),
-    "verbose": ("--verbose -v", "Say which options hold, and how long it took."),
+    "verbose": ("--verbose -v", "Report the options in effect and the time taken."),
 }
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (

@@ -22,7 +22,7 @@ def explained_finding(code):
     doc = inspect.getdoc(judge) if judge.__name__ == code else None
     said = " ".join((doc or "").split()) or f"{code.replace('_', ' ').capitalize()}."
     lines = [f"{code} (finding)", f"  {said}", f"  {facts}"]
-    lines += [f"  may be done: {REMEDIES[one]}." for one in _remedies_in(judge)]
+    lines += [f"  remedy: {REMEDIES[one]}." for one in _remedies_in(judge)]
     return "\n".join(line.replace("\n", "\n  ") for line in lines)
 
 

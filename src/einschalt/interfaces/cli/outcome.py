@@ -28,7 +28,8 @@ class Outcome:
         content = {"command": self.command, "status": status}
         for name in ("problems", "paths", "figures"):
             content[name] = getattr(self, name)
-        return json.dumps(_plain(content), ensure_ascii=False, allow_nan=False)
+        # ASCII: no console and no pipe can spoil a name
+        return json.dumps(_plain(content), allow_nan=False)
 
 
 RUNNING = []  # the outcome of the command that runs, if it was asked for
