@@ -139,6 +139,14 @@ def test_make_and_the_program_show_the_same_blocks():
     assert examples_folder() == ROOT / "data_examples"
 
 
+def test_the_version_is_the_same_everywhere():
+    for file, line in (
+        ("pyproject.toml", f'version = "{es.__version__}"'),
+        ("CITATION.cff", f"version: {es.__version__}"),
+    ):
+        assert line in (ROOT / file).read_text(encoding="utf-8").splitlines(), file
+
+
 def test_every_module_is_imported_where_posix_is_not():
     code = (
         "import sys, pkgutil, importlib, signal\n"

@@ -83,7 +83,7 @@ def orient(
         write = partial(to.write_parallax_orientation, result, parallaxes)
         is_done = result.is_usable
     write_tables_of(place, output, write)
-    report(output)
+    report(output, n_models=len(result.models))
     print_out(result.summary())
     print_out(f"\nResults in {output}")
     if not is_done:
