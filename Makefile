@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test truth lint format bench fuzz faults clean clean-cache
+.PHONY: demo test picture truth lint format bench fuzz faults clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -38,6 +38,14 @@ faults: .venv/installed-test
 # a million hostile inputs in several runs, each going on where the last one ended
 fuzz: .venv/installed-test
 	$(BIN)/python -m fuzz --seconds 1500
+
+# the picture of the README; with a palette it is a fifth as large
+PICTURE := docs/images/precision_map.png
+picture: .venv/installed
+	$(BIN)/einschalt plan --expect --scale-number 8000 --spacing 300m --m-g-um 5um \
+		--high-m-g-um 7.5um --width 10.4km --height 10.2km --figure $(PICTURE) --overwrite
+	$(BIN)/python -c "from PIL import Image; image = Image.open('$(PICTURE)').convert('RGB'); \
+		image.resize((1450, 420)).quantize(128, dither=0).save('$(PICTURE)')"
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv

@@ -17,6 +17,7 @@ ROOMS = [
     "densification",
     "assessment",
     "summary",
+    "result_parts",
     "result",
     "densify",
     "batch",

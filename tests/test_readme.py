@@ -6,6 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -48,3 +51,24 @@ def test_make_targets_exist():
     targets = set(re.findall(r"\bmake (\w+)", README))
     assert {"demo", "test", "lint", "bench"} <= targets
     assert targets <= set(re.findall(r"^(\w+):", makefile, re.MULTILINE))
+
+
+def test_the_picture_is_there_and_made_by_a_target():
+    (picture,) = re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README)
+    content = (ROOT / picture).read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert len(content) < 150_000
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert f"PICTURE := {picture}\n" in makefile
+
+
+def test_commands_of_the_readme_and_their_options_exist():
+    calls = re.findall(
+        r"^(?:\./)?einschalt (\w+)([^#\n]*)", "\n".join(fenced("sh")), re.MULTILINE
+    )
+    assert len(calls) > 8
+    option = re.compile(r"--[a-z-]+")
+    for name, rest in calls:
+        shown = CliRunner().invoke(app, [name, "--help"])
+        assert shown.exit_code == 0, name
+        assert set(option.findall(rest)) <= set(option.findall(shown.output)), name

@@ -18,6 +18,56 @@ provide_cache()  # before anything is compiled
 
 __version__ = "0.1.0"
 
+TYPE_CHECKING = False  # not from typing, which takes longer than all the rest here
+if TYPE_CHECKING:  # the same names, for editors and type checkers
+    from einschalt.foundations.errors import EinschaltError as EinschaltError
+    from einschalt.interfaces.programs.export import export as export
+    from einschalt.interfaces.publication.published_results import publish as publish
+    from einschalt.interfaces.publication.published_results import (
+        transform_models as transform_models,
+    )
+    from einschalt.interfaces.python_api import Block as Block
+    from einschalt.interfaces.python_api import (
+        DensificationResult as DensificationResult,
+    )
+    from einschalt.interfaces.python_api import densify as densify
+    from einschalt.interfaces.python_api import densify_many as densify_many
+    from einschalt.interfaces.python_api import read_block as read_block
+    from einschalt.interfaces.python_api import read_points as read_points
+    from einschalt.interfaces.python_api import simulate_block as simulate_block
+    from einschalt.pipeline.block.block import Flight as Flight
+    from einschalt.pipeline.densification.simultaneous import (
+        adjust_block as adjust_block,
+    )
+    from einschalt.pipeline.planning.precision_table import (
+        optimal_scale as optimal_scale,
+    )
+    from einschalt.pipeline.planning.precision_table import (
+        plan_precision as plan_precision,
+    )
+    from einschalt.pipeline.settings import Settings as Settings
+    from einschalt.pipeline.simulation.simulate_block import (
+        BlockGeometry as BlockGeometry,
+    )
+    from einschalt.pipeline.simulation.simulate_block import BlockNoise as BlockNoise
+    from einschalt.stages.relative_orientation.orient_from_images import (
+        orient_from_images as orient_from_images,
+    )
+    from einschalt.stages.relative_orientation.orient_from_parallaxes import (
+        orient_from_parallaxes as orient_from_parallaxes,
+    )
+    from einschalt.stages.stage1_approximate_coordinates import (
+        approximate_coordinates as approximate_coordinates,
+    )
+    from einschalt.stages.stage2_relative_orientation import (
+        relative_orientation as relative_orientation,
+    )
+    from einschalt.stages.stage4_error_budget import error_budget as error_budget
+    from einschalt.stages.stage5_double_coverage import (
+        average_coverages as average_coverages,
+    )
+    from einschalt.theory.interior_orientation import Camera as Camera
+
 _PUBLICATION = "einschalt.interfaces.publication"
 _ORIENTATION = "einschalt.stages.relative_orientation"
 # name -> module; imported on first use, so that planning and help start quickly
@@ -55,16 +105,18 @@ __all__ = [  # noqa: PLE0604 - the names are the keys of the table above
 ]
 
 
-def __getattr__(name):
-    """Import a public name when it is first used."""
-    if name not in _HOME:
-        message = f"module 'einschalt' has no attribute {name!r}"
-        raise AttributeError(message)
-    value = getattr(import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # to a type checker a name that is not there is an error
+
+    def __getattr__(name):
+        """Import a public name when it is first used."""
+        if name not in _HOME:
+            message = f"module 'einschalt' has no attribute {name!r}"
+            raise AttributeError(message)
+        value = getattr(import_module(_HOME[name]), name)
+        globals()[name] = value
+        return value
 
 
-def __dir__():
+def __dir__() -> list[str]:
     """List the public names."""
     return sorted(__all__)

@@ -15,6 +15,9 @@ from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.value_descriptions import described
 
+StrPath = str | os.PathLike[str]
+"""What names a file or folder."""
+
 
 def is_choice(value, allowed):
     """Whether a value is one of the words that are allowed; None may be one of them.

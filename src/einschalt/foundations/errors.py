@@ -9,6 +9,7 @@ facts that stay readable as attributes::
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from typing import Self
 
 from einschalt.foundations.display_names import shortened
 
@@ -43,19 +44,19 @@ class EinschaltError(Exception):
 
     def __init__(
         self,
-        found,
+        found: str,
         *,
-        expected="",
-        remedy="",
-        file=None,
-        row=None,
-        point=None,
-        model=None,
-        stage=None,
-        section=None,
-        key=None,
-        stands_for=1,
-    ):
+        expected: str = "",
+        remedy: str = "",
+        file: object = None,
+        row: int | None = None,
+        point: object = None,
+        model: object = None,
+        stage: str | None = None,
+        section: str | None = None,
+        key: str | None = None,
+        stands_for: int = 1,
+    ) -> None:
         self.found = found
         self.expected = expected
         self.remedy = remedy
@@ -70,7 +71,7 @@ class EinschaltError(Exception):
         super().__init__(self._text())
 
     @property
-    def where(self):
+    def where(self) -> str:
         """File, row, point and model, as far as they are known."""
         parts = [
             self.file,
@@ -86,7 +87,7 @@ class EinschaltError(Exception):
             text += f"; expected {self.expected}"
         return " ".join(_sentence(part) for part in (text, self.remedy) if part)
 
-    def with_facts(self, **facts):
+    def with_facts(self, **facts: object) -> Self:
         """Return the same fault with more facts, such as the file."""
         said = {
             name: str(fact) if name in NAMED and fact is not None else fact

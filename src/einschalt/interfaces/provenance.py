@@ -42,7 +42,7 @@ def provenance(result) -> dict:
         "settings": result.settings.model_dump(mode="json"),
         "inputs": _inputs(block),
         "versions": versions(),
-        "figures": _figures(result),
+        "figures": figures_of(result),
         "seconds": round(result.seconds, 3),
     }
 
@@ -66,7 +66,7 @@ def created_now():
     return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
-def _figures(result):
+def figures_of(result):
     """Figures of the block; null where one is not known."""
     figures = {key: _plain(value) for key, value in asdict(result.figures).items()}
     figures["n_suspects"] = _n_suspects(result)

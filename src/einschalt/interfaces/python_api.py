@@ -5,10 +5,14 @@ themselves.
 """
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any, Literal
+
+import pandas as pd
 
 from einschalt.foundations.arguments import (
+    StrPath,
     as_path,
     described,
     require_kind,
@@ -31,8 +35,9 @@ from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.interfaces.programs import block_tables
+from einschalt.interfaces.programs.export import Exported
 from einschalt.interfaces.programs.export import export as export_result
-from einschalt.interfaces.publication.publish import publish_densification
+from einschalt.interfaces.publication.publish import Publication, publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
 from einschalt.pipeline.batch.dask_engine import DaskEngine
@@ -40,6 +45,8 @@ from einschalt.pipeline.batch.local_engine import LocalEngine
 from einschalt.pipeline.block import block as checked
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block as simulated
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.noise import BlockNoise
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,7 +58,7 @@ class Block(checked.Block):
     ``crs``, ``name``, ``settings``.
     """
 
-    def write(self, folder, *, overwrite=False):
+    def write(self, folder: StrPath, *, overwrite: bool = False) -> None:
         """Write the block as a folder that :func:`read_block` reads.
 
         Parameters
@@ -83,7 +90,13 @@ class DensificationResult(results.DensificationResult):
     ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
     """
 
-    def write(self, folder, *, ellipse_scale=None, overwrite=False):
+    def write(
+        self,
+        folder: StrPath,
+        *,
+        ellipse_scale: float | None = None,
+        overwrite: bool = False,
+    ) -> None:
         """Write tables, GeoPackage, report, summary and provenance into a folder.
 
         All files are written, or none; provenance.json comes last.
@@ -111,7 +124,7 @@ class DensificationResult(results.DensificationResult):
         path = as_path("folder", folder)
         write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
 
-    def publish(self, name, folder, **options):
+    def publish(self, name: str, folder: StrPath, **options: Any) -> Publication:
         """Write the transformation of every model for PROJ, GDAL and QGIS.
 
         Parameters
@@ -135,7 +148,7 @@ class DensificationResult(results.DensificationResult):
         folder = as_path("folder", folder)
         return publish_densification(self, name, folder, **options)
 
-    def export(self, *files, overwrite=False):
+    def export(self, *files: StrPath, overwrite: bool = False) -> list[Exported]:
         """Write the result for other programs, the kind of each file by its suffix.
 
         Parameters
@@ -157,7 +170,7 @@ class DensificationResult(results.DensificationResult):
         return export_result(self, *files, overwrite=overwrite)
 
 
-def read_block(path, settings=None):
+def read_block(path: StrPath, settings: Mapping[str, Any] | None = None) -> Block:
     """Read a block from its folder and check it.
 
     Parameters
@@ -181,7 +194,15 @@ def read_block(path, settings=None):
     return block_tables.read_block(as_path("path", path), settings, kind=Block)
 
 
-def read_points(path, columns=None, layer=None, *, sheet=None, decimal=None, crs=None):
+def read_points(
+    path: StrPath,
+    columns: Mapping[str, str] | None = None,
+    layer: str | None = None,
+    *,
+    sheet: str | None = None,
+    decimal: Literal[",", "."] | None = None,
+    crs: str | None = None,
+) -> pd.DataFrame:
     """Read ground points from a table, a sheet or a layer, whatever its words are.
 
     Parameters
@@ -253,7 +274,12 @@ def _foreign_points(found, path, crs):
     return table
 
 
-def densify(block, settings=None, *, progress=None):
+def densify(
+    block: checked.Block,
+    settings: Settings | None = None,
+    *,
+    progress: Callable[[str, float], object] | None = None,
+) -> DensificationResult:
     """Compute the coordinates of a block's points, with their precision.
 
     Parameters
@@ -297,18 +323,18 @@ def densify(block, settings=None, *, progress=None):
 
 
 def densify_many(
-    blocks,
-    output,
+    blocks: StrPath | Iterable[StrPath],
+    output: StrPath,
     *,
-    scheduler=None,
-    settings=None,
-    workers=None,
-    memory_gb=None,
-    time_limit_s=None,
-    which="changed",
-    overwrite=False,
-    progress=None,
-):
+    scheduler: str | None = None,
+    settings: Settings | dict[str, Any] | None = None,
+    workers: int | None = None,
+    memory_gb: float | None = None,
+    time_limit_s: float | None = None,
+    which: Literal["changed", "unfinished", "failed", "all"] = "changed",
+    overwrite: bool = False,
+    progress: Callable[[Any], object] | None = None,
+) -> pd.DataFrame:
     """Compute many blocks, each in a process of its own, and write their results.
 
     Parameters
@@ -422,7 +448,13 @@ def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=Non
     return DaskEngine(scheduler, **limits)
 
 
-def simulate_block(preset="neukirchen", *, seed=0, geometry=None, noise=None):
+def simulate_block(
+    preset: str = "neukirchen",
+    *,
+    seed: int = 0,
+    geometry: BlockGeometry | None = None,
+    noise: BlockNoise | None = None,
+) -> SimulatedBlock:
     """Simulate a block whose truth is known.
 
     Parameters

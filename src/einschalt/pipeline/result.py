@@ -1,67 +1,58 @@
 """The result that users hold: a solution, what was judged of it, and its summary."""
 
-import warnings
+from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property, wraps
+from functools import cached_property
 from operator import attrgetter
 from time import perf_counter
+from typing import Any, Literal
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from einschalt.pipeline.assessment.assess import assess
+from einschalt.pipeline.assessment.assess import Assessment, assess
 from einschalt.pipeline.assessment.choice import MethodChoice
+from einschalt.pipeline.assessment.evidence.claim import Claim
+from einschalt.pipeline.assessment.evidence.leave_one_out import LeftOutControl
+from einschalt.pipeline.assessment.evidence.systematic_errors import SystematicPatterns
+from einschalt.pipeline.assessment.evidence.variance_components import BlockComponents
 from einschalt.pipeline.assessment.examination import Examination, examine
 from einschalt.pipeline.assessment.tolerance import judged_points
-from einschalt.pipeline.block.output_system import output_system_of
+from einschalt.pipeline.block.block import Block
+from einschalt.pipeline.block.output_system import OutputSystem, output_system_of
+from einschalt.pipeline.densification.figures import BlockFigures
+from einschalt.pipeline.densification.iteration import Iteration
 from einschalt.pipeline.densification.one_adjustment import SimultaneousSolution
 from einschalt.pipeline.densification.two_steps import TwoStepSolution
+from einschalt.pipeline.result_parts import FormerPart, Part, ToldOnRequest
+from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.summary import summarize
+from einschalt.stages.coverage_screening import CoverageScreening
+from einschalt.stages.error_propagation.error_model import ErrorModel
+from einschalt.stages.error_propagation.operators import PropagatedErrors
 from einschalt.stages.results import Result
+from einschalt.stages.simultaneous.adjustment import BlockAdjustment
+from einschalt.stages.stage1_approximate_coordinates import ApproximateCoordinates
+from einschalt.stages.stage3_model_transformation import ModelTransformation
+from einschalt.stages.stage5_double_coverage import CoverageMean
 
 
-def _part_of_two_steps(name):
-    """A part of the two steps under the name that it had before it had a home."""
-
-    def part(self):
-        steps = getattr(self.solution, "two_step", self.solution)
-        where = "solution" if steps is self.solution else "solution.two_step"
-        message = f"result.{name} is now result.{where}.{name}"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        return getattr(steps, name) if steps.is_possible else None
-
-    part.__doc__ = f"Deprecated: ``{name}`` of the solution in two steps."
-    return property(part)
-
-
-def _told(part):
+def _told(part: str) -> cached_property[pd.DataFrame]:
     """A table with coordinates, vectors or covariances, in the system of the results.
 
     ``part``: where it stands in the system of the block.
     """
     name = part.rpartition(".")[2]
 
-    def table(self):
+    def table(self: "DensificationResult") -> pd.DataFrame:
         found = attrgetter(part)(self)
         return found if self.output_system is None else self._in_output_system(found)
 
     known = cached_property(table)
     known.__doc__ = f"Table ``{name}``, in the system of the results."
     return known
-
-
-def _method_told(part):
-    """A method that gives such a table."""
-
-    def method(self):
-        ask = attrgetter(part)(self)
-        if self.output_system is None:
-            return ask
-        return wraps(ask)(
-            lambda *args, **more: self._in_output_system(ask(*args, **more))
-        )
-
-    return property(method)
 
 
 @dataclass
@@ -110,55 +101,57 @@ class DensificationResult(Result):
     examined: Examination | None = None
     choice: MethodChoice | None = None
 
-    block = property(attrgetter("solution.block"))
-    settings = property(attrgetter("solution.settings"))
-    models = property(attrgetter("solution.models"))
+    block = Part[Block]("solution.block")
+    settings = Part[Settings]("solution.settings")
+    models = Part[pd.DataFrame]("solution.models")
     residuals = _told("solution.residuals")
-    orientations = property(attrgetter("solution.orientations"))
-    orientation_residuals = property(attrgetter("solution.orientation_residuals"))
-    orientation_errors = property(attrgetter("solution.orientation_errors"))
-    failures = property(attrgetter("solution.failures"))
+    orientations = Part[pd.DataFrame]("solution.orientations")
+    orientation_residuals = Part[pd.DataFrame]("solution.orientation_residuals")
+    orientation_errors = Part[dict[str, Any]]("solution.orientation_errors")
+    failures = Part[pd.DataFrame]("solution.failures")
     gross_measurements = _told("solution.gross_measurements")
-    figures = property(attrgetter("solution.figures"))
+    figures = Part[BlockFigures]("solution.figures")
     single_values = _told("solution.single_values")
     approximations = _told("solution.approximations")
     coverages = _told("solution.coverages")
     iterations = _told("solution.iterations")
 
-    errors = property(attrgetter("examination.errors"))
-    claim = property(attrgetter("examination.claim"))
-    components = property(attrgetter("examination.components"))
-    patterns = property(attrgetter("examination.patterns"))
-    repeated_settings = property(attrgetter("examination.repeated_settings"))
-    reliability = property(attrgetter("examination.reliability"))
+    errors = Part[PropagatedErrors | None]("examination.errors")
+    claim = Part[Claim]("examination.claim")
+    components = Part[BlockComponents | None]("examination.components")
+    patterns = Part[SystematicPatterns]("examination.patterns")
+    repeated_settings = Part[pd.DataFrame]("examination.repeated_settings")
+    reliability = Part[pd.DataFrame]("examination.reliability")
     error_sources = _told("examination.error_sources")
-    block_error_sources = property(attrgetter("examination.block_error_sources"))
+    block_error_sources = Part[pd.DataFrame]("examination.block_error_sources")
     neighbours = _told("examination.neighbours")
-    neighbour_precision = _method_told("examination.neighbour_precision")
+    neighbour_precision = ToldOnRequest("examination.neighbour_precision")
     # in the system of the block, whatever output_crs is
-    covariance_between = property(attrgetter("examination.covariance_between"))
-    left_out_control = property(attrgetter("examination.left_out_control"))
+    covariance_between = Part[Callable[[Any], NDArray[np.float64]]](
+        "examination.covariance_between"
+    )
+    left_out_control = Part[LeftOutControl | None]("examination.left_out_control")
     control_left_out = _told("examination.control_left_out")
     ellipses = _told("examination.ellipses")
-    confidence_ellipses = _method_told("examination.confidence_ellipses")
+    confidence_ellipses = ToldOnRequest("examination.confidence_ellipses")
 
-    high = _part_of_two_steps("high")
-    low = _part_of_two_steps("low")
-    means = _part_of_two_steps("means")
-    model_points = _part_of_two_steps("model_points")
-    propagation = _part_of_two_steps("propagation")
-    iteration = _part_of_two_steps("iteration")
-    screening = _part_of_two_steps("screening")
+    high = FormerPart[ApproximateCoordinates]()
+    low = FormerPart[ModelTransformation]()
+    means = FormerPart[CoverageMean]()
+    model_points = FormerPart[dict[str, pd.DataFrame]]()
+    propagation = FormerPart[ErrorModel]()
+    iteration = FormerPart[Iteration]()
+    screening = FormerPart[CoverageScreening]()
 
     @cached_property
-    def examination(self):
+    def examination(self) -> Examination:
         """What the measurements say of the solution, each part computed when asked."""
         if self.examined is not None and self.examined.solution is self.solution:
             return self.examined
         return examine(self.solution)
 
     @cached_property
-    def points(self):
+    def points(self) -> pd.DataFrame:
         """Points of the solution, each of them judged: DataFrame.
 
         See :class:`einschalt.pipeline.densification.solution.Solution`; with
@@ -172,12 +165,12 @@ class DensificationResult(Result):
         return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property
-    def output_system(self):
+    def output_system(self) -> OutputSystem | None:
         """The way into the system of the results; None where it is the block's."""
         return output_system_of(self.block, self.settings)
 
     @property
-    def crs(self):
+    def crs(self) -> str | None:
         """Name of the system of the results; None where the block has none."""
         return self.block.crs if self.output_system is None else self.output_system.crs
 
@@ -194,34 +187,40 @@ class DensificationResult(Result):
         return table.drop_duplicates("point_id").set_index("point_id")
 
     @property
-    def control_points(self):
+    def control_points(self) -> pd.DataFrame | None:
         """Control points of the block, in the system of the results, or None."""
         found = self.block.control_points
         return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property
-    def assessment(self):
+    def assessment(self) -> Assessment:
         """What is to be thought of the result, judged once: Assessment."""
         with self.stopwatch.running():
             return assess(self)
 
     @property
-    def simultaneous(self):
+    def simultaneous(self) -> BlockAdjustment | None:
         """BlockAdjustment with ``method = "simultaneous"``, else None."""
         return getattr(self.solution, "adjustment", None)
 
     @property
-    def two_step(self):
+    def two_step(self) -> TwoStepSolution | None:
         """With ``method = "simultaneous"``: the two steps, where they are possible."""
         beside = getattr(self.solution, "two_step", None)
         return beside if beside is not None and beside.is_possible else None
 
     @property
-    def seconds(self):
+    def seconds(self) -> float:
         """Time of everything that was computed, assessment included [s]."""
         return self.stopwatch.seconds
 
-    def to_statsmodels(self, model_id, coverage=None, *, flight="low_flight"):
+    def to_statsmodels(
+        self,
+        model_id: str,
+        coverage: str | None = None,
+        *,
+        flight: Literal["low_flight", "high_flight"] = "low_flight",
+    ) -> Any:
         """Results object of statsmodels for one model of the two steps.
 
         Parameters
@@ -254,6 +253,6 @@ class DensificationResult(Result):
         high, low = getattr(steps, "high", None), getattr(steps, "low", None)
         return regression_of_flight(high, low, model_id, coverage, flight)
 
-    def summary(self):
+    def summary(self) -> str:
         """Return verdict, problems and suggestions, then numbers."""
         return summarize(self)

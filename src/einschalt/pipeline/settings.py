@@ -1,12 +1,13 @@
 """One frozen Settings: how a block is computed, checked on construction."""
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
 from math import inf
 from numbers import Real
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
@@ -226,7 +227,7 @@ class Settings(BaseModel):
         description="Folder with grids of the reference systems, beside those of PROJ.",
     )
 
-    def __init__(self, **fields):
+    def __init__(self, **fields: Any) -> None:
         for key, former in FORMER_WORDS.items():
             word = fields.get(key)
             if isinstance(word, str) and word in former:
@@ -254,14 +255,14 @@ class Settings(BaseModel):
             raise PydanticCustomError("less_than_equal", "too large")
         return float(metres)
 
-    def weighting_with(self, covariances_are_known):
+    def weighting_with(self, covariances_are_known: bool) -> str:
         """Weights of the values of a point, where covariances are known or not."""
         if self.weighting != "auto":
             return self.weighting
         is_best = covariances_are_known and self.coverage_mean == "all"
         return "rigorous" if is_best else "plain"
 
-    def updated(self, given):
+    def updated(self, given: Mapping[str, Any]) -> Self:
         """Give the settings with some fields replaced, checked as on construction."""
         return type(self)(**{**self.model_dump(), **given})
 

@@ -56,7 +56,7 @@ class GriddedTransformation(ModelTransformation):
     left_out: pd.DataFrame
 
     @property
-    def distribution(self):
+    def distribution(self) -> pd.DataFrame:
         """What was distributed: a DataFrame with a row for each model.
 
         coverage, model_id, method, outliers, cell [m], n_rows, n_columns, noise (of a
@@ -75,7 +75,7 @@ class GriddedTransformation(ModelTransformation):
         return keys.join(pd.DataFrame(rows))
 
     @property
-    def held_out(self):
+    def held_out(self) -> pd.DataFrame:
         """Identical points, each predicted from the others: DataFrame.
 
         coverage, model_id, point_id, difference_easting, difference_northing
@@ -88,7 +88,7 @@ class GriddedTransformation(ModelTransformation):
         return table_of_differences(self, differences)
 
     @property
-    def held_out_good(self):
+    def held_out_good(self) -> pd.DataFrame:
         """The table :attr:`held_out`, NaN for points that were left out."""
         table = self.held_out
         for k, one in enumerate(self.grids):
@@ -122,7 +122,7 @@ class GriddedTransformation(ModelTransformation):
                 found[rows] = getattr(one.grid, way)(xy[rows])
         return found
 
-    def summary(self):
+    def summary(self) -> str:
         """Add to the summary of the fit how its residuals are distributed."""
         way = self.method.replace("_", " ")
         lines = [f"residuals distributed by {way}, in grids of shifts"]

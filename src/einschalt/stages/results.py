@@ -15,10 +15,10 @@ class Result(ABC):
     """A frozen result: ``print`` shows its summary."""
 
     @abstractmethod
-    def summary(self):
+    def summary(self) -> str:
         """Return the result as text."""
 
-    def __str__(self):
+    def __str__(self) -> str:
         """Return the summary."""
         return self.summary()
 
@@ -44,10 +44,10 @@ class ModelResult(Result):
 
     @property
     @abstractmethod
-    def estimates(self):
+    def estimates(self) -> Estimates:
         """What was estimated, in the order of ``models``: Estimates."""
 
-    def cofactor(self, model_id, coverage=None):
+    def cofactor(self, model_id: str, coverage: str | None = None) -> pd.DataFrame:
         """Cofactor matrix of a model's parameters, named on both sides.
 
         Parameters
@@ -73,7 +73,7 @@ class ModelResult(Result):
         names = list(estimates.names)
         return pd.DataFrame(matrix, index=names, columns=names)
 
-    def covariance(self, model_id, coverage=None):
+    def covariance(self, model_id: str, coverage: str | None = None) -> pd.DataFrame:
         """Covariance matrix of a model's parameters, named on both sides.
 
         Parameters
@@ -100,12 +100,12 @@ class OrientationResult(ModelResult):
     """Orientations; ``models`` has n_points and redundancy as well."""
 
     @property
-    def n_points(self):
+    def n_points(self) -> pd.Series:
         """Number of points, Series by model_id."""
         return self._by_model("n_points")
 
     @property
-    def redundancy(self):
+    def redundancy(self) -> pd.Series:
         """Points beyond five, Series by model_id."""
         return self._by_model("redundancy")
 

@@ -1,6 +1,7 @@
 """Stage 1: approximate coordinates from the high flight."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -50,16 +51,16 @@ class ApproximateCoordinates(Result):
     means: CoverageMean
 
     @property
-    def internal_single(self):
+    def internal_single(self) -> float:
         """TOTAL error of one coverage's value from the differences [m]."""
         return self.means.internal_single
 
     @property
-    def failures(self):
+    def failures(self) -> pd.DataFrame:
         """Models that could not be transformed."""
         return self.transformation.failures.assign(stage=STAGE)
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many points got coordinates, from which models."""
         return (
             f"approximate coordinates of {len(self.points)} points\n"
@@ -70,13 +71,13 @@ class ApproximateCoordinates(Result):
 
 
 def approximate_coordinates(
-    model_points,
-    control_points,
-    kind="affine",
+    model_points: pd.DataFrame,
+    control_points: pd.DataFrame,
+    kind: Literal["affine", "helmert", "rigid", "helmert_3d"] = "affine",
     *,
-    coverage_mean="all",
-    weighting="plain",
-):
+    coverage_mean: Literal["all", "most_central"] = "all",
+    weighting: Literal["plain", "weighted"] = "plain",
+) -> ApproximateCoordinates:
     """Transform every high-flight model onto its control points and average.
 
     Parameters

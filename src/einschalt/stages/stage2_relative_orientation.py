@@ -6,6 +6,7 @@ through unchanged.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Literal, Protocol
 
 import numpy as np
 import pandas as pd
@@ -84,7 +85,7 @@ class RelativeOrientation(Result):
     )
     errors: OrientationErrors | ImageErrors | None = None
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many models were oriented, and how well."""
         n_models = len(self.orientations)
         if n_models == 0:
@@ -97,7 +98,31 @@ class RelativeOrientation(Result):
         )
 
 
-def relative_orientation(flight, *, outliers="keep"):
+class MeasuredFlight(Protocol):
+    """What this stage takes of a flight: a Flight of a block, or what has its parts."""
+
+    @property
+    def model_points(self) -> pd.DataFrame | None:
+        """Model points, where the flight has no images."""
+
+    @property
+    def image_points(self) -> pd.DataFrame | None:
+        """Image points, where the flight has images."""
+
+    @property
+    def models(self) -> pd.DataFrame | None:
+        """Which images make a model."""
+
+    @property
+    def y_parallaxes(self) -> pd.DataFrame | None:
+        """The y-parallaxes of models that are to be oriented by them."""
+
+
+def relative_orientation(
+    flight: MeasuredFlight,
+    *,
+    outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep",
+) -> RelativeOrientation:
     """Orient the models of a flight and give their corrected points.
 
     Parameters

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import as_numbers, require_choice
@@ -79,7 +81,7 @@ class ModelTransformation(ModelResult):
     has_coverages: bool
 
     @property
-    def m_0(self):
+    def m_0(self) -> float:
         """TOTAL standard error of unit weight of all models together [m]."""
         # a mirrored model has residuals as large as itself
         row = self.models["is_usable"].to_numpy()
@@ -87,7 +89,7 @@ class ModelTransformation(ModelResult):
         return float(total_from_coordinate(pooled_standard_error(squares, redundancy)))
 
     @property
-    def m_0_plan(self):
+    def m_0_plan(self) -> float:
         """The same from easting and northing alone, without heights [m]."""
         return float(total_from_coordinate(self._pooled_s_0))
 
@@ -98,12 +100,12 @@ class ModelTransformation(ModelResult):
         return pooled_standard_error(plan.sum_of_squares[row], plan.redundancy[row])
 
     @property
-    def is_usable(self):
+    def is_usable(self) -> bool:
         """Whether any model could be transformed."""
         return bool(self.models["is_usable"].any())
 
     @cached_property
-    def estimates(self):
+    def estimates(self) -> Estimates:
         """Parameters of the transformations: Estimates."""
         return Estimates(
             names=self.fit.parameter_names,
@@ -113,7 +115,7 @@ class ModelTransformation(ModelResult):
         )
 
     @cached_property
-    def reliability(self):
+    def reliability(self) -> pd.DataFrame:
         """How large an error of each fitted point must be to be found, a DataFrame.
 
         coverage, model_id, point_id, redundancy_number, minimal_detectable_bias,
@@ -130,7 +132,7 @@ class ModelTransformation(ModelResult):
         )
         return of_usable_models(table, self.models, self.observed)
 
-    def transform(self, model_points):
+    def transform(self, model_points: pd.DataFrame) -> pd.DataFrame:
         """Transform points, whether they were fitted or not.
 
         Parameters
@@ -154,7 +156,9 @@ class ModelTransformation(ModelResult):
         table = self._transformed(model_points, self.fit.s_0)
         return table if self.has_coverages else table.drop(columns="coverage")
 
-    def values(self, model_points, *, least_redundancy=1) -> pd.DataFrame:
+    def values(
+        self, model_points: pd.DataFrame, *, least_redundancy: int = 1
+    ) -> pd.DataFrame:
         """Coordinates of every point from every model that holds it.
 
         As :meth:`transform`, but always with ``coverage``, with an m_t for models
@@ -195,7 +199,7 @@ class ModelTransformation(ModelResult):
         """Model coordinates of points on the ground, each by its model."""
         return self.fit.invert(place, ground)
 
-    def inverse(self, ground_points):
+    def inverse(self, ground_points: pd.DataFrame) -> pd.DataFrame:
         """Model coordinates of ground points.
 
         Parameters
@@ -224,7 +228,7 @@ class ModelTransformation(ModelResult):
         table[list(kind.source)] = np.where(is_usable[:, None], xyz, np.nan)
         return table if self.has_coverages else table.drop(columns="coverage")
 
-    def proj_pipeline(self, model_id, coverage=None):
+    def proj_pipeline(self, model_id: str, coverage: str | None = None) -> str:
         """Return the transformation of a model as a PROJ string.
 
         Parameters
@@ -254,7 +258,7 @@ class ModelTransformation(ModelResult):
         ]
         return " ".join(["+proj=pipeline +step +proj=affine", *shifts, *factors])
 
-    def to_statsmodels(self, model_id, coverage=None):
+    def to_statsmodels(self, model_id: str, coverage: str | None = None) -> Any:
         """Results object of statsmodels for one model: diagnostics, tests, summary.
 
         Parameters
@@ -302,7 +306,7 @@ class ModelTransformation(ModelResult):
             )
         return place[asked.codes]
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many models were transformed, with which m_0, and what failed."""
         usable = self.models[self.models["is_usable"]]
         lines = [
@@ -330,7 +334,12 @@ class ModelTransformation(ModelResult):
         return "\n".join(lines)
 
 
-def transform_models(model_points, ground_points, kind="affine", weights=None):
+def transform_models(
+    model_points: pd.DataFrame,
+    ground_points: pd.DataFrame,
+    kind: Literal["affine", "helmert", "rigid", "helmert_3d"] = "affine",
+    weights: pd.Series | NDArray[np.float64] | None = None,
+) -> ModelTransformation:
     """Fit every model onto all of its points that have ground coordinates.
 
     Parameters

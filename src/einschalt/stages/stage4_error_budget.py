@@ -1,6 +1,9 @@
 """Stage 4: the error budget of every point in every model."""
 
+from typing import overload
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from einschalt.foundations.arguments import as_numbers
 from einschalt.foundations.errors import SettingsError
@@ -8,7 +11,19 @@ from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.error_budget import total_error
 
 
-def error_budget(m_g_um, scale_number, m_t):
+@overload
+def error_budget(m_g_um: float, scale_number: float, m_t: float) -> float: ...
+
+
+@overload
+def error_budget(
+    m_g_um: ArrayLike, scale_number: ArrayLike, m_t: ArrayLike
+) -> float | NDArray[np.float64]: ...
+
+
+def error_budget(
+    m_g_um: ArrayLike, scale_number: ArrayLike, m_t: ArrayLike
+) -> float | NDArray[np.float64]:
     """Total error after Kovarik 1971: M² = (m_g · scale number)² + m_t².
 
     It is what ``standard_error_paper`` holds. It takes errors for independent that

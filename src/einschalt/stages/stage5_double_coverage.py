@@ -1,10 +1,13 @@
 """Stage 5: the values of all models and coverages become one value per point."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import require_choice, require_kind
@@ -81,11 +84,11 @@ class CoverageMean(Result):
     internal_single: float
 
     @property
-    def is_rigorous(self):
+    def is_rigorous(self) -> bool:
         """Whether the means are those of least variance."""
         return self.weights.ndim > 1
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many points were averaged, and how far the coverages differ."""
         twice = int((self.points["n_coverages"] > 1).sum())
         return (
@@ -97,8 +100,12 @@ class CoverageMean(Result):
 
 
 def average_coverages(
-    values, *, coverage_mean="all", weighting="plain", covariances=None
-):
+    values: pd.DataFrame,
+    *,
+    coverage_mean: Literal["all", "most_central"] = "all",
+    weighting: Literal["plain", "weighted", "rigorous"] = "plain",
+    covariances: Callable[[NDArray[np.int64]], NDArray[np.float64]] | None = None,
+) -> CoverageMean:
     """Average the values that models and coverages give for each point.
 
     Parameters

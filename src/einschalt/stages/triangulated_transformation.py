@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
@@ -71,7 +72,7 @@ class TriangulatedTransformation(ModelTransformation):
     n_turned: int
 
     @property
-    def triangles(self):
+    def triangles(self) -> pd.DataFrame:
         """Their corners: DataFrame of coverage, model_id, corner_1, _2, _3."""
         points = self.observed.rows["point_id"].to_numpy()
         start, keys = self.observed.start, self.models[MODEL].to_numpy()
@@ -86,7 +87,7 @@ class TriangulatedTransformation(ModelTransformation):
         return pd.concat(parts or [empty], ignore_index=True)[[*MODEL, *CORNERS]]
 
     @cached_property
-    def held_out(self):
+    def held_out(self) -> pd.DataFrame:
         """Identical points, predicted by the triangles of the others: DataFrame.
 
         coverage, model_id, point_id, difference_easting, difference_northing
@@ -104,7 +105,7 @@ class TriangulatedTransformation(ModelTransformation):
         return table_of_differences(self, differences)
 
     @cached_property
-    def held_out_errors(self):
+    def held_out_errors(self) -> NDArray[np.float64]:
         """TOTAL RMS of the held-out points of each model [m], (n_models,)."""
         differences, start = self.held_out[DIFFERENCES].to_numpy(), self.observed.start
         pairs = itertools.pairwise(start)
@@ -126,7 +127,7 @@ class TriangulatedTransformation(ModelTransformation):
                 found[rows] = way(net, xy[rows])
         return found
 
-    def summary(self):
+    def summary(self) -> str:
         """Add to the summary of the fit what the triangles are like."""
         n_triangles = sum(len(net.corners) for net in self.nets if net is not None)
         counted = typesetting.count(n_triangles, "triangle")

@@ -22,11 +22,13 @@ Sources: Brown 1971 (Close-Range Camera Calibration, Photogrammetric Engineering
 the manuals of OpenCV and Agisoft Metashape. See docs/theory/interior_orientation.md.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from einschalt.foundations.arguments import as_numbers, described, finite_number
 from einschalt.foundations.errors import SettingsError
@@ -88,7 +90,7 @@ class Camera:
                 expected=f"the constants of a calibration, below {LARGEST_CONSTANT:g}",
             )
 
-    def xy_from_measured(self, measured):
+    def xy_from_measured(self, measured: ArrayLike) -> NDArray[np.float64]:
         """Image coordinates of measured positions.
 
         Parameters
@@ -114,7 +116,7 @@ class Camera:
         # no negative zeros: they are printed
         return self.principal_distance_mm * ideal + 0.0
 
-    def measured_from_xy(self, xy):
+    def measured_from_xy(self, xy: ArrayLike) -> NDArray[np.float64]:
         """Positions at which image coordinates would be measured.
 
         Parameters
@@ -175,7 +177,16 @@ class Camera:
         return np.where(is_inverse[..., None], found, np.nan)
 
     @classmethod
-    def from_opencv(cls, fx, fy, cx, cy, distortion=(), *, pixel_size_um):
+    def from_opencv(
+        cls,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        distortion: Sequence[float] = (),
+        *,
+        pixel_size_um: float,
+    ) -> Self:
         """Camera in the convention of OpenCV.
 
         Parameters
@@ -222,8 +233,14 @@ class Camera:
 
     @classmethod
     def from_metashape(
-        cls, f, size, centre=(0.0, 0.0), distortion=None, *, pixel_size_um
-    ):
+        cls,
+        f: float,
+        size: Sequence[int],
+        centre: Sequence[float] = (0.0, 0.0),
+        distortion: Mapping[str, float] | None = None,
+        *,
+        pixel_size_um: float,
+    ) -> Self:
         """Camera in the convention of Agisoft Metashape.
 
         Parameters
@@ -272,7 +289,14 @@ class Camera:
         )
 
     @classmethod
-    def from_mm(cls, c, principal_point=(0.0, 0.0), distortion=None, *, pixels=None):
+    def from_mm(
+        cls,
+        c: float,
+        principal_point: Sequence[float] = (0.0, 0.0),
+        distortion: Mapping[str, float] | None = None,
+        *,
+        pixels: Mapping[str, Any] | None = None,
+    ) -> Self:
         """Camera in millimetres, as in BINGO and in certificates of calibration.
 
         Parameters

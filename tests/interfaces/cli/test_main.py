@@ -88,13 +88,14 @@ def test_the_list_of_commands_imports_none_of_them():
     code = (
         "import sys; from einschalt.interfaces.cli.main import app\n"
         "app(['--help'], standalone_mode=False)\n"
-        "print(sorted(m for m in sys.modules if '.cli.' in m), file=sys.stderr)"
+        "print(*(m for m in sys.modules if '.cli.' in m), file=sys.stderr)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    modules = [f"einschalt.interfaces.cli.{m}" for m in ("exits", "main")]
-    assert done.stderr.strip() == str(modules)
+    imported = {name.rpartition(".")[2] for name in done.stderr.split()}
+    assert "main" in imported
+    assert imported & {*NAMES, "work"} == set()
 
 
 def test_help_takes_little_more_than_its_library(processor_seconds):

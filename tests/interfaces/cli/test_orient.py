@@ -336,7 +336,7 @@ def test_terrain_by_scale_altitude_format_and_wing(invoke, terrain, tmp_path):
             "parallaxes.csv holds y-parallaxes; expected a TABLE of y-parallaxes",
         ),
         ("{parallaxes} --base .", "--base: '.' is not a number; expected millimetres"),
-        ("{parallaxes} --base 9mm", "'9mm' is not a number; expected millimetres, or"),
+        ("{parallaxes} --base 9/2", "'9/2' is not a number; expected millimetres, or"),
         ("{pairs} --principal-distance 0.153", "Did you give metres?"),
         ("nowhere.csv --base 92", "nowhere.csv: the file does not exist"),
         ("--terrain {terrain} --principal-distance 152", "no flying height is given"),

@@ -1,9 +1,12 @@
 """How commands end: errors without traceback, exit statuses, readers that go away."""
 
 import functools
+import inspect
 import os
 import sys
 from importlib import import_module
+from time import perf_counter
+from typing import Annotated
 
 import typer
 
@@ -11,10 +14,18 @@ from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
+from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 
 WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130
+JSON = "--json"
+# options of every command
+HABITS = {
+    "json": (JSON, "Print one JSON object; text goes to standard error."),
+    "verbose": ("--verbose -v", "Report the options in effect and the time taken."),
+}
+KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
     "such as a tenth of a matched cloud, or a computer with more memory."
@@ -31,25 +42,64 @@ def with_exit_status(command):
 
     @functools.wraps(command)
     def run(*args, **kwargs):
+        verbose = kwargs.pop("verbose", False)
+        kwargs.pop("json", None)  # heard before: see the group of commands
+        started = perf_counter()
         try:
             command(*args, **kwargs)
         except EinschaltError as error:
+            report_problems(error)
             print_error(f"einschalt: {error}")
             raise typer.Exit(WRONG) from None
         except Exception as error:
-            if lack_of_memory(error, "") is not None:
-                print_error(NO_MEMORY)
-                raise typer.Exit(WRONG) from None
-            if not isinstance(error, OSError):
+            said = _said_of(error)
+            if said is None:
                 raise
-            where = f"{error.filename}: " if error.filename else ""
-            print_error(f"einschalt: {where}{error.strerror or error}")
+            report_problems(said)
+            print_error(said)
             raise typer.Exit(WRONG) from None
         except KeyboardInterrupt:
             print_error("einschalt: interrupted; files that are there are whole")
             raise typer.Exit(INTERRUPTED) from None
+        finally:
+            if verbose:
+                _print_circumstances(kwargs, perf_counter() - started)
 
+    return _with_habits(run, command)
+
+
+def _said_of(error):
+    """What to say of an error of the system; None of a fault of the program."""
+    if lack_of_memory(error, "") is not None:
+        return NO_MEMORY
+    if not isinstance(error, OSError):
+        return None
+    where = f"{error.filename}: " if error.filename else ""
+    return f"einschalt: {where}{error.strerror or error}"
+
+
+def _with_habits(run, command):
+    """The command with the options that every command has."""
+    parameters = list(inspect.signature(command).parameters.values())
+    for name, (words, text) in HABITS.items():
+        option = typer.Option(*words.split(), help=text)
+        kind, annotation = inspect.Parameter.KEYWORD_ONLY, Annotated[bool, option]
+        new = inspect.Parameter(name, kind, default=False, annotation=annotation)
+        parameters.append(new)
+    run.__signature__ = inspect.Signature(parameters)
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
     return run
+
+
+def _print_circumstances(options, seconds):
+    """Say on standard error what a call amounted to."""
+    from importlib.metadata import version  # noqa: PLC0415 - for a quick start
+
+    given = {k: v for k, v in options.items() if isinstance(v, KINDS_TO_PRINT)}
+    for name, value in given.items():
+        print_error(f"  {name} = {value}")
+    python = ".".join(map(str, sys.version_info[:3]))
+    print_error(f"einschalt {version('einschalt')}, Python {python}: {seconds:.2f} s")
 
 
 def done_in_work(command):
@@ -69,7 +119,13 @@ def done_in_work(command):
 
 
 def print_out(text=""):
-    """Print to standard output; a reader that has gone away is no fault."""
+    """Print to standard output; a reader that has gone away is no fault.
+
+    Where an object of JSON will stand there, to standard error.
+    """
+    if is_recorded():
+        print_error(text)
+        return
     try:
         typer.echo(text)
         sys.stdout.flush()

@@ -4,17 +4,26 @@ A command's file is imported when the command is called, and what the command ne
 when it runs, so that help comes at once.
 """
 
+import os
 import sys
 from importlib import import_module
 from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
-from einschalt.interfaces.cli.exits import WRONG, open_closed_streams, print_error
+from einschalt.interfaces.cli.commands import Command, Group
+from einschalt.interfaces.cli.exits import (
+    JSON,
+    WRONG,
+    open_closed_streams,
+    print_error,
+)
+from einschalt.interfaces.cli.outcome import recorded, report_problems
 
+COMPLETION = "_EINSCHALT_COMPLETE"
 # each with the first line of its help, so that the list imports none of them
 COMMANDS = {
+    "demo": "Compute the example blocks, simulated and real.",
     "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
     "batch": "Compute every block below a folder, and say what became of each.",
@@ -24,9 +33,14 @@ COMMANDS = {
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
     "export": "Write a result for CAD, Excel, GIS and other adjustments.",
+    "explain": "Explain a term of the field, a finding or a column.",
+    "completion": "Print what a shell needs to complete commands and options.",
     "publish": "Publish a result for PROJ, GDAL and QGIS.",
     "orient": "Orient image pairs, and say which are near a dangerous surface.",
 }
+# the example blocks, and Kovarik's own tables
+ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan")
+HELP = {"--help", "-h", "--version"}
 HOW = {
     "add_completion": False,
     # plain help: the same on a terminal, in a pipe, and in a log
@@ -39,13 +53,29 @@ HOW = {
 }
 
 
-class CommandsOnDemand(TyperGroup):
+class CommandsOnDemand(Group):
     """The commands of the table above, each imported when it is called."""
 
     def __init__(self, **options):
         super().__init__(**options)
         # their names, for lists and for what a mistaken name may have meant
         self.commands = dict.fromkeys(COMMANDS)
+
+    def main(self, args=None, **options):
+        """Run a command; with --json its outcome is one object on standard output."""
+        words = sys.argv[1:] if args is None else list(args)
+        if JSON not in words:
+            return super().main(args=words, **options)
+        with recorded(next(filter(COMMANDS.__contains__, words), "")) as outcome:
+            try:
+                return super().main(args=words, **options)
+            except SystemExit as end:
+                status = end.code or 0
+                if status == WRONG and not outcome.problems:
+                    report_problems("the call is wrong; standard error says why")
+                if status or not HELP.intersection(words):
+                    print(outcome.as_json(status), flush=True)
+                raise
 
     def get_command(self, _context, name):
         """Import a command."""
@@ -70,9 +100,9 @@ def _imported(name):
     alone = typer.Typer(**HOW)
     alone.command(
         name,
+        cls=Command,
         epilog=_examples(*module.EXAMPLES),
-        # planning has an answer where nothing is asked: Kovarik's own tables
-        no_args_is_help=name != "plan",
+        no_args_is_help=name not in ANSWER_WITHOUT_ARGUMENTS,
         context_settings=HOW["context_settings"],
     )(getattr(module, name))
     return typer.main.get_command(alone)
@@ -113,11 +143,19 @@ def einschalt(
     Exit status: 0 when the work was done (models that failed are said), 1 when a batch
     has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
     something contradicts the stated precision, 130 when interrupted.
+
+    Options of lengths take units, as --spacing 250m or --target 5cm; a number alone has
+    the unit that the option names. With --json a command prints one JSON object
+    (command, status, problems, paths, figures), and its text on standard error.
     """
 
 
 def run():
     """Run the command line: the entry point of the package."""
+    if COMPLETION in os.environ:  # a shell asks, by the script of completion
+        from typer.completion import completion_init  # noqa: PLC0415
+
+        completion_init()
     open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         # √ and names in any script must not stop a run where a console lacks them

@@ -5,8 +5,9 @@ import tempfile
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from einschalt.foundations.arguments import as_path
+from einschalt.foundations.arguments import StrPath, as_path
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.table_output import write_file
@@ -23,6 +24,9 @@ from einschalt.interfaces.programs import (
     sinex,
 )
 from einschalt.interfaces.programs.handed_over import HandedOver, of_folder, of_result
+
+if TYPE_CHECKING:
+    from einschalt.pipeline.result import DensificationResult
 
 PLUGINS = "einschalt.writers"
 WRITERS = {
@@ -50,7 +54,9 @@ class Exported:
         return "; ".join([str(self.path), *self.notes])
 
 
-def export(result, *files, overwrite=False):
+def export(
+    result: "DensificationResult | StrPath", *files: StrPath, overwrite: bool = False
+) -> list[Exported]:
     """Write a result for other programs: one file for each, its kind by the suffix.
 
     Parameters

@@ -74,7 +74,7 @@ class Publication(Result):
     left_out: pd.DataFrame
     database: Path | None
 
-    def summary(self):
+    def summary(self) -> str:
         """Say what was published, how good it is, and where to read on."""
         counted = typesetting.count(len(self.operations), "transformation")
         low, high = self.operations["accuracy"].min(), self.operations["accuracy"].max()

@@ -3,15 +3,19 @@
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from einschalt.foundations.arguments import as_path, require_choice
+from einschalt.foundations.arguments import StrPath, as_path, require_choice
 from einschalt.foundations.errors import FileError, SettingsError
 from einschalt.foundations.projections import label_of
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.publish import (
     BLOCK_TABLES,
+    Publication,
     publish_block,
     publish_fit,
 )
@@ -25,6 +29,9 @@ from einschalt.stages.triangulated_transformation import (
     with_triangles,
 )
 
+if TYPE_CHECKING:
+    from einschalt.pipeline.result import DensificationResult
+
 IDENTICAL, TRIANGLES, ASSESSMENT = "identical_points", "triangles", "assessment.json"
 DISTRIBUTION = "distribution"
 METHODS = (TRIANGLES, "collocation", "natural_neighbour")
@@ -33,7 +40,15 @@ METHODS = (TRIANGLES, "collocation", "natural_neighbour")
 class _Published:
     """What every fitted transformation can do with files."""
 
-    def publish(self, name, folder, *, crs=None, source_crs=None, **options):
+    def publish(
+        self,
+        name: str,
+        folder: StrPath,
+        *,
+        crs: str | None = None,
+        source_crs: str | None = None,
+        **options: Any,
+    ) -> Publication:
         """Write the transformation for PROJ, GDAL and QGIS.
 
         Parameters
@@ -69,8 +84,13 @@ class ModelTransformation(_Published, stage3.ModelTransformation):
     """Transformations of all models of a flight, which can be published."""
 
     def distributed(
-        self, triangles=None, *, method=TRIANGLES, outliers=None, cell=None
-    ):
+        self,
+        triangles: pd.DataFrame | None = None,
+        *,
+        method: Literal["triangles", "collocation", "natural_neighbour"] = TRIANGLES,
+        outliers: Literal["keep", "set_aside"] | None = None,
+        cell: float | None = None,
+    ) -> "TriangulatedTransformation | GriddedTransformation":
         """Distribute the residuals of identical points to those between.
 
         Parameters
@@ -134,7 +154,12 @@ def with_publication(fit, kind=ModelTransformation):
     return kind(**{field.name: getattr(fit, field.name) for field in fields(fit)})
 
 
-def transform_models(model_points, ground_points, kind="affine", weights=None):  # noqa: D103
+def transform_models(  # noqa: D103
+    model_points: pd.DataFrame,
+    ground_points: pd.DataFrame,
+    kind: Literal["affine", "helmert", "rigid", "helmert_3d"] = "affine",
+    weights: pd.Series | NDArray[np.float64] | None = None,
+) -> ModelTransformation:
     return with_publication(
         stage3.transform_models(model_points, ground_points, kind, weights)
     )
@@ -234,16 +259,16 @@ def _bent(folder):
 
 
 def publish(
-    result,
-    name,
-    folder,
+    result: "stage3.ModelTransformation | DensificationResult | StrPath",
+    name: str,
+    folder: StrPath,
     *,
-    crs=None,
-    source_crs=None,
-    installed_at=None,
-    proj_db=None,
-    overwrite=False,
-):
+    crs: str | None = None,
+    source_crs: str | None = None,
+    installed_at: str | None = None,
+    proj_db: StrPath | None = None,
+    overwrite: bool = False,
+) -> Publication:
     """Publish a result, so that PROJ, GDAL and QGIS find its transformations by name.
 
     Each as PROJ string and WKT, with accuracy and area; as triangles of ``tinshift``,

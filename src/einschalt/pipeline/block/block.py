@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
-from einschalt.foundations.errors import raise_problems
+from einschalt.foundations.errors import EinschaltError, raise_problems
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
@@ -93,21 +94,21 @@ class Flight:
             object.__setattr__(self, "principal_distance_mm", distance)
 
     @property
-    def has_images(self):
+    def has_images(self) -> bool:
         """Whether the flight comes from image coordinates."""
         return self.image_points is not None
 
     @property
-    def is_oriented_numerically(self):
+    def is_oriented_numerically(self) -> bool:
         """Whether stage 2 has anything to do for this flight."""
         return self.has_images or self.y_parallaxes is not None
 
     @property
-    def points_to_fit(self):
+    def points_to_fit(self) -> pd.DataFrame:
         """The measured model points as their transformation takes them."""
         return self.to_fit(self.model_points)
 
-    def to_fit(self, model_points):
+    def to_fit(self, model_points: pd.DataFrame) -> pd.DataFrame:
         """Model points of this flight in metres where the scale is held, else as is."""
         if self.transformation != "rigid":
             return model_points
@@ -116,7 +117,7 @@ class Flight:
             x=model_points["x"] * factor, y=model_points["y"] * factor
         )
 
-    def image_coordinates(self):
+    def image_coordinates(self) -> pd.DataFrame:
         """Image coordinates of ``image_points``, without distortion.
 
         Returns
@@ -131,7 +132,7 @@ class Flight:
         xy = self.camera.xy_from_measured(measured)
         return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
 
-    def m_g_um_of(self, model_points):
+    def m_g_um_of(self, model_points: pd.DataFrame) -> NDArray[np.float64]:
         """TOTAL error of each measured point [µm], shape (n_rows,).
 
         m_g / √k for the mean of k settings, where there is a column ``n_settings``.
@@ -141,7 +142,7 @@ class Flight:
             n_settings = model_points["n_settings"].to_numpy(dtype=float)
         return m_g_of_mean(self.m_g_um, n_settings)
 
-    def ground_error_of(self, measured):
+    def ground_error_of(self, measured: pd.DataFrame) -> NDArray[np.float64]:
         """Error of each measured coordinate on the ground, shape (n_rows,) [m].
 
         Of model or image points of this flight, per coordinate; m_g is total.
@@ -150,12 +151,12 @@ class Flight:
         return m_g_um * METRES_PER_UM * self.scale_number / SQRT2
 
     @property
-    def n_models(self):
+    def n_models(self) -> int:
         """Models as they were measured."""
         return len(self._measured_models[["coverage", "model_id"]].drop_duplicates())
 
     @property
-    def n_coverages(self):
+    def n_coverages(self) -> int:
         """Coverages as they were measured."""
         return int(self._measured_models["coverage"].nunique())
 
@@ -163,7 +164,7 @@ class Flight:
     def _measured_models(self):
         return self.models if self.has_images else self.model_points
 
-    def model_table(self):
+    def model_table(self) -> pd.DataFrame:
         """Which point lies in which model: coverage, model_id, point_id."""
         if not self.has_images:
             return self.model_points[["coverage", "model_id", "point_id"]]
@@ -285,17 +286,17 @@ class Block:
             require_kind(name, getattr(self, name), kind, expected=expected)
 
     @property
-    def model_problems(self):
+    def model_problems(self) -> tuple[EinschaltError, ...]:
         """Models that cannot be used, as errors that were not raised."""
         return self._model_problems
 
     @property
-    def flights(self):
+    def flights(self) -> dict[str, Flight]:
         """The flights that the block has, by name."""
         named = {name: getattr(self, name) for name in FLIGHTS}
         return {name: flight for name, flight in named.items() if flight is not None}
 
-    def source(self, table):
+    def source(self, table: str) -> str:
         """File name of a table, or its own name where it has no file."""
         return self.sources.get(table, table)
 

@@ -1,5 +1,8 @@
 """The simultaneous adjustment of a block: both flights and the control at once."""
 
+from collections.abc import Sequence
+from typing import Literal
+
 import numpy as np
 import pandas as pd
 
@@ -20,6 +23,7 @@ from einschalt.stages.residual_distribution import distribute_residuals
 from einschalt.stages.simultaneous.adjustment import (
     DEFORMATIONS,
     AdjustmentOptions,
+    BlockAdjustment,
     determined_part,
     simultaneous_adjustment,
     with_known_groups,
@@ -73,15 +77,17 @@ MODELLED = "modelled"
 
 
 def adjust_block(
-    block,
+    block: Block,
     *,
-    kind="affine",
-    flights="both",
-    deformation=(),
-    outliers="keep",
-    significance=GROSS_ERROR_SIGNIFICANCE,
-    variance_components="given",
-):
+    kind: Literal[
+        "affine", "helmert", "helmert_film_affinity", "helmert_3d"
+    ] = "affine",
+    flights: Literal["both", "high", "low"] = "both",
+    deformation: str | Sequence[str] = (),
+    outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep",
+    significance: float = GROSS_ERROR_SIGNIFICANCE,
+    variance_components: Literal["given", "estimated"] = "given",
+) -> BlockAdjustment:
     """Adjust all models of a block with its control at once.
 
     Every measured coordinate is an observation with the standard error m_g · scale

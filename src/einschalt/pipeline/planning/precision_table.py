@@ -4,7 +4,9 @@ pandas is imported where a frame is made: the text of ``einschalt plan`` needs n
 and comes at once.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -26,6 +28,9 @@ from einschalt.theory.planning.kovarik_precision import (
     settings_that_balance,
     spacing_that_balances,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 AXES = ("scale_number", "spacing", "m_0", "m_g_um")
 PRECISIONS = tuple(PlannedPrecision.__dataclass_fields__)
@@ -125,18 +130,18 @@ def _in_m_0(factor):
 
 
 def plan_precision(
-    scale_number,
-    spacing,
-    m_0,
-    m_g_um,
+    scale_number: float | Sequence[float],
+    spacing: float | Sequence[float],
+    m_0: float | Sequence[float],
+    m_g_um: float | Sequence[float],
     *,
-    kind="affine",
-    edge="kovarik",
-    image_format=0.23,
-    principal_distance=0.152,
-    forward_overlap=0.60,
-    side_overlap=0.30,
-):
+    kind: Literal["affine", "helmert", "rigid"] = "affine",
+    edge: Literal["kovarik", "mid_edge", "corner", "lattice"] = "kovarik",
+    image_format: float | tuple[float, float] = 0.23,
+    principal_distance: float = 0.152,
+    forward_overlap: float = 0.6,
+    side_overlap: float = 0.3,
+) -> "pd.DataFrame":
     """Tabulate the precision to expect of a flight: the diagrams of Kovarik 1971.
 
     Parameters
@@ -195,17 +200,17 @@ def plan_precision(
 
 
 def optimal_scale(
-    spacing,
-    m_0,
-    m_g_um,
+    spacing: float | Sequence[float],
+    m_0: float | Sequence[float],
+    m_g_um: float | Sequence[float],
     *,
-    kind="affine",
-    edge="kovarik",
-    image_format=0.23,
-    principal_distance=0.152,
-    forward_overlap=0.60,
-    side_overlap=0.30,
-):
+    kind: Literal["affine", "helmert", "rigid"] = "affine",
+    edge: Literal["kovarik", "mid_edge", "corner", "lattice"] = "kovarik",
+    image_format: float | tuple[float, float] = 0.23,
+    principal_distance: float = 0.152,
+    forward_overlap: float = 0.6,
+    side_overlap: float = 0.3,
+) -> "pd.DataFrame":
     """Find the scale number at which the edge of a model is most precise.
 
     A larger scale loses accuracy: fewer points lie in a model, and its transformation

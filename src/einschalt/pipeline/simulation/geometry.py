@@ -165,67 +165,67 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         raise_problems([*self._problems_of_size(), *self._problems_of_gaps()])
 
     @property
-    def image_base(self):
+    def image_base(self) -> float:
         """Distance of consecutive images, in the image plane [m]."""
         return round((1.0 - self.forward_overlap) * self.image_format, 12)
 
     @property
-    def image_strip_distance(self):
+    def image_strip_distance(self) -> float:
         """Distance of neighbouring strips, in the image plane [m]."""
         return round((1.0 - self.side_overlap) * self.across, 12)
 
     @property
-    def across(self):
+    def across(self) -> float:
         """Side of the image across the strip [m]."""
         given = self.image_format_across
         return self.image_format if given is None else given
 
     @property
-    def shift(self):
+    def shift(self) -> float:
         """Shift of each coverage against the one before, in bases."""
         given = self.coverage_shift
         return 1.0 / self.n_coverages if given is None else given
 
     @property
-    def usable_model(self):
+    def usable_model(self) -> tuple[float, float]:
         """Measurable extent of a model along and across its strip, image plane [m]."""
         along = self.forward_overlap * self.image_format - 2.0 * self.unusable_rim
         across = self.across - 2.0 * self.unusable_rim
         return along, across
 
     @property
-    def neat_model(self):
+    def neat_model(self) -> tuple[float, float]:
         """Extent of the part of a model that no neighbour holds, image plane [m]."""
         return self.image_base, self.image_strip_distance
 
     @property
-    def n_columns(self):
+    def n_columns(self) -> int:
         """Number of lattice columns, from west to east."""
         return round(self.width / self.point_spacing)
 
     @property
-    def n_rows(self):
+    def n_rows(self) -> int:
         """Number of lattice rows, from north to south."""
         return round(self.height / self.point_spacing)
 
     @property
-    def half_extent(self):
+    def half_extent(self) -> tuple[float, float]:
         """Farthest easting and northing of a point from the centre of the area [m]."""
         columns, rows = self.n_columns - 1, self.n_rows - 1
         return columns * self.point_spacing / 2.0, rows * self.point_spacing / 2.0
 
     @property
-    def transformation_kind(self):
+    def transformation_kind(self) -> str:
         """The transformation of both flights, where None has been replaced."""
         default = "helmert_3d" if self.measurement == "images" else "affine"
         return default if self.transformation is None else self.transformation
 
     @property
-    def has_heights(self):
+    def has_heights(self) -> bool:
         """Whether control, truth and results have heights."""
         return self.transformation_kind == "helmert_3d"
 
-    def flying_height(self, scale_number):
+    def flying_height(self, scale_number: float) -> float:
         """Height of the projection centres above the height system's zero [m]."""
         return self.mean_height + self.principal_distance * scale_number
 

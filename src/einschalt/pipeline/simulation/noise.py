@@ -96,7 +96,7 @@ expected 0 to 0.5 of the measurements. Did you give per cent?
         """Check every value."""
         raise_problems(problems_in(self, RANGES))
 
-    def of_flight(self, flight):
+    def of_flight(self, flight: str) -> "FlightNoise":
         """Return the part that concerns one flight."""
         height = flight.removesuffix("_flight")
         return FlightNoise(

@@ -96,7 +96,11 @@ class SimulatedBlock(Block):
 
 
 def simulate_block(
-    preset="neukirchen", *, seed=0, geometry=None, noise=None
+    preset: str = "neukirchen",
+    *,
+    seed: int = 0,
+    geometry: BlockGeometry | None = None,
+    noise: BlockNoise | None = None,
 ) -> SimulatedBlock:
     """Simulate the two flights of a block over points whose truth is known.
 

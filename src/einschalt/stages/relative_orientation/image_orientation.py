@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
@@ -139,22 +140,22 @@ class ImageOrientation(OrientationResult):
     factors: np.ndarray
 
     @property
-    def is_oriented(self):
+    def is_oriented(self) -> NDArray[np.bool_]:
         """Whether each model was oriented, ndarray of bool in the order of models."""
         return self.pairs.orientation.status == ORIENTED
 
     @property
-    def sigma_0(self):
+    def sigma_0(self) -> pd.Series:
         """Standard error of an image coordinate [mm], Series by model_id."""
         return self._by_model("sigma_0")
 
     @property
-    def converged(self):
+    def converged(self) -> pd.Series:
         """Whether the adjustment converged, Series of bool by model_id."""
         return self._by_model("is_converged").rename("converged")
 
     @cached_property
-    def dangerous_surface(self):
+    def dangerous_surface(self) -> pd.DataFrame:
         """Whether the points of each model lie near a dangerous surface, and why.
 
         Index model_id; verdict (safe, weak or critical), inflation, and the other
@@ -182,7 +183,7 @@ class ImageOrientation(OrientationResult):
         return (self.models["sigma_0"] > HOPELESS_SIGMA).to_numpy()
 
     @property
-    def is_against_x(self):
+    def is_against_x(self) -> NDArray[np.bool_]:
         """Models whose base points against x of the left image, ndarray of bool.
 
         Left and right image are exchanged, or the images mirrored, where they were not
@@ -191,7 +192,7 @@ class ImageOrientation(OrientationResult):
         return self.is_oriented & (self.pairs.orientation.base[:, 0] < -COS_45)
 
     @property
-    def estimates(self):
+    def estimates(self) -> Estimates:
         """Five elements of each orientation, lengths in the unit of the base."""
         return Estimates(
             names=self.elements.estimated,
@@ -201,13 +202,13 @@ class ImageOrientation(OrientationResult):
         )
 
     @property
-    def orientations(self):
+    def orientations(self) -> pd.DataFrame:
         """One row per model: ``models`` beside ``parameters``."""
         parameters = self.parameters.reset_index(drop=True)
         return pd.concat([self.models, parameters], axis=1)
 
     @cached_property
-    def model_precision(self):
+    def model_precision(self) -> pd.DataFrame:
         """Standard errors of the model points, row for row as ``model_points``.
 
         [coverage,] model_id, point_id, sigma_x, sigma_y, sigma_z (of intersection and
@@ -232,7 +233,7 @@ class ImageOrientation(OrientationResult):
         return table
 
     @cached_property
-    def measuring_error(self):
+    def measuring_error(self) -> pd.DataFrame:
         """What image coordinates and orientation make of m_g: DataFrame by model_id.
 
         m_g_intersection_um, m_g_orientation_um: total errors in plan at the mean image
@@ -259,7 +260,9 @@ class ImageOrientation(OrientationResult):
             index=pd.Index(self.models["model_id"], name="model_id"),
         )
 
-    def model_covariance(self, model_id, coverage=None):
+    def model_covariance(
+        self, model_id: str, coverage: str | None = None
+    ) -> pd.DataFrame:
         """Covariance matrix of all points of a model.
 
         Parameters
@@ -293,7 +296,7 @@ class ImageOrientation(OrientationResult):
         return pd.DataFrame(covariance * sigma_0**2, index=index, columns=index)
 
     @cached_property
-    def image_influence(self):
+    def image_influence(self) -> ImageInfluence:
         """How image coordinates move the model points, row for row: ImageInfluence.
 
         Of the rigorous estimator.
@@ -319,7 +322,7 @@ class ImageOrientation(OrientationResult):
         xyz = self.model_points[["x", "y", "z"]].to_numpy()
         return xyz, np.append(0, np.cumsum(count))
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many models were oriented, how well, and what is doubtful."""
         return _summary(self)
 

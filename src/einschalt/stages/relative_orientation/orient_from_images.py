@@ -1,6 +1,7 @@
 """Stage 2, from image coordinates: every stereo pair oriented for itself."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -70,14 +71,16 @@ REMEDIES = {
 
 
 def orient_from_images(
-    image_pairs,
-    principal_distance,
+    image_pairs: pd.DataFrame,
+    principal_distance: float,
     *,
-    base_length=None,
-    case="dependent_right",
-    estimator="rigorous",
-    outliers="keep",
-):
+    base_length: pd.Series | float | None = None,
+    case: Literal[
+        "independent", "dependent_left", "dependent_right"
+    ] = "dependent_right",
+    estimator: Literal["rigorous", "determinants"] = "rigorous",
+    outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep",
+) -> ImageOrientation:
     """Orient every stereo pair from its image coordinates; no start value is needed.
 
     Parameters

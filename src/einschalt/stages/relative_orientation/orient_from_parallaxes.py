@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Real
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -62,8 +63,12 @@ MEASURE_ELSEWHERE = (
 
 
 def orient_from_parallaxes(
-    y_parallaxes, base, *, case="independent", method="least_squares"
-):
+    y_parallaxes: pd.DataFrame,
+    base: pd.DataFrame | pd.Series | float,
+    *,
+    case: Literal["independent", "dependent_left", "dependent_right"] = "independent",
+    method: Literal["least_squares", "krames", "gruber"] = "least_squares",
+) -> ParallaxOrientation:
     """Orient every model by its y-parallaxes.
 
     The system of a model has its origin in the left projection centre, x along the

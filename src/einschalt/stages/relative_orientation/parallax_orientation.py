@@ -100,7 +100,7 @@ class ParallaxOrientation(OrientationResult):
     has_coverages: bool
 
     @cached_property
-    def dangerous_surface(self):
+    def dangerous_surface(self) -> pd.DataFrame:
         """Whether the points of each model lie near a dangerous surface, and why.
 
         Index model_id; verdict (safe, weak or critical), inflation, and the other
@@ -113,7 +113,7 @@ class ParallaxOrientation(OrientationResult):
         return surface_table(examination, self.models["model_id"])
 
     @property
-    def sigma_0(self):
+    def sigma_0(self) -> pd.Series:
         """Standard error of one parallax, in its unit: Series by model_id.
 
         NaN where nothing is redundant; from six points it is itself uncertain by 71 %.
@@ -123,7 +123,7 @@ class ParallaxOrientation(OrientationResult):
         return self._by_model("sigma_0")
 
     @property
-    def estimates(self):
+    def estimates(self) -> Estimates:
         """Elements of the orientations: Estimates."""
         return Estimates(
             names=ELEMENTS[self.case],
@@ -133,11 +133,11 @@ class ParallaxOrientation(OrientationResult):
         )
 
     @property
-    def is_usable(self):
+    def is_usable(self) -> bool:
         """Whether any model could be oriented."""
         return bool(self.models["is_usable"].any())
 
-    def corrected(self, model_points):
+    def corrected(self, model_points: pd.DataFrame) -> pd.DataFrame:
         """Model points after the bundles have been turned and shifted.
 
         Parameters
@@ -174,7 +174,7 @@ class ParallaxOrientation(OrientationResult):
             )
         return done.points
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how many models were oriented, what is doubtful, then the numbers."""
         n_usable = int(self.models["is_usable"].sum())
         sigma_0 = pool_standard_errors(

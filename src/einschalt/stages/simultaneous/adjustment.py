@@ -156,7 +156,7 @@ class BlockAdjustment(ModelResult):
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @cached_property
-    def estimates(self):
+    def estimates(self) -> Estimates:
         """Parameters of the models: Estimates, for unit weight σ_0 = 1."""
         cofactors, names = parameter_cofactors(self.solution)
         everything = np.full((len(self.models), *cofactors.shape[1:]), np.nan)
@@ -169,7 +169,7 @@ class BlockAdjustment(ModelResult):
         )
 
     @cached_property
-    def displacements(self):
+    def displacements(self) -> pd.DataFrame | None:
         """What errors of model coordinates move the points by, in the mean.
 
         DataFrame: point_id, easting, northing [m], as ``points``. Standard errors do
@@ -180,13 +180,13 @@ class BlockAdjustment(ModelResult):
         easting, northing = displacement_by_design(self.solution).T
         return self.points[["point_id"]].assign(easting=easting, northing=northing)
 
-    def m_0_of(self, flight) -> float:
+    def m_0_of(self, flight: str) -> float:
         """m_0 of all models of a flight (total) [m]; NaN without redundancy."""
         is_it = (self.models["flight"] == flight) & self.models["is_usable"]
         models = self.models[is_it]
         return pool_standard_errors(models["m_0"], models["redundancy"])
 
-    def summary(self):
+    def summary(self) -> str:
         """Say how good the points are, and what contradicts."""
         points, models = self.points, self.models
         new = points[points["role"] == "new"]

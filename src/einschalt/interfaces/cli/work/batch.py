@@ -9,6 +9,7 @@ from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.cli.exits import REFUTED, WRONG, print_error, print_out
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.cli.progress import batch_progress
 from einschalt.pipeline.batch.block_table import refuted, summarize_batch, untested
 from einschalt.pipeline.progress import Stage
@@ -51,12 +52,15 @@ def _which(options):
     if len(asked) > 1:
         names = ("--" + name.replace("_", "-") for name in asked)
         said = " and ".join(names).replace("--everything", "--all")
+        report_problems(f"{said} exclude each other")
         print_error(f"einschalt: {said} exclude each other. Give one of them.")
         raise typer.Exit(WRONG)
     return MODES[asked[0]] if asked else "changed"
 
 
 def _end(table, duration, output, *, is_refuted, is_quiet):
+    report(output, **table["outcome"].value_counts().to_dict())
+    report_problems(*table.loc[table["outcome"] == "failed", "reason"])
     has_failed = (table["outcome"] == "failed").any()
     if has_failed or is_refuted or not is_quiet:
         # blocks that failed are errors: whoever asks for nothing else is told of them
@@ -80,4 +84,5 @@ def _tell_plan(plan):
             word = "fail" if row.get("stage") == Stage.WRITING.key else "keep"
             print_out(f"{word}  {printable(name)}: {printable(said)}")
     n_run, n_all = len(plan.to_run), len(plan.names)
+    report(n_to_run=n_run, n_blocks=n_all)
     print_out(f"{n_run} of {n_all} blocks would be computed; nothing was written")

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.interfaces.cli.exits import WRONG, print_out
+from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.files.columns_page import explanation_of
 from einschalt.interfaces.programs.block_tables import find_problems
 from einschalt.interfaces.reports import problem_list
@@ -31,7 +32,13 @@ def check(block=None, given=None, explain=None):
     if block is None:
         return
     found = _with_size(_with_output(find_problems(block, given)))
-    if _is_terminal():
+    report_problems(*found.problems, *found.model_problems)
+    report(
+        n_problems=len(found.problems),
+        n_models=len(found.model_problems),
+        n_notes=len(found.notes),
+    )
+    if _is_terminal() and not is_recorded():
         Console().print(problem_list.problem_tables(found))
     else:
         for line in problem_list.problem_lines(found):

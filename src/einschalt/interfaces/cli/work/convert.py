@@ -8,6 +8,7 @@ from einschalt.foundations.errors import FileError, OutputError, name_some
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
+from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.files import marker_files
 from einschalt.interfaces.files.atomic import make_folder
 from einschalt.interfaces.files.block_toml import write_keys
@@ -50,9 +51,11 @@ def _convert_foreign(foreign, given, output, crs):
     make_folder(output)
     for name, path in cameras.items():
         write_keys(path, foreign.cameras[name])
+        report(path)
         print_out(f"camera {shortened(name)} of {given.name} in {path}")
     for name, path in paths.items():
         write_csv(foreign.tables[name], path)
+        report(path, **{f"n_{name}": len(foreign.tables[name])})
         print_out(
             f"{count(len(foreign.tables[name]), 'row')} of {given.name} in {path}"
         )
@@ -98,6 +101,7 @@ def _convert_markers(markers, given, output):
     if output.suffix.lower() == ".txt":
         _require_free(output)
         marker_files.write_odm(output, markers)
+        report(output)
         print_out(f"{_said(markers)} in {output}")
         return
     if output.suffix and not output.is_dir():
@@ -108,6 +112,7 @@ def _convert_markers(markers, given, output):
     make_folder(output)
     write_csv(markers.control_points(), control)
     write_csv(markers.measurements, measured)
+    report(control, measured)
     print_out(f"{_said(markers)} of {given.name} in {control} and {measured}")
     if markers.crs is not None:
         print_out(f"In block.toml: [control_points] {_crs_line(markers.crs)}")
@@ -146,6 +151,7 @@ def _convert_table(found, given, output):
     _require_free(output)
     make_folder(output.absolute().parent)
     write_table(table.frame[list(dict.fromkeys(names))], output)
+    report(output, n_rows=len(table.frame))
     print_out(f"{table.title} ({table.description}) in {output}")
     if table.crs is not None:
         print_out(f"In block.toml, for this table: {_crs_line(table.crs)}")

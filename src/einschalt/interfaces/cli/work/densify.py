@@ -4,10 +4,12 @@ import typer
 
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
+from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.result_folder import output_of, write_result
+from einschalt.interfaces.provenance import figures_of
 from einschalt.pipeline.progress import Stage, stage_reporter
 
 
@@ -37,6 +39,7 @@ def densify(
         report_progress(Stage.WRITING)
         options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
         write_result(result, output, **options, beside=True)
+    report(output, block=read.name, **figures_of(result))
     if not quiet:
         print_out(result.summary())
         print_out(f"Results in {output}, report in {output / 'report.html'}")

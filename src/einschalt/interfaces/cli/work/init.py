@@ -15,6 +15,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.cli.exits import WRONG, print_out
+from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.files.atomic import make_folder, write_text
 from einschalt.interfaces.files.block_schema import (
     DIRECTIVE,
@@ -54,6 +55,7 @@ def init(
     if template:
         write_text(make_folder(folder) / BLOCK_FILE, f"{head}{TEMPLATE}")
         _write_schema(folder, schema)
+        report(folder / BLOCK_FILE)
         print_out(f"{folder / BLOCK_FILE}: fill it in, then: einschalt check {folder}")
         return
     if options["crs"] is not None:
@@ -199,7 +201,12 @@ def _asked(question):
     """What the user answers on the terminal; None where nothing."""
     default = "" if question.suggested is None else f"{question.suggested:g}"
     while True:
-        said = typer.prompt(question.text, default=default, show_default=bool(default))
+        said = typer.prompt(
+            question.text,
+            default=default,
+            show_default=bool(default),
+            err=is_recorded(),
+        )
         if not said and question.may_be_left_out:
             return None
         if question.key != "crs":
@@ -225,6 +232,8 @@ def _check(folder):
     for line in problem_list.problem_lines(found):
         if not line.startswith("note"):
             print_out(line)
+    report(folder / BLOCK_FILE, n_problems=len(found.problems))
+    report_problems(*found.problems)
     print_out(f"{folder / BLOCK_FILE}: {problem_list.conclusion(found)}")
     if found.problems:
         raise typer.Exit(WRONG)

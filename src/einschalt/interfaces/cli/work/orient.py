@@ -16,6 +16,7 @@ from einschalt.foundations.tables import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.files import orientation_folder as to
 from einschalt.interfaces.files.camera_toml import read_camera
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
@@ -82,9 +83,11 @@ def orient(
         write = partial(to.write_parallax_orientation, result, parallaxes)
         is_done = result.is_usable
     write_tables_of(place, output, write)
+    report(output, n_models=len(result.models))
     print_out(result.summary())
     print_out(f"\nResults in {output}")
     if not is_done:
+        report_problems("no model could be oriented")
         print_error("einschalt: no model could be oriented; failures.csv says why")
         raise typer.Exit(WRONG)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.cli import plan_answers
 from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.cli.outcome import is_recorded, report
 from einschalt.interfaces.cli.plan_values import asked_of
 
 QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
@@ -24,12 +25,16 @@ def plan(context, **options):
         from einschalt.interfaces.cli.plan_terrain import with_terrain  # noqa: PLC0415
 
         answer = with_terrain(answer, options["terrain"], asked)
+    if is_recorded():  # tables are made when they are asked for
+        report(question=asked.question, **_headline(answer))
     print_out(answer.text)
     if output is not None:
         _write(answer, output, place)
+        report(output)
         print_out(f"\nPlan in {output}")
     if figure is not None:
         _write_figure(answer, figure, place)
+        report(figure)
         print_out(f"\nFigure in {figure}")
 
 
@@ -48,6 +53,12 @@ def _answer(asked):
     options = ", ".join(f"--{name.replace('_', '-')}" for name in asked.unused)
     said = f"Not used for {QUESTION[asked.question]}: {options}."
     return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
+
+
+def _headline(answer):
+    """The first row of the first table: of a search the cheapest flight."""
+    table = next(iter(answer.tables().values()))
+    return {} if table.empty else table.iloc[0].to_dict()
 
 
 def _place(options):

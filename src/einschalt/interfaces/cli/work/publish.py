@@ -1,6 +1,7 @@
 """What ``einschalt publish`` does."""
 
 from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import publish as publish_result
 
@@ -18,4 +19,5 @@ def publish(result, name, output, crs, source_crs, installed_at, proj_db, *, ove
         proj_db=proj_db,
         overwrite=overwrite,
     )
+    report(published.folder, n_operations=len(published.operations))
     print_out(published)

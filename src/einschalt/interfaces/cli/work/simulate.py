@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
+from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.files.block_writing import require_block_place
 from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.table_output import output_of_question, write_tables_of
@@ -47,6 +48,7 @@ def _simulate_folder(design, seed, output, *, overwrite):
     preset, geometry, noise = design
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output, overwrite=overwrite)
+    report(output, block=block.name, n_points=len(block.truth), seed=seed)
     print_out(f"{block.name}: {len(block.truth)} points, seed {seed}")
     print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
 
@@ -60,5 +62,6 @@ def _repeat_design(design, count, seed, engine, output, *, overwrite):
         write_tables_of(
             place, output, lambda new: write_table(table, new / REPETITIONS)
         )
+    report(output / REPETITIONS, n_repetitions=len(table))
     print_out(summarize_repetitions(table))
     print_out(f"Every repetition in {output / REPETITIONS}")

@@ -8,6 +8,7 @@ from einschalt.foundations.errors import TableError, name_some, raise_problems
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
+from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
 from einschalt.interfaces.files.tables_by_suffix import (
     understand_table,
@@ -90,6 +91,8 @@ def transform(
     write_tables_of(
         place, output, lambda new: write_in_both_formats(tables, new, decimals=DECIMALS)
     )
+    n_usable = int(fit.models["is_usable"].sum())
+    report(output, n_models=len(fit.models), n_usable=n_usable, m_0=fit.m_0)
     print_out(fit.summary())
     _say_what_is_outside(fit, tables["points"])
     if len(fit.models) == 1 and fit.is_usable and distribute == "none":
@@ -97,6 +100,7 @@ def transform(
         print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
     print_out(f"\nResults in {output}")
     if not fit.is_usable:
+        report_problems("no model could be transformed")
         print_error("einschalt: no model could be transformed; failures.csv says why")
         raise typer.Exit(WRONG)
     if publish is not None:

@@ -1,0 +1,97 @@
+"""What a command did, for other programs: the one JSON object of ``--json``.
+
+    {"command": "check", "status": 0, "problems": [], "paths": [], "figures": {…}}
+
+``status`` is the exit status, ``problems`` what went wrong (found, expected, remedy,
+file, row, point, model; what is not known is null), ``paths`` what was written, and
+``figures`` the headline figures: metres and numbers by name.
+"""
+
+import json
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+FACTS = ("found", "expected", "remedy", "file", "row", "point", "model")
+
+
+@dataclass
+class Outcome:
+    """What a command has reported so far."""
+
+    command: str
+    problems: list = field(default_factory=list)
+    paths: list = field(default_factory=list)
+    figures: dict = field(default_factory=dict)
+
+    def as_json(self, status):
+        """One JSON object, on one line."""
+        content = {"command": self.command, "status": status}
+        for name in ("problems", "paths", "figures"):
+            content[name] = getattr(self, name)
+        # ASCII: no console and no pipe can spoil a name
+        return json.dumps(_plain(content), allow_nan=False)
+
+
+RUNNING = []  # the outcome of the command that runs, if it was asked for
+
+
+@contextmanager
+def recorded(command):
+    """Record what a command reports: Outcome."""
+    RUNNING.append(Outcome(command))
+    try:
+        yield RUNNING[-1]
+    finally:
+        RUNNING.pop()
+
+
+def is_recorded():
+    """Whether an object was asked for: text then goes to standard error."""
+    return bool(RUNNING)
+
+
+def report(*paths, **figures):
+    """Report what was written, and headline figures; nothing where nobody asked."""
+    if RUNNING:
+        RUNNING[-1].paths += map(str, paths)
+        RUNNING[-1].figures |= figures
+
+
+@contextmanager
+def figures_under(name):
+    """Keep the figures that are reported inside under a name: one block of several."""
+    if not RUNNING:
+        yield
+        return
+    outer, RUNNING[-1].figures = RUNNING[-1].figures, {}
+    try:
+        yield
+    finally:
+        RUNNING[-1].figures = outer | {name: RUNNING[-1].figures}
+
+
+def report_problems(*problems):
+    """Report what went wrong: errors, or texts."""
+    if RUNNING:
+        RUNNING[-1].problems += [
+            dict.fromkeys(FACTS)
+            | {name: getattr(one, name, None) or None for name in FACTS}
+            | ({} if hasattr(one, "found") else {"found": str(one)})
+            for problem in problems
+            for one in getattr(problem, "problems", (problem,))
+        ]
+
+
+def _plain(value):
+    """What JSON can hold: a number that is none becomes null."""
+    if isinstance(value, dict):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if hasattr(value, "item"):  # a number of numpy
+        return _plain(value.item())
+    if isinstance(value, float):
+        return value if abs(value) < float("inf") else None  # nor is NaN below it
+    return str(value)

@@ -1,0 +1,59 @@
+"""The glossary, docs/glossary.md, as entries that can be looked up.
+
+It is in the package; a checkout has it in its docs.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from einschalt.foundations.column_words import folded
+
+PACKAGE = Path(__file__).parents[2]
+PLACES = (PACKAGE / "glossary.md", PACKAGE.parents[1] / "docs" / "glossary.md")
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of the glossary."""
+
+    section: str
+    cells: dict
+
+    @property
+    def title(self):
+        """Its first word, in German."""
+        return next(iter(self.cells.values()))
+
+    @property
+    def text(self):
+        """The entry as it is printed."""
+        (_, title), *rest = self.cells.items()
+        said = [f"{name}: {cell}" for name, cell in rest if cell not in ("", NOTHING)]
+        return "\n".join([f"{title} ({self.section})", *(f"  {one}" for one in said)])
+
+    def is_meant(self, term):
+        """Whether a word stands for it, in one of its languages or in the code."""
+        cells = ", ".join(self.cells.values())
+        words = re.split(r"[,;/]| \(", re.sub(r"`|\)|\$[^$]*\$", "", cells))
+        wanted = folded(term)
+        # without what stands in brackets, and with it
+        return wanted in {folded(word.strip()) for word in words if word.strip()}
+
+
+@cache
+def entries():
+    """All entries: tuple of Entry, in the order of the page."""
+    page = next(place for place in PLACES if place.exists())
+    section, names, found = "", (), []
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if line.startswith("## "):
+            section, names = line.removeprefix("## "), ()
+        elif line.startswith("|") and not set(line) <= set("|-: "):
+            cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+            if names:
+                found.append(Entry(section, dict(zip(names, cells, strict=True))))
+            names = names or tuple(cells)
+    return tuple(found)

@@ -1,0 +1,198 @@
+"""What users of other command lines expect of every command."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli import lengths
+from einschalt.interfaces.cli.explained_findings import (
+    explained_finding,
+    judges,
+)
+from einschalt.interfaces.cli.main import COMMANDS, app
+from einschalt.interfaces.files.glossary import entries
+from einschalt.pipeline.assessment.findings.kinds import KINDS
+
+KEYS = ["command", "status", "problems", "paths", "figures"]
+
+
+@pytest.fixture(scope="module")
+def help_of():
+    runner = CliRunner()
+
+    def call(name, width):
+        words = [*filter(None, [name]), "--help"]
+        return runner.invoke(app, words, env={"COLUMNS": str(width)}).output
+
+    return call
+
+
+@pytest.mark.parametrize("name", ["", *COMMANDS])
+def test_help_is_never_cut_inside_a_word(name, help_of):
+    words = help_of(name, 1000).split()
+    for width in (60, 70, 80, 90, 120):
+        shown = help_of(name, width)
+        assert shown.split() == words, width
+        if width > 60:  # names of options and their words may be longer than a line
+            assert max(map(len, shown.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_the_options_of_all(name, help_of):
+    shown = help_of(name, 80)
+    assert "--json" in shown
+    assert "--verbose" in shown
+    assert "-v" in shown
+
+
+def said(shown):
+    """The one object on standard output."""
+    (line,) = shown.stdout.splitlines()
+    found = json.loads(line)
+    assert list(found) == KEYS
+    assert found["status"] == shown.exit_code
+    return found
+
+
+@pytest.fixture(scope="module")
+def transformed(invoke, tmp_path_factory):
+    """Four points of a model and of the ground, and their transformation."""
+    folder = tmp_path_factory.mktemp("transformed")
+    points = [("a", 0, 0), ("b", 1, 0), ("c", 0, 1), ("d", 1, 1)]
+    model = "".join(f"{name},{x},{y}\n" for name, x, y in points)
+    ground = "".join(f"{n},{100 + 2 * x},{200 + 2 * y}\n" for n, x, y in points)
+    files = folder / "model.csv", folder / "ground.csv"
+    files[0].write_text(f"point_id,x,y\n{model}", encoding="utf-8")
+    files[1].write_text(f"point_id,easting,northing\n{ground}", encoding="utf-8")
+    return invoke("transform", *files, "--output", folder / "out", "--json"), folder
+
+
+def test_a_result_is_one_object_and_its_text_is_beside(transformed):
+    shown, folder = transformed
+    found = said(shown)
+    assert (found["command"], found["status"]) == ("transform", 0)
+    assert found["paths"] == [str(folder / "out")]
+    assert found["figures"]["n_usable"] == 1
+    assert found["figures"]["m_0"] < 1e-9
+    assert "affine transformation of 1 of 1 models" in shown.stderr
+
+
+def test_a_fault_is_told_by_its_parts(invoke, spoilt_folder, tmp_path):
+    found = said(invoke("check", spoilt_folder, "--json"))
+    assert found["status"] == 2
+    assert found["figures"]["n_problems"] == len(found["problems"]) > 1
+    (first, *_) = (one for one in found["problems"] if one["row"] == 5)
+    assert first["file"] == "low_flight.csv"
+    assert "n/a" in first["found"]
+    assert first["expected"]
+    lost = said(invoke("densify", tmp_path / "no", "-o", tmp_path / "o", "--json"))
+    assert lost["problems"][0]["found"]
+    assert lost["paths"] == []
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_wrong_call_is_an_object_too(name, invoke):
+    found = said(invoke(name, "--json", "--no-such-option"))
+    assert (found["command"], found["status"]) == (name, 2)
+    assert found["problems"][0]["found"]
+
+
+def test_headline_figures(invoke, block_folder, tmp_path):
+    done = invoke("densify", block_folder, "-o", tmp_path / "out", "--json", "-v")
+    figures = said(done)["figures"]
+    assert figures["block"] == "Demo (simulated)"
+    assert 0.01 < figures["credible"] < 0.2
+    assert isinstance(figures["claim_is_supported"], bool | None)
+    assert "overwrite = False" in done.stderr
+    assert re.search(r"einschalt \S+, Python \S+: \d+\.\d\d s", done.stderr)
+    plan = said(invoke("plan", "--spacing", "300m", "--scale-number", 8000, "--json"))
+    assert plan["figures"]["spacing"] == 300.0
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [
+        *[("5cm", "m", 0.05), ("250m", "m", 250.0), ("3 mm", "m", 0.003)],
+        *[("0.3km", "m", 300.0), ("0.05", "m", 0.05), ("15.2cm", "mm", 152.0)],
+        *[("7.5um", "µm", 7.5), ("7.5µm", "µm", 7.5), ("0.01mm", "µm", 10.0)],
+    ],
+)
+def test_lengths_have_the_unit_that_is_written(text, unit, number):
+    assert float(lengths.in_unit(text, unit)) == pytest.approx(number, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["cm", "", "points.csv", "5m.csv", "vermv_2016"])
+def test_what_is_no_length_stays_as_it_is(text):
+    assert lengths.in_unit(text, "m") == text
+
+
+def test_lengths_in_every_form_of_an_option(invoke):
+    def table(*words):
+        return invoke("plan", "--scale-number", "8000", *words).output
+
+    plain = table("--spacing", "200,300", "--m-0", "0.1", "--m-g-um", "7.5")
+    assert "200 m" in plain
+    written = ("--spacing=20000cm,300m", "--m-0", "10 cm", "--m-g-um", "0.0075mm")
+    assert table(*written) == plain
+    assert table("--image-format", "6.8x10.58cm") == table(
+        "--image-format", "68.0x105.8"
+    )
+    assert table("--spacing", "200:300:50m") == table("--spacing", "200:300:50")
+
+
+def test_an_unknown_unit_is_refused(invoke):
+    shown = invoke("plan", "--target", "5feet")
+    assert shown.exit_code == 2
+    assert "'5feet' has a unit that is not known" in shown.stderr
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_gets_a_script_that_asks_the_program(shell, invoke):
+    script = invoke("completion", shell).stdout
+    assert f"_EINSCHALT_COMPLETE=complete_{shell}" in script
+    assert "complete_" in script
+    assert "einschalt" in script
+
+
+def completed(line):
+    code = "from einschalt.interfaces.cli.main import run; run()"
+    words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys; sys.argv = ['einschalt']\n" + code],
+        env={**os.environ, **words} | {"_EINSCHALT_COMPLETE": "complete_bash"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done.stdout.split()
+
+
+def test_commands_and_options_are_completed():
+    assert completed("einschalt de") == ["demo", "densify"]
+    assert completed("einschalt densify --coverage") == ["--coverage-mean"]
+
+
+def test_every_finding_has_a_judge_and_an_explanation():
+    assert set(KINDS) == set(judges())
+    for code in KINDS:
+        lines = explained_finding(code).splitlines()
+        assert lines[0].startswith(code)
+        assert len(lines[1].split()) > 1
+        assert lines[2].startswith("  about: ")
+
+
+def test_terms_are_found_in_both_languages(invoke):
+    assert len(entries()) > 60
+    for term in ("Passpunkt", "control point", "passpunkt", "control_points"):
+        assert "Passpunkt (Points" in invoke("explain", term).stdout
+    column = invoke("explain", "Rechtswert").stdout
+    assert column.startswith("Rechtswert: easting")
+    assert "  remedy: " in invoke("explain", "claim_that_does_not_stand").stdout
+    unknown = invoke("explain", "Paspunkt")
+    assert unknown.exit_code == 2
+    assert "Passpunkt" in unknown.stderr
