@@ -5,7 +5,12 @@ import pytest
 import statsmodels.api as sm
 from scipy.stats import binom, f, kstest
 
-from einschalt.theory.adjustment.pattern_tests import examine_patterns, examine_scores
+from einschalt.theory.adjustment.pattern_tests import (
+    estimate_scores_together,
+    estimate_together,
+    examine_patterns,
+    examine_scores,
+)
 
 N = 14
 
@@ -57,6 +62,28 @@ def test_what_is_free_is_estimated_with_each_pattern(covariance, signatures):
         assert found.squares[place] == pytest.approx(expected)
         p_value = other.compare_f_test(without)[1]
         assert found.p_values_if_scaled[place] == pytest.approx(p_value)
+
+
+def test_patterns_together_are_those_of_generalized_least_squares(
+    covariance, signatures
+):
+    free = np.random.default_rng(14).normal(size=(N, 1))
+    observed = np.random.default_rng(15).normal(size=N) + 30.0 * free[:, 0]
+    found = estimate_together(observed, covariance, signatures, free)
+    columns = np.hstack([*signatures, free])
+    other = sm.GLS(observed, columns, sigma=covariance).fit()
+    np.testing.assert_allclose(found.ravel(), other.params[:-1], rtol=1e-6)
+
+
+def test_scores_give_patterns_together_as_the_errors_do(covariance):
+    errors = np.random.default_rng(16).normal(size=(N, 2))
+    patterns = np.random.default_rng(17).normal(size=(3, N))
+    weight = np.linalg.inv(covariance)
+    found = estimate_scores_together(weight @ errors, weight, patterns, [4])
+    columns = np.vstack([patterns, np.eye(N)[4]]).T
+    for axis in range(2):
+        other = sm.GLS(errors[:, axis], columns, sigma=covariance).fit()
+        np.testing.assert_allclose(found[:, axis], other.params[:-1], rtol=1e-6)
 
 
 def test_points_that_are_free_do_not_count_in_scores(covariance):

@@ -64,17 +64,7 @@ def examine_patterns(observed, covariance, signatures, free=None) -> PatternTest
     ([[5.1]], [52.0])
     """
     n_patterns, n, n_amplitudes = signatures.shape
-    root = np.linalg.cholesky(covariance)
-    white = solve_triangular(root, observed, lower=True)
-    flat = np.moveaxis(signatures, 1, 0).reshape(n, -1)
-    shown = solve_triangular(root, flat, lower=True)
-    n_free = 0
-    if free is not None and free.size:
-        known = _directions(solve_triangular(root, free, lower=True))
-        n_free = known.shape[1]
-        white = white - known @ (known.T @ white)
-        shown = shown - known @ (known.T @ shown)
-    shown = shown.reshape(n, n_patterns, n_amplitudes)
+    white, shown, n_free = _whitened(observed, covariance, signatures, free)
     information = np.einsum("npa,npb->pab", shown, shown)
     right = np.einsum("npa,n->pa", shown, white)
     least = np.linalg.eigvalsh(information)[:, 0] if n_patterns else np.zeros(0)
@@ -85,6 +75,36 @@ def examine_patterns(observed, covariance, signatures, free=None) -> PatternTest
     squares = np.einsum("pa,pa->p", right, amplitudes)
     total = white @ white
     return _tested(amplitudes, squares, total, n - n_free)
+
+
+def estimate_together(observed, covariance, signatures, free=None):
+    """Amplitudes of all patterns at once, shape (n_patterns, n_amplitudes).
+
+    Arguments as for :func:`examine_patterns`; of what nothing is known the smallest.
+    """
+    n_patterns, _, n_amplitudes = signatures.shape
+    white, shown, _ = _whitened(observed, covariance, signatures, free)
+    found = np.linalg.lstsq(shown.reshape(len(shown), -1), white, rcond=LEAST_RANK)[0]
+    return found.reshape(n_patterns, n_amplitudes)
+
+
+def _whitened(observed, covariance, signatures, free):
+    """Errors and patterns with unit covariance, what is free taken out of them.
+
+    Shapes (n,), (n, n_patterns, n_amplitudes), and the number of what was free.
+    """
+    n_patterns, n, n_amplitudes = signatures.shape
+    root = np.linalg.cholesky(covariance)
+    white = solve_triangular(root, observed, lower=True)
+    flat = np.moveaxis(signatures, 1, 0).reshape(n, -1)
+    shown = solve_triangular(root, flat, lower=True)
+    n_free = 0
+    if free is not None and free.size:
+        known = _directions(solve_triangular(root, free, lower=True))
+        n_free = known.shape[1]
+        white = white - known @ (known.T @ white)
+        shown = shown - known @ (known.T @ shown)
+    return white, shown.reshape(n, n_patterns, n_amplitudes), n_free
 
 
 def _directions(columns):
@@ -116,6 +136,32 @@ def examine_scores(scores, information, patterns, free=()) -> PatternTests:
     >>> found.amplitudes.round(2).tolist()
     [[6.0, 0.05]]
     """
+    scores, values, kept = _known_scores(scores, information, free)
+    white = (kept / np.sqrt(values)).T @ scores
+    known = np.sum(((patterns @ kept) * np.sqrt(values)) ** 2, axis=1)
+    # a pattern of which hardly anything shows could be of any size
+    whole = np.sum(patterns**2, axis=1) * values.max(initial=0.0)
+    is_told = known > LEAST_INFORMATION * whole
+    right = patterns @ (kept @ (kept.T @ scores))
+    known = np.where(is_told, known, np.nan)[:, None]
+    amplitudes = right / known
+    squares = np.sum(right * amplitudes, axis=1)
+    return _tested(amplitudes, squares, float(np.sum(white**2)), white.size)
+
+
+def estimate_scores_together(scores, information, patterns, free=()):
+    """Amplitudes of all patterns at once, shape (n_patterns, n_axes).
+
+    Arguments as for :func:`examine_scores`; of what nothing is known the smallest.
+    """
+    scores, values, kept = _known_scores(scores, information, free)
+    shown = (np.sqrt(values)[:, None] * kept.T) @ patterns.T
+    white = (kept / np.sqrt(values)).T @ scores
+    return np.linalg.lstsq(shown, white, rcond=LEAST_RANK)[0]
+
+
+def _known_scores(scores, information, free):
+    """Scores without points that are free, and what is known: values and vectors."""
     if len(free):
         # eliminated from the normal equations
         share = information[:, free] @ np.linalg.pinv(
@@ -125,17 +171,7 @@ def examine_scores(scores, information, patterns, free=()) -> PatternTests:
         information = information - share @ information[free]
     values, vectors = np.linalg.eigh((information + information.T) / 2.0)
     is_known = values > LEAST_RANK * max(values.max(initial=0.0), 0.0)
-    kept = vectors[:, is_known]
-    white = (kept / np.sqrt(values[is_known])).T @ scores
-    known = np.sum(((patterns @ kept) * np.sqrt(values[is_known])) ** 2, axis=1)
-    # a pattern of which hardly anything shows could be of any size
-    whole = np.sum(patterns**2, axis=1) * values.max(initial=0.0)
-    is_told = known > LEAST_INFORMATION * whole
-    right = patterns @ (kept @ (kept.T @ scores))
-    known = np.where(is_told, known, np.nan)[:, None]
-    amplitudes = right / known
-    squares = np.sum(right * amplitudes, axis=1)
-    return _tested(amplitudes, squares, float(np.sum(white**2)), white.size)
+    return scores, values[is_known], vectors[:, is_known]
 
 
 def _tested(amplitudes, squares, total, n):

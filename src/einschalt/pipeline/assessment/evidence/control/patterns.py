@@ -11,7 +11,6 @@ See docs/theory/claim.md.
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
 
 import numpy as np
 
@@ -21,7 +20,12 @@ from einschalt.pipeline.assessment.evidence.control.signatures import (
     Signatures,
 )
 from einschalt.pipeline.assessment.evidence.systematic_errors import SURELY_NOT_SCALED
-from einschalt.theory.adjustment.pattern_tests import examine_patterns, examine_scores
+from einschalt.theory.adjustment.pattern_tests import (
+    estimate_scores_together,
+    estimate_together,
+    examine_patterns,
+    examine_scores,
+)
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 
 # fewer points tell no pattern; of more the covariance would be too large
@@ -103,16 +107,12 @@ def find_control_patterns(examined, set_aside=frozenset()) -> ControlPatterns:
     signatures = Signatures(examined, left_out)
     patterns = _patterns(control, names, is_used)
     scores, height = examined.patterns.scores, (None, 0.0)
-    examine = (
-        partial(_of_differences, signatures, PLAN)
-        if scores is None
-        else partial(_of_scores, scores)
-    )
-    plan = _worst(signatures, PLAN, patterns, examine, is_free, is_used)
+    shown = _Differences(signatures, PLAN) if scores is None else _Scores(scores)
+    plan = _worst(signatures, PLAN, patterns, shown, is_free, is_used)
     if left_out.has_heights:
         found = [*patterns, *_scales(examined.block, len(control))]
-        examine = partial(_of_differences, signatures, HEIGHT)
-        height = _worst(signatures, HEIGHT, found, examine, is_free, is_used)
+        shown = _Differences(signatures, HEIGHT)
+        height = _worst(signatures, HEIGHT, found, shown, is_free, is_used)
     return ControlPatterns(plan[0], height[0], plan[1], height[1])
 
 
@@ -123,39 +123,62 @@ def _scales(block, n_control):
     return [Pattern(Kind.SCALE, np.zeros(n_control), names) for names in each]
 
 
-def _of_differences(signatures, axes, patterns, is_free):
-    """Test patterns in control that was left out, PatternTests or None."""
-    of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
-    free = None
-    if of_free:
-        made = signatures.of(of_free, axes)
-        free = np.moveaxis(made, 1, 0).reshape(made.shape[1], -1)
-    try:
-        return examine_patterns(
-            signatures.observed(axes),
-            signatures.covariance(axes),
-            signatures.of(patterns, axes),
-            free,
-        )
-    except np.linalg.LinAlgError:  # points without errors of their own
-        return None
+class _Differences:
+    """Control in some axes, less what is predicted without it."""
+
+    def __init__(self, signatures, axes):
+        self.signatures, self.axes = signatures, axes
+
+    def tests(self, patterns, is_free):
+        """Test patterns, each by itself: PatternTests or None."""
+        try:
+            return examine_patterns(*self._of(patterns, is_free))
+        except np.linalg.LinAlgError:  # points without errors of their own
+            return None
+
+    def together(self, patterns, is_free):
+        """Amplitudes of patterns that were tested, all at once."""
+        return estimate_together(*self._of(patterns, is_free))
+
+    def _of(self, patterns, is_free):
+        signatures, axes = self.signatures, self.axes
+        of_free = [Pattern(Kind.POINT, row) for row in np.eye(len(is_free))[is_free]]
+        free = None
+        if of_free:
+            made = signatures.of(of_free, axes)
+            free = np.moveaxis(made, 1, 0).reshape(made.shape[1], -1)
+        shown = signatures.of(patterns, axes)
+        return signatures.observed(axes), signatures.covariance(axes), shown, free
 
 
-def _of_scores(scores, patterns, is_free):
-    """Test patterns in what all models know of control, PatternTests."""
-    rows = np.stack([pattern.of_control for pattern in patterns])
-    rows = rows[:, scores.places]
-    free = np.flatnonzero(is_free[scores.places])
-    return examine_scores(scores.values, scores.information, rows, free)
+class _Scores:
+    """What all models know of control in plan."""
+
+    def __init__(self, scores):
+        self.scores = scores
+
+    def tests(self, patterns, is_free):
+        """Test patterns, each by itself: PatternTests."""
+        return examine_scores(*self._of(patterns, is_free))
+
+    def together(self, patterns, is_free):
+        """Amplitudes of patterns, all at once."""
+        return estimate_scores_together(*self._of(patterns, is_free))
+
+    def _of(self, patterns, is_free):
+        scores = self.scores
+        rows = np.stack([pattern.of_control for pattern in patterns])
+        free = np.flatnonzero(is_free[scores.places])
+        return scores.values, scores.information, rows[:, scores.places], free
 
 
-def _worst(signatures, axes, patterns, examine, is_free, is_used):
+def _worst(signatures, axes, patterns, shown, is_free, is_used):
     """The clearest of all patterns in some axes, if chance does not explain it.
 
     FoundPattern, or None where errors that are all larger than given are no pattern;
     and what it does to the new points, 0 where chance explains it.
     """
-    tests = examine(patterns, is_free)
+    tests = shown.tests(patterns, is_free)
     place = _clearest(tests)
     if place is None:
         return None, 0.0
@@ -167,9 +190,11 @@ def _worst(signatures, axes, patterns, examine, is_free, is_used):
     moved = [
         signatures.moved(each, amplitude, axes) for each in _wrong(pattern, is_used)
     ]
-    if pattern.kind is Kind.POINT:
-        errors = _errors_of_points(patterns, place, examine, is_free)
-        moved.append(signatures.moved_by(errors, axes))
+    together = _likewise(patterns, place, shown, is_free)
+    if len(together) > 1:
+        amplitudes = shown.together(together, is_free)
+        of_control = np.stack([each.of_control for each in together], axis=1)
+        moved.append(signatures.moved_by(of_control @ amplitudes, axes))
     moved = float(np.nan_to_num(max(moved)))
     if if_scaled > SURELY_NOT_SCALED:
         return None, moved
@@ -200,25 +225,24 @@ def _of_family(tests, p_values):
     return np.minimum(p_values * np.isfinite(tests.squares).sum(), 1.0)
 
 
-def _errors_of_points(patterns, place, examine, is_free):
-    """Errors of the clearest point, and of others that are wrong beside it.
+def _likewise(patterns, place, shown, is_free):
+    """What is estimated together with the clearest pattern, itself among it.
 
-    Shape (n_control, n_axes) [m]. One after the other is set free, while the clearest
-    pattern of the rest is a point; their errors are estimated together.
+    Points that are wrong beside a point: one after the other is set free, while the
+    clearest pattern of the rest is a point. Three terms make a quadratic strain.
     """
-    wrong = []
-    while place is not None and patterns[place].kind is Kind.POINT:
+    kind, wrong = patterns[place].kind, []
+    if kind is Kind.BEND:
+        return [pattern for pattern in patterns if pattern.kind is kind]
+    while kind is Kind.POINT and patterns[place].kind is kind:
         wrong.append(place)
         if len(wrong) == MOST_WRONG:
             break
-        place = _clearest(examine(patterns, is_free | _rows_of(patterns, wrong)))
-    errors = 0.0
-    for place in wrong:
-        others = [other for other in wrong if other != place]
-        tests = examine(patterns, is_free | _rows_of(patterns, others))
-        amplitude = np.nan_to_num(tests.amplitudes[place])
-        errors = errors + np.outer(patterns[place].of_control, amplitude)
-    return errors
+        is_also_free = is_free | _rows_of(patterns, wrong)
+        place = _clearest(shown.tests(patterns, is_also_free))
+        if place is None:
+            break
+    return [patterns[place] for place in wrong]
 
 
 def _rows_of(patterns, places):
