@@ -41,8 +41,12 @@ def credible_heights(examined) -> CredibleHeights | None:
     off = max(examined.frame.could_be_off.height, _of_another_unit(examined))
     is_refuted = bool(rejected) or moved > 0.0 or off > 0.0
     shown = [moved, *(_excess_of(examined, test) for test in rejected)]
-    if is_refuted:
-        shown.append(examined.apart_from_two_steps.height)
+    # what turns models in plan tilts them as well
+    if is_refuted or examined.credible.is_lower_bound:
+        apart = examined.apart_from_two_steps.height
+        apart = where_it_matters(apart, total, is_refuted=is_refuted)
+        is_refuted = is_refuted or apart > 0.0
+        shown.append(apart)
     extra = max([0.0, *(size for size in shown if np.isfinite(size))])
     extra = float(np.hypot(extra, off))
     value = float(np.hypot(np.nan_to_num(total), extra)) if is_refuted else total
