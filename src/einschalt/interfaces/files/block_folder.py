@@ -162,6 +162,7 @@ class _Reading:
             "approximate_m_0_m": approximate.m_0_m if approximate else None,
             "crs": self.crs,
             "name": (block and block.name) or as_unicode(self.folder.resolve().name),
+            **{n: getattr(block, n, None) or "" for n in ("project", "operator")},
             "settings": self.toml.settings,
             "sources": self.sources,
             "checksums": self.checksums,

@@ -24,9 +24,8 @@ from einschalt.interfaces.files.written_files import (
     GEOPACKAGE,
     PROVENANCE,
     Source,
-    digest,
 )
-from einschalt.interfaces.provenance import provenance
+from einschalt.interfaces.provenance import digest_of_inputs, provenance
 from einschalt.interfaces.reports.html_report import render
 from einschalt.pipeline.summary.summary import lasting_summary
 
@@ -144,8 +143,7 @@ DECIMALS = {
 
 def output_of(block, *, overwrite=False, is_known=False) -> Output:
     """Tell what densifying a block writes, and from what."""
-    signs = sorted(set(block.checksums.values()))
-    inputs = digest(signs) if block.files else None
+    inputs = digest_of_inputs(block)
     source = Source("densify", block.name, block.files[:1], inputs)
     options = {"overwrite": overwrite, "is_known": is_known}
     return Output(source, RESULT_NAMES, InputFiles(block.files), **options)
