@@ -6,6 +6,8 @@ from einschalt.interfaces.reports.packed_data import quantum_of
 
 MANY = 30_000  # from here on bytes count more than the third digit
 VERY_MANY = 200_000
+MOST_SIGNS = 25_000  # vectors or ellipses that anybody looks at
+GOLDEN_SECTION = (np.sqrt(5.0) - 1.0) / 2.0
 ERRORS = {
     "standard_error_paper": "paper",
     "standard_error_internal": "internal",
@@ -31,8 +33,8 @@ def pack_points(packed, result, claim):
     }
     if "height" in points and not is_very_many:
         found["height"] = packed.numbers(points["height"], place_quantum)
-    shown = {} if is_very_many else ERRORS
-    for column, name in shown.items():
+    shown = list(ERRORS.items())[: 1 if is_very_many else 2 if is_many else 3]
+    for column, name in shown:
         if column != claim and column in points and points[column].notna().any():
             found[name] = _errors(packed, points[column], parts)
     for column, name in COUNTS.items():
@@ -62,6 +64,7 @@ def _vectors(packed, result, parts):
     apart, names = coverage_differences(result)
     if apart is not None:
         quantum = quantum_of(np.hypot(*apart.T), parts)
+        apart[~evenly_chosen(len(apart))] = np.nan
         found["apart_east"] = packed.numbers(apart[:, 0], quantum)
         found["apart_north"] = packed.numbers(apart[:, 1], quantum)
         packed.head["coverages"] = names
@@ -91,18 +94,32 @@ def coverage_differences(result):
     return first - second, [str(name) for name in coverages]
 
 
+def evenly_chosen(n_points):
+    """Which of many points have vectors and ellipses in the page: evenly, (n_points,).
+
+    Multiples of the golden section fill an interval evenly, and beat with no pattern of
+    rows in which points may stand.
+    """
+    if n_points <= MOST_SIGNS:
+        return np.ones(n_points, dtype=bool)
+    return (np.arange(n_points) * GOLDEN_SECTION) % 1.0 < MOST_SIGNS / n_points
+
+
 def _ellipses(packed, result):
     """Semi axes and azimuth, in the order of the points."""
     ellipses = result.ellipses
     if ellipses is None or not len(ellipses):
         return {}
-    rows = ellipses.drop_duplicates("point_id").set_index("point_id")
-    rows = rows.reindex(result.points["point_id"])
-    flat = rows["semi_minor"] / rows["semi_major"].where(rows["semi_major"] > 0.0)
+    columns = ["semi_major", "semi_minor", "azimuth_gon"]
+    rows = ellipses.drop_duplicates("point_id").set_index("point_id")[columns]
+    rows = rows.reindex(result.points["point_id"]).to_numpy(dtype=float)
+    rows[~evenly_chosen(len(rows))] = np.nan
+    major, minor, azimuth = rows.T
+    flat = minor / np.where(major > 0.0, major, np.nan)
     return {
-        "semi_major": _errors(packed, rows["semi_major"], 40.0),
+        "semi_major": _errors(packed, major, 40.0),
         "flattened": packed.numbers(flat, 0.02),
-        "azimuth": packed.numbers(rows["azimuth_gon"], 2.0),
+        "azimuth": packed.numbers(azimuth, 2.0),
     }
 
 
