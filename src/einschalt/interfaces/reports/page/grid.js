@@ -54,14 +54,13 @@ class PointGrid {
     return best;
   }
 
-  /** One of each cell of so many metres, of the points that have what is drawn. */
-  thinned(metres, has) {
+  /** One of each cell of so many metres, of some points. */
+  thinned(metres, rows) {
     const nx = Math.floor((this.nx * this.cell) / metres) + 1;
     const ny = Math.floor((this.ny * this.cell) / metres) + 1;
     const taken = nx * ny < 8e6 ? new Uint8Array(nx * ny) : null, seen = new Set();
     const found = [];
-    for (let i = 0; i < this.east.length; i++) {
-      if (!has(i)) continue;
+    for (const i of rows) {
       const column = Math.floor((this.east[i] - this.west) / metres);
       const key = Math.floor((this.north[i] - this.south) / metres) * nx + column;
       if (taken ? taken[key] : seen.has(key)) continue;

@@ -16,7 +16,7 @@ const palette = () => PALETTES[isDark() ? "dark" : "light"];
 
 const N_CLASSES = 64;
 const MOST_ARCS = 6000;
-const MOST_SIGNS = 1400; // vectors or ellipses that can be told apart
+const MOST_SIGNS = 900; // vectors or ellipses that can be told apart
 
 /** Colours of errors: the steps of the map in block.gpkg, and all between them. */
 class ColourScale {
@@ -104,7 +104,7 @@ function stampDots(context, map, radius, colours, dim) {
   pixels.fill(0);
   const whole = ([r, g, b]) => (0xff000000 | (b << 16) | (g << 8) | r) >>> 0;
   const codes = Uint32Array.from(colours, whole), dimmed = whole(dim);
-  const r = Math.max(Math.round(radius * ratio), 1), stamp = [];
+  const r = Math.max(Math.round(radius * ratio), 1), stamp = r === 1 ? [1, width, width + 1] : [];
   for (let dy = 1 - r; dy < r; dy++) for (let dx = 1 - r; dx < r; dx++) if (dx * dx + dy * dy <= (r - 0.4) ** 2) stamp.push(dy * width + dx);
   const k = view.scale * ratio, x0 = (view.width / 2) * ratio - view.centre[0] * k, y0 = (view.height / 2) * ratio + view.centre[1] * k;
   for (const wanted of mask ? [0, 1] : [1]) {
@@ -162,36 +162,31 @@ function drawHeat(context, map) {
 }
 
 function drawFootprints(context, map) {
-  const { models, view } = map, colours = palette();
+  const { models } = map, colours = palette(), seen = map.modelsInView();
   for (const usable of [1, 0]) {
-    strokes(context, usable ? colours.model : colours.failed, usable ? 0.8 : 1.6, () => {
-      for (let m = 0; m < models.n; m++) if (models.usable[m] === usable) outline(context, map, m);
-    });
+    const own = seen.filter((m) => models.usable[m] === usable);
+    // a few at a time: one path of thousands of sides takes seconds
+    for (let k = 0; k < own.length; k += 100) {
+      strokes(context, usable ? colours.model : colours.failed, usable ? 0.8 : 1.6, () => {
+        for (const m of own.slice(k, k + 100)) outline(context, map, m);
+      });
+    }
   }
   context.globalAlpha = 0.05;
   context.fillStyle = colours.model;
-  if (models.n <= 400) for (let m = 0; m < models.n; m++) { context.beginPath(); outline(context, map, m); context.fill(); }
+  if (seen.length <= 400) for (const m of seen) { context.beginPath(); outline(context, map, m); context.fill(); }
   context.globalAlpha = 1;
-  void view;
 }
 
-/** Corners of a model, as a path; nothing where it is out of sight or too small. */
+/** Corners of a model, as a path. */
 function outline(context, map, m) {
   const { models, points, view } = map;
   if (!models.corners) return;
-  let first = true, low = Infinity, high = -Infinity, left = Infinity, right = -Infinity;
-  const places = [];
   for (let k = 0; k < 8; k++) {
     const i = models.corners[8 * m + k];
     if (!isNumber(i)) return;
     const x = view.x(points.east[i]), y = view.y(points.north[i]);
-    places.push(x, y);
-    low = Math.min(low, y); high = Math.max(high, y); left = Math.min(left, x); right = Math.max(right, x);
-  }
-  if (high < 0 || low > view.height || right < 0 || left > view.width || (high - low < 3 && right - left < 3)) return;
-  for (let k = 0; k < 16; k += 2) {
-    if (first) context.moveTo(places[k], places[k + 1]); else context.lineTo(places[k], places[k + 1]);
-    first = false;
+    if (k) context.lineTo(x, y); else context.moveTo(x, y);
   }
   context.closePath();
 }
@@ -226,8 +221,8 @@ function drawEllipses(context, map, layer) {
 
 function drawKnown(context, map) {
   const { points, view } = map, colours = palette();
-  const size = Math.max(Math.min(5, 160 / Math.sqrt(map.known.length + 1)), 2.2) * (view.isWhole ? 1 : 1.15);
-  context.lineWidth = 1.3;
+  const size = Math.max(Math.min(5, 110 / Math.sqrt(map.known.length + 1)), 2) * (view.isWhole ? 1 : 1.15);
+  context.lineWidth = size < 3 ? 0.9 : 1.3;
   context.fillStyle = colours.paper;
   for (const i of map.known) {
     const x = view.x(points.east[i]), y = view.y(points.north[i]);

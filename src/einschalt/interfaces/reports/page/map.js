@@ -12,6 +12,8 @@ const LAYERS = [
 ];
 const ON_AT_FIRST = ["points", "known", "vectors", "numbers"];
 const USUAL_SIGN = 26; // pixels of a long vector
+const REACH = { vectors: 1.2, apart: 1.2, ellipses: 0.55 }; // of the way to the neighbour
+const SMALLEST_MODEL = 20; // pixels
 
 class BlockMap {
   constructor(host, points, models, scale, selection, worst) {
@@ -27,7 +29,7 @@ class BlockMap {
     this._build(host);
     selection.follow((change, by) => this._follow(change, by));
     scheme.listeners.push(() => this._printOrScreen());
-    new ResizeObserver(() => this._resize()).observe(this.sheet);
+    new ResizeObserver(() => requestAnimationFrame(() => this._resize())).observe(this.sheet);
     this._resize();
   }
 
@@ -134,33 +136,67 @@ class BlockMap {
 
   /** Vectors and ellipses share one factor, so that they can be compared. */
   _exaggerate() {
-    let long = 0;
+    let most = Infinity;
     for (const layer of this.signs) {
       layer.long ??= quantile(sorted(Float64Array.from(this.points.places, (i) => Math.hypot(...layer.columns.map((name) => this.points[name][i])))), 0.95);
-      long = Math.max(long, layer.long || 0);
+      layer.all ??= this._having(layer).length;
+      const { inView, share } = this._share();
+      const drawn = Math.max(Math.min(layer.all * share, MOST_SIGNS), 1);
+      const reach = Math.min(USUAL_SIGN, REACH[layer.name] * Math.sqrt(inView / drawn) * this.view.scale);
+      if (layer.long > 0 && reach > 0) most = Math.min(most, reach / (layer.long * this.view.scale));
     }
-    this.exaggeration = long > 0 ? roundDown(USUAL_SIGN / (long * this.view.scale)) : 0;
+    this.exaggeration = most < Infinity ? roundDown(most) : 0;
   }
 
   /** Points of a layer that are drawn at this scale: the same wherever the map is moved. */
   thinnedOf(layer) {
-    const has = layer.columns.map((name) => this.points[name]);
-    const isThere = (i) => isNumber(this.points.east[i]) && isNumber(this.points.north[i]) && has.every((column) => isNumber(column[i]));
-    layer.all ??= this.points.places.filter(isThere).length;
-    const [west, south, right, top] = this.view.box();
-    const [a, b, c, d] = this.extent;
-    const inView = Math.max(0, Math.min(right, c) - Math.max(west, a)) * Math.max(0, Math.min(top, d) - Math.max(south, b));
-    const share = inView / Math.max((c - a) * (d - b), 1e-9);
-    const expected = layer.all * Math.min(share, 1);
-    const wanted = expected <= MOST_SIGNS ? 0 : Math.sqrt(inView / MOST_SIGNS);
+    const { inView, share } = this._share();
+    const wanted = layer.all * share <= MOST_SIGNS ? 0 : Math.sqrt(inView / MOST_SIGNS);
     const level = wanted ? Math.ceil(Math.log2(wanted) * 2) : -Infinity;
     const key = `${layer.name} ${level}`;
     if (!this.thinned.has(key)) {
-      const found = wanted ? this.grid.thinned(2 ** (level / 2), isThere) : Uint32Array.from(this.points.places.filter(isThere));
-      this.thinned.set(key, found);
+      const all = this._having(layer);
+      this.thinned.set(key, wanted ? this.grid.thinned(2 ** (level / 2), all) : all);
     }
     layer.drawn = this.thinned.get(key);
     return layer.drawn;
+  }
+
+  /** Points that have what a layer draws. */
+  _having(layer) {
+    if (!layer.having) {
+      const columns = ["east", "north", ...layer.columns].map((name) => this.points[name]);
+      layer.having = this.points.places.filter((i) => columns.every((column) => isNumber(column[i])));
+    }
+    return layer.having;
+  }
+
+  /** How much of the block is in view [m²], and which share of it. */
+  _share() {
+    const [west, south, right, top] = this.view.box(), [a, b, c, d] = this.extent;
+    const inView = Math.max(0, Math.min(right, c) - Math.max(west, a)) * Math.max(0, Math.min(top, d) - Math.max(south, b));
+    return { inView, share: Math.min(inView / Math.max((c - a) * (d - b), 1e-9), 1) };
+  }
+
+  /** Models that can be seen: not too small, and not out of sight. */
+  modelsInView() {
+    this.boxes ??= this.models.places.map((m) => this._modelBox(m));
+    const [west, south, right, top] = this.view.box(), least = SMALLEST_MODEL / this.view.scale;
+    const found = this.models.places.filter((m) => {
+      const box = this.boxes[m];
+      return box && box[2] > west && box[0] < right && box[3] > south && box[1] < top && Math.max(box[2] - box[0], box[3] - box[1]) > least;
+    });
+    const layer = this.layers.find(({ name }) => name === "footprints");
+    const text = found.length ? layer.title : `${layer.title} (zoom in to see them)`;
+    if (layer.label.textContent !== text) layer.label.textContent = text;
+    return found;
+  }
+
+  _modelBox(m) {
+    const corners = this.models.corners.subarray(8 * m, 8 * m + 8);
+    if (!isNumber(corners[0])) return null;
+    const easts = Array.from(corners, (i) => this.points.east[i]), norths = Array.from(corners, (i) => this.points.north[i]);
+    return [Math.min(...easts), Math.min(...norths), Math.max(...easts), Math.max(...norths)];
   }
 
   _sayThinning() {
@@ -236,11 +272,9 @@ class BlockMap {
   }
 
   _showModel(m) {
-    const { models, points, view } = this, corners = models.corners && models.corners.subarray(8 * m, 8 * m + 8);
-    if (!corners || !isNumber(corners[0])) return;
-    const easts = Array.from(corners, (i) => points.east[i]), norths = Array.from(corners, (i) => points.north[i]);
-    const middle = (v) => (Math.min(...v) + Math.max(...v)) / 2, size = (v) => Math.max(...v) - Math.min(...v);
-    view.show(middle(easts), middle(norths), 2.2 * Math.max(size(easts), size(norths)));
+    const box = this.models.corners && this._modelBox(m);
+    if (!box) return;
+    this.view.show((box[0] + box[2]) / 2, (box[1] + box[3]) / 2, 2.2 * Math.max(box[2] - box[0], box[3] - box[1]));
   }
 }
 

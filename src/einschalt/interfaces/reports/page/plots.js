@@ -4,17 +4,21 @@ class Plot {
   constructor(host, { title, said, draw, height = 230, wide = false }) {
     this.draw = draw;
     this.height = height;
+    this.wide = wide;
     this.place = element("div", { class: "plot-place" });
     this.title = title;
     this.said = element("span", {}, said);
     host.append(element("figure", { class: wide ? "plot wide" : "plot" }, element("figcaption", {}, element("b", {}, title), " ", this.said), this.place));
     scheme.listeners.push(() => this.show());
-    new ResizeObserver(() => { if (Math.abs(this.place.clientWidth - this.width) > 2) this.show(); }).observe(this.place);
+    new ResizeObserver(() => requestAnimationFrame(() => {
+      if (Math.abs(Math.max(this.place.clientWidth, 240) - this.width) > 2) this.show();
+    })).observe(this.place);
     this.show();
   }
 
   show() {
-    this.width = Math.max(this.place.clientWidth, 240);
+    const onPaper = this.wide ? 660 : 320;
+    this.width = scheme.printing ? onPaper : Math.max(this.place.clientWidth, 240);
     const sheet = svg("svg", { viewBox: `0 0 ${this.width} ${this.height}`, width: "100%", role: "img", "aria-label": `${this.title}. ${this.said.textContent}` });
     this.draw(new Axes(sheet, this.width, this.height));
     this.place.replaceChildren(sheet);
