@@ -1,11 +1,16 @@
 """What the page draws is what the result holds."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 from tests.changed_results import judged_before
 from tests.interfaces.reports.test_packed_data import Unpacked
 
+from einschalt.interfaces.files.block_folder import read_block
+from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.reports.html_report import page_data
 from einschalt.interfaces.reports.page_models import KEYS, footprints
 from einschalt.interfaces.reports.page_plots import plots
@@ -97,6 +102,15 @@ def test_residuals_of_a_gross_error_are_counted_at_the_end(good_result):
 @pytest.mark.parametrize("name", ["given_approximations", "unchecked"])
 def test_blocks_of_other_kinds_have_data(name, request):
     Unpacked(page_data(request.getfixturevalue(f"{name}_result"), "mm"))
+
+
+def test_the_title_block_says_whose_the_block_is(tmp_path, demo_block, good_result):
+    named = replace(demo_block, project="A1 & A2", operator="Ä. Bauer")
+    write_block(named, tmp_path / "block")
+    read = read_block(tmp_path / "block")
+    shown = dict(title_block(judged_before(good_result, block=read)))
+    assert (shown["Project"], shown["Operator"]) == ("A1 & A2", "Ä. Bauer")
+    assert re.fullmatch("[0-9a-f]{16}", shown["Checksum of the input"])
 
 
 def test_the_title_block_names_the_system_and_the_method(good_result):

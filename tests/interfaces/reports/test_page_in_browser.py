@@ -17,11 +17,13 @@ from pathlib import Path
 import pytest
 from tests.changed_results import judged_before
 
+from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.reports import pdf_printer
 from einschalt.interfaces.reports.html_report import render
 from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
 
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 
 HOSTILE = "</script><img src=x onerror=\"document.title='taken'\">"
 DRIVER = Path(__file__).with_name("page_driver.js").read_text(encoding="utf-8")
@@ -79,6 +81,8 @@ def result(good_result):
 @pytest.fixture(scope="module")
 def seen(result, tmp_path_factory):
     """The page on a screen of 1280 pixels."""
+    if BROWSER is None:
+        pytest.skip("no Chromium is installed")
     folder = tmp_path_factory.mktemp("screen")
     return looked_at(render(result), folder, 1280)
 
@@ -119,6 +123,9 @@ def test_tables_are_searched_sorted_folded_and_saved(seen, result):
     assert found["searched"] == [HOSTILE]
     assert found["worst"][0] == found["worst"][1]
     assert found["csv"] == len(result.points) + 2  # its head, and the end
+    # as docs/files.md has it
+    expected = ["'=1+1", "'-7/8", "-5", "-5A", "7/8", "--", "''=x"]
+    assert found["tamed"] == expected
     said, n_rows = found["highlighted"]
     assert n_rows == (result.points["role"] == "new").sum()
     assert said.startswith(f"{n_rows} points")
@@ -130,6 +137,7 @@ def test_the_dark_form_is_dark(seen):
     assert dark < 64
 
 
+@needs_browser
 def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     found, said = looked_at(render(result), tmp_path, 390)
     assert found["errors"] == said == []
@@ -138,8 +146,16 @@ def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     assert wide <= inner
 
 
+@needs_browser
 def test_it_is_printed_on_the_paper_that_is_wanted(result):
     printed = pdf_of(render(result, paper="letter"))
     assert printed.startswith(b"%PDF")
     assert b"/MediaBox [0 0 612 792]" in printed
     assert 3 <= printed.count(b"/Type /Page\n") <= 12
+
+
+def test_without_a_browser_it_is_said_what_to_do(monkeypatch):
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: None)
+    with pytest.raises(SettingsError, match="Install Chromium") as caught:
+        pdf_printer.require_browser()
+    assert "none is installed" in str(caught.value)

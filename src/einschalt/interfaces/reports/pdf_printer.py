@@ -16,7 +16,7 @@ BROWSERS = (
 OPTIONS = (
     *("--headless", "--disable-gpu", "--no-first-run", "--disable-extensions"),
     *("--disable-background-networking", "--disable-component-update"),
-    *("--disable-sync", "--no-pdf-header-footer"),
+    *("--disable-sync", "--no-pdf-header-footer", "--window-size=1200,900"),
     "--virtual-time-budget=30000",  # of the page: its timers do not wait
 )
 SECONDS = 180

@@ -1,14 +1,15 @@
 // Plots as SVG, drawn anew where their place gets another width; colours come from CSS.
 
 class Plot {
-  constructor(host, { title, said, draw, height = 230, wide = false }) {
+  constructor(host, { title, said, how, draw, height = 230, wide = false }) {
     this.draw = draw;
     this.height = height;
     this.wide = wide;
     this.place = element("div", { class: "plot-place" });
     this.title = title;
     this.said = element("span", {}, said);
-    host.append(element("figure", { class: wide ? "plot wide" : "plot" }, element("figcaption", {}, element("b", {}, title), " ", this.said), this.place));
+    host.append(element("figure", { class: wide ? "plot wide" : "plot" }, element("figcaption", {}, element("b", {}, title), " ", this.said,
+      how ? element("span", { class: "how" }, ` ${how}`) : ""), this.place));
     scheme.listeners.push(() => this.show());
     new ResizeObserver(() => requestAnimationFrame(() => {
       if (Math.abs(Math.max(this.place.clientWidth, 240) - this.width) > 2) this.show();
@@ -75,7 +76,7 @@ function precisionPlot(host, points, scale, selection, claim) {
   const binOf = (error) => Math.min(Math.floor((Math.min(error, scale.high) - scale.low) / width), n - 1);
   for (const error of known) counts[Math.max(binOf(error), 0)]++;
   const [median, most, largest] = [0.5, 0.95, 1].map((part) => quantile(known, part));
-  const said = `Median ${errorWithUnit(median)}, 95 % below ${errorWithUnit(most)}, largest ${errorWithUnit(largest)}. Drag over the bars to highlight their points.`;
+  const said = `Median ${errorWithUnit(median)}, 95 % below ${errorWithUnit(most)}, largest ${errorWithUnit(largest)}.`;
   let brushed = null;
   const choose = (low, high) => {
     brushed = [low, high];
@@ -83,7 +84,7 @@ function precisionPlot(host, points, scale, selection, claim) {
     selection.highlight(points.n, (i) => points.isNew(i) && points.error[i] >= from - 1e-12 && points.error[i] < to,
       `of ${errorText(from)}${to === Infinity ? ` ${unit.name} or more` : `–${errorText(to)} ${unit.name}`}`, "histogram");
   };
-  const plot = new Plot(host, { title: `${claim} of the new points`, said, height: 170, wide: true, draw: (axes) => {
+  const plot = new Plot(host, { title: `${claim} of the new points`, said, how: "Drag over the bars to highlight their points.", height: 170, wide: true, draw: (axes) => {
     axes.range([scale.low, scale.high], [0, Math.max(...counts) * 1.05]).axes(`[${unit.name}]`, "points", { xText: inUnit });
     const bars = [];
     counts.forEach((c, k) => {
@@ -161,8 +162,8 @@ function modelPlot(host, models, selection) {
   const shown = rows.filter((m, k) => k % every === 0 || models.m_0[m] >= quantile(all, 0.98));
   const cut = all[all.length - 1] > top ? ` Largest ${errorWithUnit(all[all.length - 1])}, drawn at the upper edge.` : "";
   const thin = shown.length < rows.length ? ` ${count(shown.length)} of ${count(rows.length)} are drawn, the largest among them.` : "";
-  const said = `Median ${errorWithUnit(quantile(all, 0.5))}.${cut}${thin} Click a model to see it on the map.`;
-  const plot = new Plot(host, { title: "m_0 of the models", said, wide: true, draw: (axes) => {
+  const said = `Median ${errorWithUnit(quantile(all, 0.5))}.${cut}${thin}`;
+  const plot = new Plot(host, { title: "m_0 of the models", said, how: "Click a model to see it on the map.", wide: true, draw: (axes) => {
     axes.range([0, rows.length], [0, top]).axes("models in their order", `m_0 [${unit.name}]`, { yText: inUnit, noX: true });
     const place = new Map(rows.map((m, k) => [m, k]));
     for (const m of shown) {

@@ -54,7 +54,12 @@ function schemeSwitch(host) {
   });
   scheme.listeners.push(name);
   darkSystem.addEventListener("change", schemeChanged);
-  const print = (on) => () => { scheme.printing = on; schemeChanged(); };
+  const print = (on) => () => {
+    scheme.printing = on;
+    // settings belong to what is filed; the table of all models does not
+    for (const part of document.querySelectorAll("#input details")) part.open ||= on;
+    schemeChanged();
+  };
   addEventListener("beforeprint", print(true));
   addEventListener("afterprint", print(false));
   name();

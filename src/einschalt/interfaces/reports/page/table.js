@@ -2,6 +2,19 @@
 
 const PAGE_ROWS = 10;
 
+// as in the CSV files beside the page: names that a spreadsheet would compute
+const SIGNS = "=+\\-@＝＋－＠";
+const FORMULA = new RegExp(`^[\\t\\r]*[${SIGNS}]`);
+const NO_FORMULA = new RegExp(`^([+-]\\d\\w*|[+-](\\d+\\.?\\d*|\\.\\d+)([eE][+-]?\\d+)?|[${SIGNS}]+)$`);
+const MARKED = new RegExp(`^'('*[\\t\\r${SIGNS}])`);
+const INNER_FORMULA = new RegExp(`(; *)('*[\\t\\r]*[${SIGNS}])`, "g");
+
+/** A text as no spreadsheet takes it for a formula: an apostrophe before it. */
+function tamed(text) {
+  const inner = text.replace(INNER_FORMULA, "$1'$2");
+  return MARKED.test(inner) || (FORMULA.test(inner) && !NO_FORMULA.test(inner)) ? `'${inner}` : inner;
+}
+
 /** A table of columns {title, text(i), value(i), isNumber}; `rowOf` makes or finds a row. */
 class Table {
   constructor(host, { title, columns, n, file, noun, onPick, isChosen, old }) {
@@ -132,9 +145,13 @@ class Table {
 
   csv() {
     const cell = (text) => (/[",\n\r;]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const plain = (text) => cell(text === MISSING ? "" : text.replaceAll("−", "-"));
+    const plain = (column, i) => {
+      const text = column.text(i);
+      if (!column.isNumber) return cell(tamed(text));
+      return text === MISSING ? "" : text.replaceAll("−", "-");
+    };
     const lines = [this.columns.map((column) => cell(column.title)).join(",")];
-    for (const i of this.order) lines.push(this.columns.map((column) => plain(column.text(i))).join(","));
+    for (const i of this.order) lines.push(this.columns.map((column) => plain(column, i)).join(","));
     return `\ufeff${lines.join("\r\n")}\r\n`;
   }
 
