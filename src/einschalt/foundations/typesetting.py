@@ -30,8 +30,8 @@ NUMBER_WORDS = (
 SMALLEST_IN_UNIT = (("km", 1e4), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-4), ("um", 0.0))
 UNIT_TEXT = {"um": "µm"}
 METRES_PER = {**METRES_PER_UNIT, "km": 1e3}
-# lengths of the size of errors: they are not said in kilometres, nor in micrometres
-SIZE_OF_ERRORS = (1e-4, 10.0)
+# lengths of the size of errors on the ground: those of the image are smaller
+SIZE_OF_ERRORS = (5e-4, 10.0)
 _only_unit: ContextVar[str | None] = ContextVar("only_unit", default=None)
 
 
@@ -125,7 +125,7 @@ def one_unit(metres: float) -> Iterator[str]:
     """Write lengths of the size of errors in the unit that suits one of them.
 
     For a page on which errors are compared: what is larger than 10 m, or smaller than
-    0.1 mm, keeps the unit that suits it.
+    half a millimetre, keeps the unit that suits it.
 
     >>> with one_unit(0.04) as unit:
     ...     unit, length(0.0042), length(1.43), length(2000.0), length(3e-6)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import ndtri
 
-from einschalt.foundations.units import METRES_PER_MM
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
 from einschalt.pipeline.summary.sections.error_sources import source_name
 
 N_QUANTILES = 199
@@ -20,7 +20,7 @@ def plots(result) -> dict:
         "residuals": _standardised(result.residuals),
         "correlogram": _correlogram(result.claim.residuals),
         "sources": _sources(result),
-        "parallaxes": _parallaxes(result.orientation_residuals),
+        "parallaxes": _parallaxes(result),
     }
     return {name: one for name, one in found.items() if one is not None}
 
@@ -105,19 +105,25 @@ def _sources(result):
     }
 
 
-def _parallaxes(rows):
-    """Residual parallaxes of relative orientations, in metres of the image."""
-    if not len(rows):
-        return None
+def _parallaxes(result):
+    """Residual parallaxes of relative orientations; their RMS in the image [m]."""
+    rows, parts = result.orientation_residuals, []
     if "residual_y_left" in rows:
-        mm = (rows["residual_y_left"] - rows["residual_y_right"]).to_numpy(float)
-    else:
-        mm = rows["residual"].to_numpy(float)
-    mm = mm[np.isfinite(mm)]
-    if len(mm) < LEAST_POINTS or not (scale := float(np.sqrt(np.mean(mm**2)))) > 0.0:
+        of_images = rows["residual_y_left"] - rows["residual_y_right"]
+        parts.append(of_images.to_numpy(dtype=float) * METRES_PER_MM)
+    if "residual" in rows:
+        flights = result.block.flights.items()
+        metres = {name: METRES_PER_UNIT[one.model_unit] for name, one in flights}
+        of_models = rows["residual"] * rows["flight"].map(metres)
+        parts.append(of_models.to_numpy(dtype=float))
+    values = np.concatenate([np.empty(0), *parts])
+    values = values[np.isfinite(values)]
+    if len(values) < LEAST_POINTS:
         return None
-    found = _distribution(mm / scale)
-    return {**found, "scale": float(f"{scale * METRES_PER_MM:.4g}")}
+    rms = float(np.sqrt(np.mean(values**2)))
+    return (
+        {**_distribution(values / rms), "scale": float(f"{rms:.4g}")} if rms else None
+    )
 
 
 def _listed(values, decimals):

@@ -224,7 +224,7 @@ function drawKnown(context, map) {
   const size = Math.max(Math.min(5, 110 / Math.sqrt(map.known.length + 1)), 2) * (view.isWhole ? 1 : 1.15);
   context.lineWidth = size < 3 ? 0.9 : 1.3;
   context.fillStyle = colours.paper;
-  for (const i of map.known) {
+  for (const i of map.knownShown()) {
     const x = view.x(points.east[i]), y = view.y(points.north[i]);
     if (x < -9 || y < -9 || x > view.width + 9 || y > view.height + 9) continue;
     const isDim = map.selection.mask && !map.selection.mask[i];

@@ -199,8 +199,16 @@ class BlockMap {
     return [Math.min(...easts), Math.min(...norths), Math.max(...easts), Math.max(...norths)];
   }
 
+  /** Known points that are drawn, evenly thinned where there are thousands. */
+  knownShown() {
+    const layer = this.layers.find(({ name }) => name === "known");
+    layer.having = this.known;
+    layer.all = this.known.length;
+    return this.thinnedOf(layer);
+  }
+
   _sayThinning() {
-    for (const layer of this.signs) {
+    for (const layer of [...this.signs, ...this.layers.filter(({ name }) => name === "known" && this.on.has(name))]) {
       const part = layer.drawn && layer.all > layer.drawn.length ? layer.all / layer.drawn.length : 1;
       const text = part > 1.05 ? `${layer.title}, 1 in ${Number(part.toPrecision(2))}` : layer.title;
       if (layer.label.textContent !== text) layer.label.textContent = text;
