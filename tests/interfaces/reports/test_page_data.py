@@ -14,6 +14,7 @@ from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.reports.html_report import page_data
 from einschalt.interfaces.reports.page_models import KEYS, footprints
 from einschalt.interfaces.reports.page_plots import plots
+from einschalt.interfaces.reports.page_points import MOST_SIGNS, evenly_chosen
 from einschalt.interfaces.reports.title_block import title_block
 
 
@@ -39,6 +40,16 @@ def test_points_come_back(data, good_result):
         )
     known = points["difference_easting"].where(points["role"] != "new")
     np.testing.assert_allclose(data.numbers(facts["known_east"]), known, atol=5e-4)
+
+
+def test_of_many_points_some_have_signs_and_they_lie_evenly():
+    assert evenly_chosen(1000).all()
+    chosen = evenly_chosen(100_000)
+    assert chosen.mean() == pytest.approx(MOST_SIGNS / 100_000, rel=1e-3)
+    # in every column alike where points stand in rows of a hundred
+    by_column = chosen.reshape(-1, 100).mean(axis=0)
+    assert by_column.min() > 0.2
+    assert by_column.max() < 0.3
 
 
 def test_coverage_differences_are_first_minus_second(data, good_result):

@@ -25,6 +25,7 @@ def pack_points(packed, result, claim):
     parts = 40.0 if is_many else 200.0
     found = {
         "n": n_points,
+        "share": min(MOST_SIGNS / max(n_points, 1), 1.0),
         "names": packed.names(points["point_id"]),
         "role": packed.codes(points["role"]),
         "east": packed.numbers(points["easting"], place_quantum),

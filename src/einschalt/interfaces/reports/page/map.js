@@ -209,7 +209,9 @@ class BlockMap {
 
   _sayThinning() {
     for (const layer of [...this.signs, ...this.layers.filter(({ name }) => name === "known" && this.on.has(name))]) {
-      const part = layer.drawn && layer.all > layer.drawn.length ? layer.all / layer.drawn.length : 1;
+      // of many points the page holds the signs of some: they count as well
+      const held = layer.name === "apart" || layer.name === "ellipses" ? this.points.share : 1;
+      const part = layer.drawn && layer.drawn.length ? layer.all / held / layer.drawn.length : 1;
       const text = part > 1.05 ? `${layer.title}, 1 in ${Number(part.toPrecision(2))}` : layer.title;
       if (layer.label.textContent !== text) layer.label.textContent = text;
     }

@@ -7,6 +7,7 @@ function pointsOf(data) {
   for (const name of ["east", "north", "height"]) points[name] = numbers(name, Float64Array);
   for (const name of ["error", "paper", "internal", "spread", "models", "coverages", "suspect", "known_east", "known_north",
     "apart_east", "apart_north", "semi_major", "flattened", "azimuth", "w"]) points[name] = numbers(name);
+  points.share = given.share;
   points.places = Uint32Array.from({ length: given.n }, (_, i) => i);
   return points;
 }
