@@ -25,14 +25,27 @@ from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 
+# npm install axe-core, in the folder of the project
+AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"
+AUDIT = """
+const audited = async () => {
+  const isReady = () => document.documentElement.dataset.ready;
+  while (!isReady()) await new Promise((done) => setTimeout(done, 20));
+  for (const details of document.querySelectorAll("details")) details.open = true;
+  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+  const found = violations.map(({ id, impact, nodes }) => [id, impact, nodes[0].html]);
+  parent.postMessage(JSON.stringify(found), "*");
+};
+audited();
+"""
 HOSTILE = "</script><img src=x onerror=\"document.title='taken'\">"
 DRIVER = Path(__file__).with_name("page_driver.js").read_text(encoding="utf-8")
 
 
-def driven(html):
-    """The page with the driver in its own script, and the policy that allows it."""
+def driven(html, driver):
+    """The page with a driver in its own script, and the policy that allows it."""
     script = html[html.rindex('<script type="module">') + 22 : html.rindex("</script>")]
-    longer = script + DRIVER
+    longer = script + driver
     digests = [
         f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
         for text in (script, longer)
@@ -49,9 +62,9 @@ FRAME = """<!DOCTYPE html><iframe src="page.html" width="{}" height="844"></ifra
 }});</script>"""
 
 
-def looked_at(html, folder, width):
+def looked_at(html, folder, width, driver=DRIVER):
     """What the driver found, and what the browser said of the page."""
-    (folder / "page.html").write_text(driven(html), encoding="utf-8")
+    (folder / "page.html").write_text(driven(html, driver), encoding="utf-8")
     frame = FRAME.format(width)
     (folder / "frame.html").write_text(frame, encoding="utf-8")
     command = [BROWSER, *OPTIONS, "--no-sandbox", f"--user-data-dir={folder / 'p'}"]
@@ -144,6 +157,16 @@ def test_on_a_phone_nothing_is_clipped(result, tmp_path):
     inner, wide = found["width"]
     assert inner == 390
     assert wide <= inner
+
+
+@needs_browser
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed by npm")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(result, tmp_path, scheme):
+    chosen = f"scheme.chosen = '{scheme}'; schemeChanged();\n"
+    driver = AXE.read_text(encoding="utf-8") + chosen + AUDIT
+    found, _ = looked_at(render(result), tmp_path, 1280, driver)
+    assert [one for one in found if one[1] in ("serious", "critical")] == []
 
 
 @needs_browser
