@@ -1,5 +1,7 @@
 """Numbers, lengths, names and tables as text: every printed number passes here.
 
+Within :func:`one_unit` lengths of the size of errors are all written in one unit.
+
 What to use when: :func:`length` for one length in a sentence, :func:`lengths` for a
 column, :func:`round_by_error` where a value stands beside its error, :func:`count`
 for "3 models", :func:`table` for aligned columns, :func:`wrapped` for prose.
@@ -7,7 +9,9 @@ for "3 models", :func:`table` for aligned columns, :func:`wrapped` for prose.
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +30,9 @@ NUMBER_WORDS = (
 SMALLEST_IN_UNIT = (("km", 1e4), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-4), ("um", 0.0))
 UNIT_TEXT = {"um": "µm"}
 METRES_PER = {**METRES_PER_UNIT, "km": 1e3}
+# lengths of the size of errors on the ground: those of the image are smaller
+SIZE_OF_ERRORS = (5e-4, 10.0)
+_only_unit: ContextVar[str | None] = ContextVar("only_unit", default=None)
 
 
 class Rounded(NamedTuple):
@@ -107,7 +114,29 @@ def length(metres):
 
 
 def _unit_for(metres):
+    least, most = SIZE_OF_ERRORS
+    if (only := _only_unit.get()) and least <= abs(metres) < most:
+        return only
     return next(unit for unit, least in SMALLEST_IN_UNIT if abs(metres) >= least)
+
+
+@contextmanager
+def one_unit(metres: float) -> Iterator[str]:
+    """Write lengths of the size of errors in the unit that suits one of them.
+
+    For a page on which errors are compared: what is larger than 10 m, or smaller than
+    half a millimetre, keeps the unit that suits it.
+
+    >>> with one_unit(0.04) as unit:
+    ...     unit, length(0.0042), length(1.43), length(2000.0), length(3e-6)
+    ('cm', '0.42 cm', '140 cm', '2000 m', '3.0 µm')
+    """
+    unit = _unit_for(metres) if math.isfinite(metres) and metres > 0.0 else "cm"
+    before = _only_unit.set(unit)
+    try:
+        yield unit
+    finally:
+        _only_unit.reset(before)
 
 
 class LengthColumn(NamedTuple):

@@ -3,6 +3,7 @@
 Nothing in it tells of the computer: no absolute path, no name of host or user.
 """
 
+import hashlib
 import math
 import platform
 from dataclasses import asdict
@@ -52,11 +53,27 @@ def provenance_of_tables(command, inputs) -> dict:
     return {**_head(), "command": command, "inputs": inputs, "versions": versions()}
 
 
+def digest(texts) -> str:
+    """Digest of texts, in their order: 16 hexadecimal digits."""
+    data = "\0".join(texts).encode("utf-8", errors="surrogatepass")
+    return hashlib.sha256(data).hexdigest()[:16]
+
+
+def digest_of_inputs(block):
+    """Digest of all files of a block; None where its tables came from a script."""
+    return digest(sorted(set(block.checksums.values()))) if block.files else None
+
+
+def version():
+    """Version of this program."""
+    return metadata.version("einschalt")
+
+
 def _head():
     return {
         "schema": SCHEMA,
         "program": "einschalt",
-        "version": metadata.version("einschalt"),
+        "version": version(),
         "created": created_now(),
     }
 
@@ -115,6 +132,7 @@ def _versions():
 def _block_facts(block):
     return {
         "name": block.name,
+        **{n: getattr(block, n) for n in ("project", "operator") if getattr(block, n)},
         "crs": block.crs,
         "approximate_m_0_m": _plain(block.approximate_m_0_m),
         "shared_errors_m": dict(block.shared_errors_m),

@@ -1,7 +1,10 @@
 """The page of a block: self-contained, escaped, complete."""
 
+import base64
+import hashlib
 import re
 from dataclasses import replace
+from html import unescape
 from html.parser import HTMLParser
 
 import pandas as pd
@@ -15,7 +18,6 @@ from einschalt.pipeline.summary.verdict import verdict_on
 
 HOSTILE = '<script>alert("x")</script>&\'{{ 7 * 7 }}$\\frac'
 VOID = {"meta", "link", "br", "img", "hr", "input"}
-# without an end tag in the SVG of matplotlib, they close themselves
 RESOURCES = ("src", "href", "xlink:href", "action", "data", "poster", "srcset")
 
 
@@ -25,6 +27,7 @@ class Page(HTMLParser):
     def __init__(self, html):
         super().__init__()
         self.open, self.text, self.references, self.ids = [], [], [], []
+        self.scripts = []
         self.rows = 0
         self.feed(html)
         assert self.open == []
@@ -45,7 +48,9 @@ class Page(HTMLParser):
             self.text.append(data)
 
     def _see(self, tag, attrs):
-        assert tag not in ("script", "link", "iframe", "object", "embed")
+        assert tag not in ("link", "iframe", "object", "embed")
+        if tag == "script":
+            self.scripts.append(dict(attrs)["type"])
         self.rows += tag == "tr"
         for name, value in attrs:
             assert not name.startswith("on")
@@ -89,20 +94,29 @@ def renamed(result):
 
 
 def test_page_needs_nothing_else(page, html):
-    assert all(
-        reference.startswith(("#", "data:image/png;base64,"))
-        for reference in page.references
-    )
-    assert not re.search(r"url\((?!#)", html)
+    assert all(reference.startswith("#") for reference in page.references)
+    assert "url(" not in html
     assert "@import" not in html
     assert "@font-face" not in html
+    # its own script, and data that no browser takes for one
+    assert page.scripts == ["application/octet-stream", "module"]
+
+
+def test_only_its_own_style_and_script_are_allowed(html):
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', html)[1]
+    assert policy.startswith("default-src &#39;none&#39;")
+    for tag in ("style>", 'script type="module">'):
+        content = html[html.index(f"<{tag}") + len(tag) + 1 :]
+        content = content[: content.index(f"</{tag.split()[0].rstrip('>')}>")]
+        digest = hashlib.sha256(content.encode("utf-8")).digest()
+        assert f"sha256-{base64.b64encode(digest).decode()}" in unescape(policy)
 
 
 def test_hostile_names_stay_text(good_result):
     html = render(renamed(good_result))
     page = Page(html)
-    assert "<script" not in html
-    # the SVG keeps the name as text too, shortened in its middle
+    assert "<script>" not in html
+    assert html.count("</script>") == len(page.scripts) == 2
     assert "".join(page.text).count(HOSTILE) >= 6
 
 

@@ -16,8 +16,8 @@ from einschalt.interfaces.files.grid_files import grids_of_block
 from einschalt.interfaces.files.input_files import checksum_or_none, companions
 from einschalt.interfaces.files.output_folder import InputFiles, Output
 from einschalt.interfaces.files.result_folder import RESULT_NAMES
-from einschalt.interfaces.files.written_files import Source, digest
-from einschalt.interfaces.provenance import libraries
+from einschalt.interfaces.files.written_files import Source
+from einschalt.interfaces.provenance import digest, libraries
 
 
 @dataclass(frozen=True)

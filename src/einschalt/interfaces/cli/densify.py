@@ -1,6 +1,6 @@
 """``einschalt densify``: a block's coordinates, with tables, map and report."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -28,6 +28,14 @@ def densify(
         typer.Option(
             show_default="a round factor that makes them visible",
             help="How much larger the ellipses are drawn in block.gpkg.",
+        ),
+    ] = None,
+    pdf: Annotated[
+        Literal["a4", "letter"] | None,
+        typer.Option(
+            show_default="report.html alone",
+            help="Print the report on this paper as well, into report.pdf; it takes an "
+            "installed Chromium.",
         ),
     ] = None,
     overwrite: Overwrite = False,

@@ -153,8 +153,7 @@ class _Reading:
     def fields(self):
         """Return the fields of the block, as far as they could be read."""
         sections = self.toml.sections
-        block = sections.get("block")
-        approximate = sections.get("approximate_points")
+        block, approximate = map(sections.get, ("block", "approximate_points"))
         self.crs = block.crs if block else None
         return {
             **{name: self._points(name) for name in POINT_TABLES},
@@ -162,6 +161,7 @@ class _Reading:
             "approximate_m_0_m": approximate.m_0_m if approximate else None,
             "crs": self.crs,
             "name": (block and block.name) or as_unicode(self.folder.resolve().name),
+            **{n: getattr(block, n, None) or "" for n in ("project", "operator")},
             "settings": self.toml.settings,
             "sources": self.sources,
             "checksums": self.checksums,

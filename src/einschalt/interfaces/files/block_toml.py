@@ -70,9 +70,11 @@ class _Section(BaseModel):
 
 
 class BlockSection(_Section):
-    """[block]: name and coordinate reference system."""
+    """[block]: its names, and its coordinate reference system."""
 
     name: str | None = _text("the name of the block")
+    project: str | None = _text("the name of the project, for the report")
+    operator: str | None = _text("who is responsible, for the report")
     crs: str | None = _text("an EPSG code such as 'EPSG:31255'")
 
 

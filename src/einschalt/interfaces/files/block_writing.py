@@ -52,7 +52,8 @@ def require_block_place(folder, names=(BLOCK_FILE,), *, overwrite=False):
 
 
 def _write_files(block, folder, suffix):
-    sections = {"block": {"name": block.name, "crs": block.crs}}
+    heads = {"project": block.project or None, "operator": block.operator or None}
+    sections = {"block": {"name": block.name, **heads, "crs": block.crs}}
     for name in POINT_TABLES:
         frame = getattr(block, name)
         if frame is not None:

@@ -8,7 +8,7 @@ import json
 
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.projections import read_crs
-from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.atomic import write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.geopackage import write_geopackage
@@ -24,10 +24,10 @@ from einschalt.interfaces.files.written_files import (
     GEOPACKAGE,
     PROVENANCE,
     Source,
-    digest,
 )
-from einschalt.interfaces.provenance import provenance
+from einschalt.interfaces.provenance import digest_of_inputs, provenance
 from einschalt.interfaces.reports.html_report import render
+from einschalt.interfaces.reports.pdf_printer import pdf_of
 from einschalt.pipeline.summary.summary import lasting_summary
 
 TABLES = ("points", "models", "residuals", "orientations")
@@ -49,7 +49,7 @@ CHANGES = "changes.csv"
 RESULT_NAMES = frozenset(
     (
         *(f"{n}{s}" for n in (*TABLES, *IF_ANY) for s in (".csv", ".parquet")),
-        *("failures.csv", GEOPACKAGE, "report.html", "summary.txt"),
+        *("failures.csv", GEOPACKAGE, "report.html", "report.pdf", "summary.txt"),
         *(ASSESSMENT, SYSTEM, PROVENANCE),
         *(PREVIOUS, CHANGES, FAILURE),  # of a batch
     )
@@ -144,8 +144,7 @@ DECIMALS = {
 
 def output_of(block, *, overwrite=False, is_known=False) -> Output:
     """Tell what densifying a block writes, and from what."""
-    signs = sorted(set(block.checksums.values()))
-    inputs = digest(signs) if block.files else None
+    inputs = digest_of_inputs(block)
     source = Source("densify", block.name, block.files[:1], inputs)
     options = {"overwrite": overwrite, "is_known": is_known}
     return Output(source, RESULT_NAMES, InputFiles(block.files), **options)
@@ -156,6 +155,7 @@ def write_result(
     folder,
     *,
     ellipse_scale=None,
+    paper=None,
     overwrite=False,
     is_known=False,
     beside=False,
@@ -164,9 +164,10 @@ def write_result(
     """Write everything that a result holds, or nothing.
 
     An older result of the same block is replaced. ``ellipse_scale``: how much larger
-    the ellipses are drawn in block.gpkg. ``is_known``: a batch has written results of
-    the block there before. ``write_more`` writes further files into the folder that it
-    is given. ``overwrite`` and ``beside`` as in :func:`write_folder`.
+    the ellipses are drawn in block.gpkg. ``paper``: "A4" or "letter" where a Chromium
+    prints the report into report.pdf as well. ``is_known``: a batch has written results
+    of the block there before. ``write_more`` writes further files into the folder that
+    it is given. ``overwrite`` and ``beside`` as in :func:`write_folder`.
     """
     require_scale(ellipse_scale)
     assessment = result.assessment  # its time is part of what provenance.json tells
@@ -179,6 +180,8 @@ def write_result(
             write_text(staging / SYSTEM, f"{read_crs(result.crs).to_wkt()}\n")
         write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
         write_text(staging / "report.html", render(result))
+        if paper is not None:
+            write_bytes(staging / "report.pdf", pdf_of(render(result, paper=paper)))
         write_text(staging / "summary.txt", lasting_summary(assessment))
         write_text(staging / ASSESSMENT, _json(assessment))
 

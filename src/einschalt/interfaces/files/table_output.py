@@ -21,8 +21,8 @@ from einschalt.interfaces.files.output_folder import (
     said_of,
     write_folder,
 )
-from einschalt.interfaces.files.written_files import Source, digest
-from einschalt.interfaces.provenance import provenance_of_tables
+from einschalt.interfaces.files.written_files import Source
+from einschalt.interfaces.provenance import digest, provenance_of_tables
 
 
 def output_of_tables(command, files, names, folder, *, overwrite=False):

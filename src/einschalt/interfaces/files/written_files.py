@@ -15,6 +15,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import as_unicode
 from einschalt.interfaces.files.input_files import checksum, is_endless
+from einschalt.interfaces.provenance import digest
 
 PROVENANCE = "provenance.json"
 COMING = ".einschalt-coming.json"
@@ -56,12 +57,6 @@ class Source:
             "place": digest(ways) if ways else None,
             "inputs": self.inputs,
         }
-
-
-def digest(texts) -> str:
-    """Digest of texts, in their order: 16 hexadecimal digits."""
-    data = "\0".join(texts).encode("utf-8", errors="surrogatepass")
-    return hashlib.sha256(data).hexdigest()[:16]
 
 
 def _way(path, folder):

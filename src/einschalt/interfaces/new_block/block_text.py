@@ -28,6 +28,8 @@ TEMPLATE = """\
 
 [block]
 name = "My block"
+# project = "Survey of 2026"     # both stand at the head of the report
+# operator = "A. Surveyor"
 crs = "EPSG:31255"               # of all ground coordinates; a local block has none
 
 [control_points]                 # point_id, easting, northing [, height, role]

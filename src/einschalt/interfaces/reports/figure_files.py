@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from einschalt.interfaces.reports.map_sheet import EDGE, FAINT, INK, STYLE
+from einschalt.interfaces.reports.figure_style import EDGE, FAINT, INK, STYLE
 
 ORDERED = ("#10315f", "#0092a8", "#d58600", "#8a1538", "#9b3fe0")
 """Colours of growing spacings: told apart by the colour-blind, and in grey."""

@@ -11,10 +11,17 @@ from einschalt.foundations.typesetting import (
     fixed,
     length,
     length_column,
+    one_unit,
 )
-from einschalt.foundations.units import METRES_PER_MM
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
 from einschalt.interfaces.provenance import within_block
-from einschalt.interfaces.reports.page_templates import TEMPLATES
+from einschalt.interfaces.reports.packed_data import PackedData
+from einschalt.interfaces.reports.page_models import pack_models
+from einschalt.interfaces.reports.page_plots import plots
+from einschalt.interfaces.reports.page_points import pack_points
+from einschalt.interfaces.reports.page_templates import TEMPLATES, sealed_parts
+from einschalt.interfaces.reports.precision_colours import STEPS
+from einschalt.interfaces.reports.title_block import title_block
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.summary.sections import flights, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
@@ -29,6 +36,8 @@ MOST_KNOWN_POINTS = 20
 MOST_SPREAD_POINTS = 20
 IN_TEMPLATE = ("precision", "known_points", "flights")
 """Sections that have a place of their own in the page."""
+PLOT_OF = {"error_sources": "sources", "claim": "correlogram"}
+"""Plots that stand in sections of the summary."""
 
 
 class Cut(NamedTuple):
@@ -37,71 +46,94 @@ class Cut(NamedTuple):
     columns: tuple[str, ...]
     rows: list
     said: str = ""
+    points: tuple = ()  # row of each row's point in the points of the result
 
 
-def render(result) -> str:
+def render(result, *, paper="auto") -> str:
     """Render the report of a densification as a page without external resources.
 
-    All names in it are escaped. The same result gives the same page.
+    Map, tables and plots are drawn by the page itself from data that lie in it; what
+    has to be read stands in its text. All names are escaped. The same result gives the
+    same page on the same day. ``paper``: size on which it is printed, "A4" or "letter",
+    or "auto" for that of the printer.
     """
-    # imported when a report is rendered: matplotlib takes half a second
-    from einschalt.interfaces.reports.figures import (  # noqa: PLC0415
-        block_map,
-        precision_figure,
-    )
-
     told = result.assessment
-    claimed = told.credible.column
-    set_sections = sections(told)
+    with one_unit(_usual_error(result)) as unit:
+        page = _told(told) | _tables(result)
     return TEMPLATES.get_template("report.html.j2").render(
+        **page,
         block=result.block,
-        crs=result.crs,
+        title_block=title_block(result),
+        settings=result.settings.model_dump(),
         sources={
             table: within_block(source)
             for table, source in result.block.sources.items()
         },
-        verdict=verdict_on(told),
-        headline=_headline(result),
-        suggestions=suggestions_of(told.findings),
-        precision=set_sections["precision"],
-        caution=precision.caution(told.precision),
-        remarks=precision.all_remarks(told.precision, told.credible),
-        claim=claimed,
-        differences=set_sections["known_points"],
-        flights=set_sections["flights"],
-        approximations=(
+        claim=told.credible.column,
+        data=Markup(page_data(result, unit)),
+        **sealed_parts(paper),
+    )
+
+
+def _usual_error(result):
+    """Error by whose size the unit of the page is chosen [m]."""
+    credible, figures = result.assessment.credible.value, result.figures
+    known = (credible, figures.mean_paper, figures.mean_internal, figures.check_rms)
+    return next((value for value in known if np.isfinite(value)), np.nan)
+
+
+def _told(told):
+    """What is said of the result: the words of its summary."""
+    set_sections = sections(told)
+    return {
+        "verdict": verdict_on(told),
+        "suggestions": suggestions_of(told.findings),
+        "precision": set_sections["precision"],
+        "caution": precision.caution(told.precision),
+        "remarks": precision.all_remarks(told.precision, told.credible),
+        "differences": set_sections["known_points"],
+        "flights": set_sections["flights"],
+        "approximations": (
             flights.approximation_remark(told.approximations),
             *flights.measured_error_remarks(told.flights),
         ),
-        orientation_remarks=flights.orientation_remarks(told.flights),
-        map=Markup(block_map(result)),
-        precision_map=Markup(precision_figure(result)),
-        known_points=_known_points(result.points, claimed),
-        spread_points=_spread_points(result.points, claimed),
-        models=_models(result),
-        orientations=_orientations(result),
-        further=_further_sections(result, set_sections),
-        failures=_failures(result),
-        settings=result.settings.model_dump(),
-    )
+        "orientation_remarks": flights.orientation_remarks(told.flights),
+        "further": [
+            (section, PLOT_OF.get(name, ""))
+            for name, section in set_sections.items()
+            if name not in IN_TEMPLATE
+        ],
+    }
 
 
-def _further_sections(result, set_sections):
-    """Sections that the page shows one below the other, each with its figure if any."""
-    # imported when a report is rendered: matplotlib takes half a second
-    from einschalt.interfaces.reports.correlogram_figure import (  # noqa: PLC0415
-        correlogram_figure,
-    )
-    from einschalt.interfaces.reports.sources_figure import (  # noqa: PLC0415
-        sources_figure,
-    )
+def _tables(result):
+    """Tables as text, for reading without scripts, and for paper."""
+    claimed = result.assessment.credible.column
+    return {
+        "headline": _headline(result),
+        "known_points": _known_points(result.points, claimed),
+        "spread_points": _spread_points(result.points, claimed),
+        "models": _models(result),
+        "orientations": _orientations(result),
+        "failures": _failures(result),
+    }
 
-    figure_of = {"error_sources": sources_figure, "claim": correlogram_figure}
-    return [
-        (section, Markup(figure_of[name](result)) if name in figure_of else "")
-        for name, section in set_sections.items()
-        if name not in IN_TEMPLATE
-    ]
+
+def page_data(result, unit):
+    """Everything that the page draws, compressed, as text."""
+    claimed = result.assessment.credible.column
+    packed = PackedData()
+    packed.head |= {
+        "unit": {"name": unit, "metres": METRES_PER_UNIT[unit]},
+        "claim": claimed,
+        "confidence": result.settings.confidence,
+        "block": printable(result.block.name),
+        "colours": STEPS,
+        "plots": plots(result),
+    }
+    pack_points(packed, result, claimed)
+    pack_models(packed, result)
+    return packed.text()
 
 
 def _headline(result):
@@ -130,6 +162,7 @@ def _headline(result):
 
 def _known_points(points, claimed):
     """Differences at control and check points, the largest first."""
+    points = points.reset_index(drop=True)
     points = points[points["role"] != "new"]
     miss = np.hypot(points["difference_easting"], points["difference_northing"])
     order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
@@ -148,11 +181,12 @@ def _known_points(points, claimed):
         "role": shown["role"],
         **{f"{name} [{unit}]": part for name, part in zip(metres, parts, strict=True)},
     }
-    return _cut(columns, len(points), "points", "largest")
+    return _cut(columns, len(points), "points", "largest", shown.index)
 
 
 def _spread_points(points, claim_column):
     """Points whose values lie farthest apart."""
+    points = points.reset_index(drop=True)
     points = points[points["spread_total"].notna()]
     shown = points.nlargest(MOST_SPREAD_POINTS, "spread_total", keep="first")
     spread = length_column(shown["spread_total"])
@@ -165,7 +199,7 @@ def _spread_points(points, claim_column):
         f"spread [{spread.unit}]": spread.texts,
         f"claimed [{claimed.unit}]": claimed.texts,
     }
-    return _cut(columns, len(points), "points", "largest")
+    return _cut(columns, len(points), "points", "largest", shown.index)
 
 
 def _models(result):
@@ -236,13 +270,13 @@ def _failures(result):
     return _cut(columns, len(failures), "failures", "first")
 
 
-def _cut(columns, n_all, noun, which):
+def _cut(columns, n_all, noun, which, points=()):
     """Table of columns by their headings, which says how many rows it leaves out."""
     rows, said = list(zip(*columns.values(), strict=True)), ""
     if len(rows) < n_all:
         shown = f"The {which} {len(rows)} of {n_all} {noun}"
         said = f"{shown}; the others stand in the tables."
-    return Cut(tuple(columns), rows, said)
+    return Cut(tuple(columns), rows, said, tuple(points))
 
 
 def _words(name):

@@ -20,7 +20,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import RADIANS_PER_GON
-from einschalt.interfaces.reports.map_sheet import (
+from einschalt.interfaces.reports.figure_style import (
     EDGE,
     FAINT,
     INK,

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.typesetting import count, number
-from einschalt.interfaces.reports.map_sheet import (
+from einschalt.interfaces.reports.figure_style import (
     EDGE,
     FAINT,
     FONT,

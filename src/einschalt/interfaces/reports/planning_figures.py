@@ -14,7 +14,7 @@ from einschalt.interfaces.reports.figure_files import (
     note,
     panels,
 )
-from einschalt.interfaces.reports.map_sheet import EDGE, INK
+from einschalt.interfaces.reports.figure_style import EDGE, INK
 
 MOST_SPACINGS, MOST_M_0, MOST_PAIRS = len(ORDERED), 2, 8
 MOST_BARS = 6

@@ -13,7 +13,7 @@ from einschalt.interfaces.reports.figure_files import (
     note,
     panels,
 )
-from einschalt.interfaces.reports.map_sheet import EDGE, INK
+from einschalt.interfaces.reports.figure_style import EDGE, INK
 
 SIZE_IN = (7.6, 5.2)
 CHOSEN = "#8a1538"

@@ -14,7 +14,7 @@ from einschalt.interfaces.reports.figure_files import (
     note,
     panels,
 )
-from einschalt.interfaces.reports.map_sheet import INK
+from einschalt.interfaces.reports.figure_style import INK
 
 MAP_IN = 3.5
 PROFILE_IN = 4.0

@@ -210,6 +210,9 @@ class Block:
     crs : str, optional
         Of all ground coordinates, and of the results.
     name : str
+    project, operator : str
+        Of which project the block is, and who is responsible for its results: both
+        stand at the head of the report, empty where nobody said.
     settings : Settings
     sources : dict of str to str
         File name of each table, said in messages.
@@ -250,6 +253,8 @@ class Block:
     approximate_m_0_m: float | None = None
     crs: str | None = None
     name: str = "block"
+    project: str = ""
+    operator: str = ""
     settings: Settings = field(default_factory=Settings)
     sources: dict = field(default_factory=dict)
     checksums: dict = field(default_factory=dict)
@@ -282,6 +287,8 @@ class Block:
             flight = getattr(self, name)
             require_kind(name, flight, Flight | None, expected="a Flight", remedy=table)
         require_text("name", self.name, expected="the name of the block, as text")
+        for name in ("project", "operator"):
+            require_text(name, getattr(self, name), expected="a name, as text")
         for name, (kind, expected) in FIELD_KINDS.items():
             require_kind(name, getattr(self, name), kind, expected=expected)
 

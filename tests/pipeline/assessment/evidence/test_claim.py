@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.given_approximations import onto_given_approximations
 
-from einschalt.interfaces.reports.correlogram_figure import correlogram_figure
+from einschalt.interfaces.reports.page_plots import plots
 from einschalt.pipeline.assessment.credibility import Reason, taken_up_by_models
 from einschalt.pipeline.assessment.findings.claim import claim_that_does_not_stand
 from einschalt.pipeline.densify import densify
@@ -161,7 +161,7 @@ def test_where_sizes_are_not_known_nothing_is_claimed(block):
     assert result.claim.tests == ()
     assert result.claim.is_supported
     assert "Does the claim stand" not in summarize(result)
-    assert correlogram_figure(result) == ""
+    assert "correlogram" not in plots(result)
 
 
 def test_the_distribution_of_residuals_changes_no_test(block):
@@ -170,9 +170,12 @@ def test_the_distribution_of_residuals_changes_no_test(block):
     assert moved.claim.tests == plain.claim.tests
 
 
-def test_the_figure_shows_what_was_measured_over_what_is_expected(shared):
-    svg = correlogram_figure(shared)
-    assert svg.startswith("<svg")
-    assert "correlation" in svg
-    assert "where the claim holds" in svg
-    assert svg == correlogram_figure(shared)
+def test_the_plot_shows_what_was_measured_over_what_is_expected(shared):
+    shown, field = plots(shared)["correlogram"], shared.claim.residuals
+    np.testing.assert_allclose(
+        shown["measured"], field.correlogram.correlation, atol=1e-4
+    )
+    middle = field.expected.correlation.mean(axis=1)
+    low, high = np.array(shown["low"]), np.array(shown["high"])
+    np.testing.assert_allclose((low + high) / 2.0, middle, atol=1e-4)
+    assert (low < high).all()

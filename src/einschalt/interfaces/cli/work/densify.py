@@ -10,7 +10,10 @@ from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
 from einschalt.interfaces.files.result_folder import output_of, write_result
 from einschalt.interfaces.provenance import figures_of
+from einschalt.interfaces.reports.pdf_printer import require_browser
 from einschalt.pipeline.progress import Stage, stage_reporter
+
+PAPERS = {"a4": "A4", "letter": "letter"}
 
 
 def densify(
@@ -19,6 +22,7 @@ def densify(
     given,
     *,
     ellipse_scale=None,
+    pdf=None,
     overwrite=False,
     strict=False,
     quiet=False,
@@ -26,6 +30,8 @@ def densify(
     """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
+    if pdf is not None:
+        require_browser()
     read = python_api.read_block(block, given)
     settings = read.settings
     with (
@@ -37,7 +43,9 @@ def densify(
         report_progress(Stage.ASSESSMENT)
         result.assessment  # noqa: B018
         report_progress(Stage.WRITING)
-        options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+        paper = None if pdf is None else PAPERS[pdf]
+        options = {"ellipse_scale": ellipse_scale, "paper": paper}
+        options["overwrite"] = overwrite
         write_result(result, output, **options, beside=True)
     report(output, block=read.name, **figures_of(result))
     if not quiet:

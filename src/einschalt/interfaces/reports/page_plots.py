@@ -1,0 +1,132 @@
+"""What the page's plots show: residuals, correlogram, sources, parallaxes."""
+
+import numpy as np
+from scipy.special import ndtri
+
+from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
+from einschalt.pipeline.summary.sections.error_sources import source_name
+
+N_QUANTILES = 199
+N_BINS = 40
+N_CLASSES = 10
+LEAST_POINTS = 20
+SPREAD = 2.0  # standard deviations of the draws to either side
+FARTHEST = 5.0  # standard errors at which a histogram ends
+
+
+def plots(result) -> dict:
+    """Numbers of the plots by name, as JSON has them; those that there are."""
+    found = {
+        "residuals": _standardised(result.residuals),
+        "correlogram": _correlogram(result.claim.residuals),
+        "sources": _sources(result),
+        "parallaxes": _parallaxes(result),
+    }
+    return {name: one for name, one in found.items() if one is not None}
+
+
+def _standardised(residuals):
+    """Histogram and quantiles of residuals in units of their own standard errors."""
+    sides = ("residual_easting", "residual_northing")
+    part = residuals["redundancy_number"].to_numpy(dtype=float)
+    rows = residuals[list(sides)].to_numpy(dtype=float)
+    is_known = np.isfinite(rows).all(axis=1) & (part > 1e-6)
+    if is_known.sum() < LEAST_POINTS:
+        return None
+    free = rows[is_known] / np.sqrt(part[is_known])[:, np.newaxis]
+    scale = _own_scale(residuals[is_known], free)
+    return _distribution((free / scale[:, np.newaxis]).ravel())
+
+
+def _own_scale(rows, free):
+    """Pooled standard error of one coordinate in the flight of each row."""
+    scale = np.empty(len(rows))
+    for flight in rows["flight"].unique():
+        is_own = (rows["flight"] == flight).to_numpy()
+        size = np.sqrt(np.mean(free[is_own] ** 2))
+        scale[is_own] = size if size > 0.0 else 1.0
+    return scale
+
+
+def _distribution(values):
+    """Counts of bins, and quantiles beside those of the normal distribution."""
+    edges = np.linspace(-FARTHEST, FARTHEST, N_BINS + 1)
+    held = np.clip(values, -FARTHEST, FARTHEST)
+    counts, _ = np.histogram(held, edges)
+    part = (np.arange(N_QUANTILES) + 0.5) / N_QUANTILES
+    rarest = 0.5 / len(values)  # the outermost values themselves
+    part = np.concatenate([[rarest], part[(part > rarest) & (part < 1 - rarest)]])
+    part = np.append(part, 1.0 - rarest)
+    return {
+        "n": len(values),
+        "edges": _listed(edges, 3),
+        "counts": counts.tolist(),
+        "expected": _listed(ndtri(part), 4),
+        "observed": _listed(np.quantile(values, part), 4),
+        "n_far": int((np.abs(values) > FARTHEST).sum()),
+    }
+
+
+def _correlogram(field):
+    if field is None or not len(field.correlogram.distance):
+        return None
+    observed, expected = field.correlogram, field.expected
+    mean = expected.correlation.mean(axis=1)
+    spread = SPREAD * expected.correlation.std(axis=1, ddof=1)
+    return {
+        "distance": _listed(observed.distance, 2),
+        "measured": _listed(observed.correlation, 4),
+        "claimed_distance": _listed(expected.distance, 2),
+        "low": _listed(mean - spread, 4),
+        "high": _listed(mean + spread, 4),
+    }
+
+
+def _sources(result):
+    """Shares of the block, and variances from good points to bad [m²]."""
+    block = result.block_error_sources
+    if block.empty or not block["share"].sum() > 0.0:
+        return None
+    table = result.error_sources
+    new = result.points.loc[result.points["role"] == "new", "point_id"]
+    is_new = table["point_id"].isin(new)
+    table = table[is_new] if is_new.any() else table
+    table = table.sort_values("standard_error_total", kind="stable")
+    n_classes = N_CLASSES if len(table) >= LEAST_POINTS else 1
+    parts = np.array_split(np.arange(len(table)), n_classes)
+    columns = [f"standard_error_{source}" for source in block["source"]]
+    variances = table[columns].to_numpy(dtype=float) ** 2
+    means = np.array([variances[part].mean(axis=0) for part in parts])
+    return {
+        "codes": list(block["source"]),
+        "names": [source_name(source) for source in block["source"]],
+        "shares": _listed(block["share"], 4),
+        "classes": [_listed(row, 9) for row in means],
+    }
+
+
+def _parallaxes(result):
+    """Residual parallaxes of relative orientations; their RMS in the image [m]."""
+    rows, parts = result.orientation_residuals, []
+    if "residual_y_left" in rows:
+        of_images = rows["residual_y_left"] - rows["residual_y_right"]
+        parts.append(of_images.to_numpy(dtype=float) * METRES_PER_MM)
+    if "residual" in rows:
+        flights = result.block.flights.items()
+        metres = {name: METRES_PER_UNIT[one.model_unit] for name, one in flights}
+        of_models = rows["residual"] * rows["flight"].map(metres)
+        parts.append(of_models.to_numpy(dtype=float))
+    values = np.concatenate([np.empty(0), *parts])
+    values = values[np.isfinite(values)]
+    if len(values) < LEAST_POINTS:
+        return None
+    rms = float(np.sqrt(np.mean(values**2)))
+    return (
+        {**_distribution(values / rms), "scale": float(f"{rms:.4g}")} if rms else None
+    )
+
+
+def _listed(values, decimals):
+    """Numbers for JSON, which knows no NaN."""
+    rounded = np.round(np.asarray(values, dtype=float), decimals) + 0.0
+    return [value if np.isfinite(value) else None for value in rounded.tolist()]

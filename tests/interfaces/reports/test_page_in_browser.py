@@ -1,0 +1,184 @@
+"""The report in a Chromium: drawn, linked, searched, dark, on paper and on a phone.
+
+A script of the test is put at the end of the page's own, under the page's own policy,
+and writes what it found into the page.
+"""
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from html import escape, unescape
+from pathlib import Path
+
+import pytest
+from tests.changed_results import judged_before
+
+from einschalt.foundations.errors import SettingsError
+from einschalt.interfaces.reports import pdf_printer
+from einschalt.interfaces.reports.html_report import render
+from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
+
+BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+
+# npm install axe-core, in the folder of the project
+AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"
+AUDIT = """
+const audited = async () => {
+  const isReady = () => document.documentElement.dataset.ready;
+  while (!isReady()) await new Promise((done) => setTimeout(done, 20));
+  for (const details of document.querySelectorAll("details")) details.open = true;
+  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+  const found = violations.map(({ id, impact, nodes }) => [id, impact, nodes[0].html]);
+  parent.postMessage(JSON.stringify(found), "*");
+};
+audited();
+"""
+HOSTILE = "</script><img src=x onerror=\"document.title='taken'\">"
+DRIVER = Path(__file__).with_name("page_driver.js").read_text(encoding="utf-8")
+
+
+def driven(html, driver):
+    """The page with a driver in its own script, and the policy that allows it."""
+    script = html[html.rindex('<script type="module">') + 22 : html.rindex("</script>")]
+    longer = script + driver
+    digests = [
+        f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+        for text in (script, longer)
+    ]
+    assert escape(digests[0]) in html
+    return html.replace(*map(escape, digests)).replace(script, longer)
+
+
+# no window is narrower than 500 pixels, but a frame in it may be
+FRAME = """<!DOCTYPE html><iframe src="page.html" width="{}" height="844"></iframe>
+<script>addEventListener("message", ({{ data }}) => {{
+  document.body.append(Object.assign(document.createElement("pre"),
+    {{ id: "found", textContent: data }}));
+}});</script>"""
+
+
+def looked_at(html, folder, width, driver=DRIVER):
+    """What the driver found, and what the browser said of the page."""
+    (folder / "page.html").write_text(driven(html, driver), encoding="utf-8")
+    frame = FRAME.format(width)
+    (folder / "frame.html").write_text(frame, encoding="utf-8")
+    command = [BROWSER, *OPTIONS, "--no-sandbox", f"--user-data-dir={folder / 'p'}"]
+    command += ["--enable-logging=stderr", "--window-size=1400,1000", "--dump-dom"]
+    page = (folder / "frame.html").as_uri()
+    done = subprocess.run(
+        [*command, page], capture_output=True, text=True, timeout=120, check=True
+    )
+    found = re.search(r'<pre id="found">(.*?)</pre>', done.stdout, re.DOTALL)
+    lines = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    # advice for whoever reads pixels often, as the driver does
+    said = [line for line in lines if "willReadFrequently" not in line]
+    said = [line for line in said if "will-read-frequently" not in line]
+    return json.loads(unescape(found[1])), said
+
+
+@pytest.fixture(scope="module")
+def result(good_result):
+    """A sound block, with hostile names of a point, a model and the block."""
+    points, models = good_result.points.copy(), good_result.models.copy()
+    points.loc[7, "point_id"] = HOSTILE
+    models.loc[2, "model_id"] = HOSTILE
+    block = replace(good_result.block, name=HOSTILE, operator=HOSTILE)
+    return judged_before(good_result, points=points, models=models, block=block)
+
+
+@pytest.fixture(scope="module")
+def seen(result, tmp_path_factory):
+    """The page on a screen of 1280 pixels."""
+    if BROWSER is None:
+        pytest.skip("no Chromium is installed")
+    folder = tmp_path_factory.mktemp("screen")
+    return looked_at(render(result), folder, 1280)
+
+
+def test_nothing_fails_and_nothing_is_asked_for(seen, result):
+    found, said = seen
+    assert found["errors"] == []
+    assert said == []
+    assert found["requests"] == 0
+    # names are text, wherever they stand
+    assert found["images"] == 0
+    assert found["title"].startswith("</script>")
+    assert found["light"]["colours"] > 50
+
+
+def test_the_map_answers_pointer_and_keys(seen):
+    found, _ = seen
+    is_hidden, said, name, readout = found["hovered"]
+    assert not is_hidden
+    assert said == name
+    assert re.fullmatch(r"E \d+\.\d{3}  N \d+\.\d{3}", readout)
+    assert found["zoomed"] == pytest.approx(1.5)
+    assert found["whole"] == pytest.approx(1.0)
+    assert {"heat", "ellipses", "footprints", "apart", "points"} <= set(found["layers"])
+
+
+def test_a_row_leads_to_its_point_on_the_map_and_in_the_table(seen):
+    chosen = seen[0]["chosen"]
+    assert chosen["isMarked"]
+    assert chosen["off"] < 1.0
+    assert chosen["name"] == chosen["row"]
+    assert chosen["inTable"] == [chosen["name"]]
+
+
+def test_tables_are_searched_sorted_folded_and_saved(seen, result):
+    found, _ = seen
+    assert found["isFolded"]
+    assert found["searched"] == [HOSTILE]
+    assert found["worst"][0] == found["worst"][1]
+    assert found["csv"] == len(result.points) + 2  # its head, and the end
+    # as docs/files.md has it
+    expected = ["'=1+1", "'-7/8", "-5", "-5A", "7/8", "--", "''=x"]
+    assert found["tamed"] == expected
+    said, n_rows = found["highlighted"]
+    assert n_rows == (result.points["role"] == "new").sum()
+    assert said.startswith(f"{n_rows} points")
+
+
+def test_the_dark_form_is_dark(seen):
+    light, dark = (seen[0][name]["paper"] & 0xFF for name in ("light", "dark"))
+    assert light == 255
+    assert dark < 64
+
+
+@needs_browser
+def test_on_a_phone_nothing_is_clipped(result, tmp_path):
+    found, said = looked_at(render(result), tmp_path, 390)
+    assert found["errors"] == said == []
+    inner, wide = found["width"]
+    assert inner == 390
+    assert wide <= inner
+
+
+@needs_browser
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed by npm")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(result, tmp_path, scheme):
+    chosen = f"scheme.chosen = '{scheme}'; schemeChanged();\n"
+    driver = AXE.read_text(encoding="utf-8") + chosen + AUDIT
+    found, _ = looked_at(render(result), tmp_path, 1280, driver)
+    assert [one for one in found if one[1] in ("serious", "critical")] == []
+
+
+@needs_browser
+def test_it_is_printed_on_the_paper_that_is_wanted(result):
+    printed = pdf_of(render(result, paper="letter"))
+    assert printed.startswith(b"%PDF")
+    assert b"/MediaBox [0 0 612 792]" in printed
+    assert 3 <= printed.count(b"/Type /Page\n") <= 12
+
+
+def test_without_a_browser_it_is_said_what_to_do(monkeypatch):
+    monkeypatch.setattr(pdf_printer.shutil, "which", lambda _: None)
+    with pytest.raises(SettingsError, match="Install Chromium") as caught:
+        pdf_printer.require_browser()
+    assert "none is installed" in str(caught.value)
