@@ -23,6 +23,15 @@ def data(good_result):
     return Unpacked(page_data(good_result, "cm"))
 
 
+@pytest.mark.parametrize(
+    ("unit", "name", "metres"), [("km", "km", 1e3), ("um", "µm", 1e-6), ("m", "m", 1.0)]
+)
+def test_errors_of_any_size_have_a_unit(good_result, unit, name, metres):
+    """Control in gon, or a wrong zone, is kilometres off."""
+    told = Unpacked(page_data(good_result, unit)).head["unit"]
+    assert told == {"name": name, "metres": pytest.approx(metres)}
+
+
 def test_points_come_back(data, good_result):
     points, facts = good_result.points, data.head["points"]
     assert data.names(facts["names"]) == list(points["point_id"])

@@ -7,13 +7,15 @@ from markupsafe import Markup
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import (
+    METRES_PER,
     MISSING,
+    UNIT_TEXT,
     fixed,
     length,
     length_column,
     one_unit,
 )
-from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
+from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
 from einschalt.interfaces.reports.packed_data import PackedData
 from einschalt.interfaces.reports.page_models import pack_models
@@ -124,7 +126,7 @@ def page_data(result, unit):
     claimed = result.assessment.credible.column
     packed = PackedData()
     packed.head |= {
-        "unit": {"name": unit, "metres": METRES_PER_UNIT[unit]},
+        "unit": {"name": UNIT_TEXT.get(unit, unit), "metres": METRES_PER[unit]},
         "claim": claimed,
         "confidence": result.settings.confidence,
         "block": printable(result.block.name),
