@@ -298,15 +298,27 @@ def test_covariances_of_spatial_control_are_used(block):
     assert found.control[["difference_easting"]].abs().max().item() < 0.1
 
 
+# errors along one line; in part: without standard_error_m the northing has none; each
+# pair of the three is possible, all of them are not
+ALONG = {f"standard_error_{axis}": 0.02 for axis in ("easting", "northing", "height")}
+BEYOND = {"covariance_en": 3.9e-4, "covariance_eh": 3.9e-4, "covariance_nh": -3.9e-4}
+
+
 @pytest.mark.parametrize(
-    "columns", [{"covariance_en": 1.0}, {"standard_error_easting": 0.02}]
+    ("columns", "is_plane"),
+    [
+        (ALONG | {"covariance_en": 4e-4}, True),
+        ({"standard_error_easting": 0.02}, True),
+        (ALONG | BEYOND, False),
+    ],
 )
-def test_impossible_covariances_are_refused(block, columns):
-    # without standard_error_m the northing has none
+def test_impossible_covariances_are_refused(block, columns, is_plane):
     control = block.control_points.drop(columns="standard_error_m").assign(**columns)
     with pytest.raises(TableError, match="contradict each other, or are given in part"):
         es.adjust_block(replace(block, control_points=control), kind="helmert_3d")
-    plane = es.simulate_block("demo", seed=2)
-    control = plane.control_points.drop(columns="standard_error_m").assign(**columns)
-    with pytest.raises(TableError, match="contradict each other, or are given in part"):
-        es.adjust_block(replace(plane, control_points=control))
+    if is_plane:
+        plane = es.simulate_block("demo", seed=2)
+        control = plane.control_points.drop(columns="standard_error_m")
+        plane = replace(plane, control_points=control.assign(**columns))
+        with pytest.raises(TableError, match="contradict each other, or are given"):
+            es.adjust_block(plane)

@@ -127,8 +127,10 @@ def test_a_sound_block_is_adjusted_at_once(demo_block):
 
 
 def test_what_only_one_adjustment_needs_stops_nothing(demo_block):
-    """Covariances of control that no errors can have: two steps do not read them."""
-    control = demo_block.control_points.assign(covariance_en=0.01)
+    """Control with errors along one line alone: two steps do not read covariances."""
+    control = demo_block.control_points
+    along = control["standard_error_m"] ** 2 / 2.0
+    control = control.assign(covariance_en=along)
     result = densify(replace(demo_block, control_points=control), AUTO)
     assert result.choice.method == "two_step"
     assert "contradict each other" in result.choice.obstacle
