@@ -7,6 +7,7 @@ import pyproj
 import pytest
 from tests.ntv2_grids import write_ntv2
 
+from einschalt.foundations.areas_of_use import extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
     Demand,
@@ -15,7 +16,6 @@ from einschalt.foundations.coordinate_operations import (
 )
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.projections import (
-    extent_of,
     read_crs,
     read_source_crs,
     reproject,
@@ -274,3 +274,26 @@ def test_wkt_and_json_of_systems_are_no_files():
         for text in (system.to_wkt(), system.to_json(), system.to_wkt("WKT1_GDAL")):
             assert read_source_crs(text).name == system.name
     assert read_crs("+proj=tmerc +ellps=bessel +nadgrids=BETA2007.gsb +units=m")
+
+
+@pytest.mark.parametrize(
+    ("code", "inside", "outside"),
+    [
+        ("EPSG:4269", (-74.0, 40.7), (13.4, 48.2)),
+        ("EPSG:4167", (174.8, -41.3), (13.4, -41.3)),
+        ("EPSG:4258", (13.4, 48.2), (-74.0, 48.2)),
+        ("EPSG:4807", (5.0, 54.0), (-74.0, 54.0)),  # grads from Paris
+        ("EPSG:4326", (-179.9, 0.0), (379787.0, 0.0)),  # metres are no longitudes
+    ],
+)
+def test_an_area_may_lie_over_the_antimeridian(code, inside, outside):
+    assert in_extent(*inside, code)
+    assert not in_extent(*outside, code)
+
+
+def test_both_sides_of_the_antimeridian_belong_to_one_area():
+    fiji = read_source_crs("EPSG:3460")
+    longitudes = np.array([176.0, 178.0, -179.0, -178.0])
+    np.testing.assert_array_equal(
+        in_area(longitudes, -18.0, fiji), [False, True, True, False]
+    )

@@ -7,13 +7,9 @@ import numpy as np
 import pyproj
 from pyproj.enums import PJType
 
+from einschalt.foundations.areas_of_use import area_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import offline, system_label
-from einschalt.foundations.projections import (
-    area_of,
-    degrees_of,
-    extent_of,
-    read_source_crs,
-)
+from einschalt.foundations.projections import degrees_of, read_source_crs
 
 MOST_LIKELY = 3
 # where nobody names a system: those of surveys in and around the Alps, by country
@@ -39,8 +35,8 @@ def likely_systems(easting, northing, crs):
     place = degrees_of(*middle, crs)
     own = system_label(crs)
     others = [one for one in _of_same_datum(crs) if system_label(one) != own]
-    fitting = [one for one in others if _holds(extent_of(one), middle)]
-    there = [one for one in others if _holds(area_of(one), place)]
+    fitting = [one for one in others if in_extent(*middle, one)]
+    there = [one for one in others if in_area(*place, one)]
     return _nearest(crs, fitting), _nearest(crs, there)
 
 
@@ -50,14 +46,14 @@ def likely_sources(easting, northing, crs, target):
     ``crs`` was named for the point, ``target`` is where it is to be brought. Names and
     codes.
     """
-    middle, area = (easting, northing), area_of(target)
+    middle = easting, northing
     others = [o for o in _of_same_datum(crs) if system_label(o) != system_label(crs)]
     return _nearest(
         crs,
         [
             one
             for one in others
-            if _holds(extent_of(one), middle) and _holds(area, degrees_of(*middle, one))
+            if in_extent(*middle, one) and in_area(*degrees_of(*middle, one), target)
         ],
     )
 
@@ -65,7 +61,7 @@ def likely_sources(easting, northing, crs, target):
 def systems_that_hold(easting, northing):
     """Usual systems in whose area a point [m] lies; all that could be meant."""
     codes = [f"EPSG:{code}" for code in USUAL_SYSTEMS]
-    return [c for c in codes if _holds(extent_of(c), (easting, northing))]
+    return [c for c in codes if in_extent(easting, northing, c)]
 
 
 def _of_same_datum(crs):
@@ -91,13 +87,6 @@ def _listed(family):
         for one in known
         if one.name.startswith(f"{family} / ")
     ]
-
-
-def _holds(bounds, point):
-    if bounds is None or not np.all(np.isfinite(point)):
-        return False
-    west, south, east, north = bounds
-    return west <= point[0] <= east and south <= point[1] <= north
 
 
 def _nearest(crs, systems):

@@ -38,7 +38,6 @@ OPENS_FILE = re.compile(
     | "value"\s*:\s*"[^"]*[/\\]""",
     re.IGNORECASE | re.VERBOSE,
 )
-MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
 def read_crs(text):
@@ -342,33 +341,3 @@ def scale_gradient(points, crs):
     factors = pyproj.Proj(plane).get_factors(*degrees_of(*asked.T, crs))
     scale = np.log(factors.areal_scale).reshape(-1, 2, 2) / 2.0  # per length
     return np.hypot(*(scale[:, :, 0] - scale[:, :, 1]).T) / (2.0 * GRADIENT_STEP)
-
-
-def area_of(crs):
-    """Area of use of a system: west, south, east, north [degrees], or None."""
-    area = (crs.sub_crs_list or [crs])[0].area_of_use
-    return None if area is None else area.bounds
-
-
-def extent_of(crs):
-    """Area of use of a system, in its own coordinates, with a margin.
-
-    Smallest easting, smallest northing, largest easting, largest northing, in its
-    units; None where the system states no area of use.
-    """
-    return _extent_of(read_source_crs(crs))
-
-
-@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
-def _extent_of(crs):
-    area = area_of(crs)
-    if area is None:
-        return None
-    with offline():
-        transformer = pyproj.Transformer.from_crs(WGS_84, crs.to_2d(), always_xy=True)
-        bounds = transformer.transform_bounds(*area)
-    if not np.all(np.isfinite(bounds)):
-        return None
-    west, south, east, north = bounds
-    wide, high = MARGIN * (east - west), MARGIN * (north - south)
-    return west - wide, south - high, east + wide, north + high
