@@ -1,6 +1,8 @@
 """Which operation between two reference systems is used, and which never in silence."""
 
 import os
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pyproj
@@ -297,3 +299,29 @@ def test_both_sides_of_the_antimeridian_belong_to_one_area():
     np.testing.assert_array_equal(
         in_area(longitudes, -18.0, fiji), [False, True, True, False]
     )
+
+
+@pytest.mark.parametrize(
+    ("layout", "said"),
+    [
+        (None, "which is no database of PROJ"),
+        ("1", "which has the layout 0.1 of an older PROJ; expected the layout 1."),
+        ("999", None),  # PROJ reads it
+    ],
+)
+def test_a_database_that_proj_cannot_read_is_named(layout, said, tmp_path, monkeypatch):
+    path = tmp_path / "own.db"
+    if layout is None:
+        path.write_text("no database")
+    else:
+        major = "0" if said else "1"
+        keys = zip(("MAJOR", "MINOR"), (major, layout), strict=True)
+        with closing(sqlite3.connect(path)) as database, database:
+            database.execute("CREATE TABLE metadata (key TEXT, value TEXT)")
+            rows = [(f"DATABASE.LAYOUT.VERSION.{key}", value) for key, value in keys]
+            database.executemany("INSERT INTO metadata VALUES (?, ?)", rows)
+    monkeypatch.setenv("PROJ_AUX_DB", str(path))
+    with pytest.raises(ProjectionError, match="is unknown") as caught:
+        read_crs("EPSG:999999")
+    assert ("PROJ_AUX_DB names" in str(caught.value)) == (said is not None)
+    assert (said or "expected an EPSG code") in str(caught.value)

@@ -4,15 +4,14 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
-import os
 import re
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import pyproj
 
 from einschalt.foundations.arguments import described
+from einschalt.foundations.auxiliary_databases import fault_of_databases
 from einschalt.foundations.coordinate_operations import (
     choose_operation,
     offline,
@@ -90,14 +89,12 @@ def _known_crs(text):
 
 
 def _require_databases(text, error):
-    """Say that PROJ, which is to read a database that is not there, knows no system."""
-    named = os.environ.get("PROJ_AUX_DB", "").split(os.pathsep)
-    missing = [path for path in named if path and not Path(path).exists()]
-    if missing:
+    """Say that PROJ, which is to read a database that it cannot, knows no system."""
+    fault = fault_of_databases()
+    if fault is not None:
         raise ProjectionError(
-            f"crs = {described(text)} is unknown, since PROJ_AUX_DB names "
-            f"{missing[0]}, which is not there",
-            expected="a database of PROJ, or none",
+            f"crs = {described(text)} is unknown, since {fault[0]}",
+            expected=fault[1],
             remedy="Correct the environment variable PROJ_AUX_DB, or unset it",
         ) from error
 
