@@ -13,6 +13,7 @@ from einschalt.foundations.areas_of_use import extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
     Demand,
+    installed_grids,
     offline,
     system_label,
 )
@@ -325,3 +326,15 @@ def test_a_database_that_proj_cannot_read_is_named(layout, said, tmp_path, monke
         read_crs("EPSG:999999")
     assert ("PROJ_AUX_DB names" in str(caught.value)) == (said is not None)
     assert (said or "expected an EPSG code") in str(caught.value)
+
+
+def test_a_broken_download_is_named_among_whole_grids(tmp_path):
+    source, target = systems(31255, 25833)
+    _, grid = PAIRS[31255, 25833]
+    (tmp_path / grid).write_text("<html>")
+    write_ntv2(tmp_path / "BETA2007.gsb", -1.5, -3.5)
+    said = f"PROJ cannot read as a grid: {grid} \\(6 bytes\\);"
+    with pytest.raises(ProjectionError, match=said):
+        installed_grids(source, target, tmp_path)
+    with pytest.raises(ProjectionError, match=said):
+        reproject(points_at(SALZBURG, source), source, target, LAX, tmp_path)

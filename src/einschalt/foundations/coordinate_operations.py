@@ -6,9 +6,11 @@ takes what is left without a word. Here the choice is made in the open, for the 
 the points, and only among what is good enough. The network is never asked.
 """
 
+import os
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from threading import RLock
 
 import numpy as np
@@ -16,11 +18,13 @@ import pyproj
 from pyproj.aoi import AreaOfInterest
 from pyproj.transformer import TransformerGroup
 
-from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.errors import ProjectionError, name_some
 
 AXIS_CHANGE = "axis order change"
 CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
+GRIDS = (".tif", ".gsb", ".gtx", ".ct2", ".lla")
+GRID_STEPS = ("hgridshift", "vgridshift", "gridshift", "xyzgridshift")
 MOST_CANDIDATES = 5
 SLACK = 0.01  # degrees: areas of use are rounded to hundredths
 PROJ = RLock()  # its folders and its network are those of the whole process
@@ -125,9 +129,41 @@ def installed_grids(source, target, grids=None) -> dict:
 def _group(source, target, **more):
     with warnings.catch_warnings():  # what is not available is said by our own errors
         warnings.simplefilter("ignore", UserWarning)
-        return TransformerGroup(
-            source, target, always_xy=True, allow_ballpark=False, **more
-        )
+        try:
+            return TransformerGroup(
+                source, target, always_xy=True, allow_ballpark=False, **more
+            )
+        except pyproj.exceptions.ProjError as error:  # of a grid that is none
+            _refuse_broken_grids(error)
+            raise
+
+
+def _refuse_broken_grids(error):
+    """Name the files that have the name of a grid, and are none that PROJ can read."""
+    folders = pyproj.datadir.get_data_dir().split(os.pathsep)
+    folders.append(pyproj.datadir.get_user_data_dir())
+    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
+    named = [path for path in files if path.suffix.lower() in GRIDS]
+    broken = [path for path in named if not _is_grid(path)]
+    if broken:
+        sizes = [f"{path.name} ({path.stat().st_size} bytes)" for path in broken]
+        raise ProjectionError(
+            f"PROJ cannot read as a grid: {name_some(sizes)}; half a download, or a "
+            "page of the web in its place",
+            expected="grids as they are published",
+            remedy=f"Get them again, or take them out of {broken[0].parent}",
+        ) from error
+
+
+def _is_grid(path):
+    """Whether PROJ opens a file as a grid of one kind or another."""
+    for step in GRID_STEPS:
+        try:
+            pyproj.Transformer.from_pipeline(f"+proj={step} +grids={path.name}")
+        except pyproj.exceptions.ProjError:
+            continue
+        return True
+    return False
 
 
 def _grids_of(found):
