@@ -27,6 +27,11 @@ def place_problems(easting, northing, crs, source):
     is_inside = in_extent(easting, northing, crs)
     if is_inside is not None and np.mean(~is_inside) > LEAST_SHARE:
         return [_outside(easting, northing, crs, source)]
+    return scale_problems(easting, northing, crs, source)
+
+
+def scale_problems(easting, northing, crs, source):
+    """Say that a system shows lengths longer or shorter than they are, at points."""
     found = scale_range(easting, northing, crs)
     if found is None or max(1.0 - found[0], found[1] - 1.0) < WORST_SCALE:
         return []
