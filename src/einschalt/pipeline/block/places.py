@@ -4,6 +4,8 @@ A block in the neighbouring zone, outside the area of use, or in a system that s
 lengths half as long again as they are, would be computed to the last digit, and wrong.
 """
 
+from itertools import product
+
 import numpy as np
 
 from einschalt.foundations.areas_of_use import area_of, in_area, in_extent
@@ -15,6 +17,7 @@ from einschalt.foundations.projections import degrees_of, scale_range
 # of a length: national systems keep within a few tenths of a per cent
 WORST_SCALE = 0.01
 LEAST_SHARE = 0.5  # of the points that lie outside of the area
+ANGLES = {"degree": 1.0, "radian": 180.0 / np.pi, "grad": 0.9}  # in degrees
 DEGREES_AROUND = 1.0  # beyond an area of use, for control along the border
 
 
@@ -26,7 +29,8 @@ def place_problems(easting, northing, crs, source):
     """
     is_inside = in_extent(easting, northing, crs)
     if is_inside is not None and np.mean(~is_inside) > LEAST_SHARE:
-        return [_outside(easting, northing, crs, source)]
+        angles = _angles(easting, northing, crs, source)
+        return [angles or _outside(easting, northing, crs, source)]
     return scale_problems(easting, northing, crs, source)
 
 
@@ -46,6 +50,37 @@ def scale_problems(easting, northing, crs, source):
             file=source,
         )
     ]
+
+
+def _angles(easting, northing, crs, source):
+    """Say that coordinates are angles in another unit than the system's, or None.
+
+    So they are where they lie near its area of use as angles of that unit, in the one
+    order or the other.
+    """
+    own = crs.axis_info[0].unit_name
+    middle = np.array([np.median(easting), np.median(northing)])
+    orders = {"longitude and latitude": middle, "latitude and longitude": middle[::-1]}
+    for (unit, size), (axes, angles) in product(ANGLES.items(), orders.items()):
+        if unit == own or not in_area(*angles * size, crs, DEGREES_AROUND):
+            continue
+        geographic = system_label((crs.sub_crs_list or [crs])[0].geodetic_crs)
+        ways = [f"multiply them by {size:.10g} for degrees"] if size != 1.0 else []
+        if not crs.is_geographic:
+            called = f"call the columns {axes}"
+            ways.append(f"{called}, and name {geographic} as crs of them")
+        text = ", ".join(ways) or f"convert them to {own}"
+        first = "longitude" if crs.is_geographic else "easting"
+        second = "latitude" if crs.is_geographic else "northing"
+        return ConsistencyError(
+            f"the points, about {first} {middle[0]:.4f}, {second} {middle[1]:.4f}, "
+            f"are {axes} in {unit}s, as which they lie in the area of use of "
+            f"{system_label(crs)}",
+            expected=f"{own}s",
+            remedy=f"{text[0].upper()}{text[1:]}",
+            file=source,
+        )
+    return None
 
 
 def _outside(easting, northing, crs, source):
