@@ -9,7 +9,7 @@ import pyproj
 import pytest
 from tests.ntv2_grids import write_ntv2
 
-from einschalt.foundations.areas_of_use import extent_of, in_area, in_extent
+from einschalt.foundations.areas_of_use import area_of, extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
     Demand,
@@ -18,6 +18,7 @@ from einschalt.foundations.coordinate_operations import (
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.likely_systems import likely_systems
 from einschalt.foundations.projections import (
     read_crs,
     read_source_crs,
@@ -209,6 +210,7 @@ def test_systems_are_said_with_name_and_code(code, said):
         ("EPSG:4978", "WGS 84.* has the axes geocentricX"),
         ("EPSG:5773", "EGM96 height.* has the axes up"),
         ("EPSG:5513", "axes to the south and west.*EPSG:5514"),
+        ("EPSG:2048", "axes to the west and south.*UTM zone 34S .EPSG:32734"),
     ],
 )
 def test_systems_without_easting_and_northing_are_refused(text, said):
@@ -329,12 +331,29 @@ def test_a_database_that_proj_cannot_read_is_named(layout, said, tmp_path, monke
 
 
 def test_a_broken_download_is_named_among_whole_grids(tmp_path):
-    source, target = systems(31255, 25833)
-    _, grid = PAIRS[31255, 25833]
+    # of a pair of its own: PROJ remembers the grids that it has read
+    source, target = systems(27700, 25830)
+    grid = "uk_os_OSTN15_NTv2_OSGBtoETRS.tif"
     (tmp_path / grid).write_text("<html>")
     write_ntv2(tmp_path / "BETA2007.gsb", -1.5, -3.5)
     said = f"PROJ cannot read as a grid: {grid} \\(6 bytes\\);"
     with pytest.raises(ProjectionError, match=said):
         installed_grids(source, target, tmp_path)
     with pytest.raises(ProjectionError, match=said):
-        reproject(points_at(SALZBURG, source), source, target, LAX, tmp_path)
+        reproject(points_at((-1.5, 52.0), source), source, target, LAX, tmp_path)
+
+
+def test_an_area_of_use_is_that_of_all_usages():
+    # in its zone on large maps, in the whole country on small ones
+    assert area_of(read_crs("EPSG:2393")) == (19.24, 59.75, 31.59, 70.09)
+    assert area_of(read_source_crs("EPSG:4167")) == (160.6, -55.95, -171.2, -25.88)
+    assert area_of(read_source_crs(SITE)) is None
+
+
+def test_likely_systems_lie_at_the_place_and_stand_there_once():
+    # numbers of UTM 32 east of its zone: those of 29 to 31 would lie east of theirs
+    fitting, there = likely_systems(827095.0, 5347762.0, "EPSG:25832")
+    assert fitting == []
+    assert there[0] == "ETRS89 / UTM zone 33N (EPSG:25833)"
+    assert len(set(there)) == len(there) == 3
+    assert not any("zE-N" in name for name in there)

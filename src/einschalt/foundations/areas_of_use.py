@@ -19,10 +19,23 @@ MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 def area_of(crs):
     """Area of use of a system: west, south, east, north [degrees], or None.
 
-    East is less than west where it lies over the antimeridian.
+    East is less than west where it lies over the antimeridian. That of all its usages:
+    Finland's YKJ is used in its zone on large maps, and in the whole country on small
+    ones.
     """
-    area = (crs.sub_crs_list or [crs])[0].area_of_use
-    return None if area is None else area.bounds
+    plane = (crs.sub_crs_list or [crs])[0]
+    plane = plane.source_crs if plane.is_bound else plane
+    stated = plane.to_json_dict()
+    usages = [one["bbox"] for one in stated.get("usages", [stated]) if "bbox" in one]
+    if not usages:
+        return None
+    west, south, east, north = (
+        [box[f"{side}itude"] for box in usages]
+        for side in ("west_long", "south_lat", "east_long", "north_lat")
+    )
+    furthest = max(_beyond(*pair) for pair in zip(west, east, strict=True))
+    east = furthest - FULL_CIRCLE if furthest > FULL_CIRCLE / 2.0 else furthest
+    return min(west), min(south), east, max(north)
 
 
 def extent_of(crs):

@@ -35,7 +35,7 @@ def likely_systems(easting, northing, crs):
     place = degrees_of(*middle, crs)
     own = system_label(crs)
     others = [one for one in _of_same_datum(crs) if system_label(one) != own]
-    fitting = [one for one in others if in_extent(*middle, one)]
+    fitting = [one for one in others if _is_at_home(middle, one)]
     there = [one for one in others if in_area(*place, one)]
     return _nearest(crs, fitting), _nearest(crs, there)
 
@@ -53,7 +53,7 @@ def likely_sources(easting, northing, crs, target):
         [
             one
             for one in others
-            if in_extent(*middle, one) and in_area(*degrees_of(*middle, one), target)
+            if _is_at_home(middle, one) and in_area(*degrees_of(*middle, one), target)
         ],
     )
 
@@ -82,11 +82,20 @@ def _of_same_datum(crs):
 def _listed(family):
     with offline():
         known = pyproj.database.query_crs_info("EPSG", PJType.PROJECTED_CRS)
+    codes = {one.code: one.name for one in known}  # listed for each of their usages
     return [
-        pyproj.CRS.from_epsg(one.code)
-        for one in known
-        if one.name.startswith(f"{family} / ")
+        pyproj.CRS.from_epsg(code)
+        for code, name in codes.items()
+        if name.startswith(f"{family} / ")
     ]
+
+
+def _is_at_home(point, crs):
+    """Whether a point given in a system lies where that is used.
+
+    The extent of a zone is a rectangle about its area, and wider in the north.
+    """
+    return in_extent(*point, crs) and in_area(*degrees_of(*point, crs), crs)
 
 
 def _nearest(crs, systems):
@@ -96,7 +105,14 @@ def _nearest(crs, systems):
         west, south, east, north = area_of(other)
         words = zip(crs.name.split(), other.name.split(), strict=False)
         alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], words))
-        is_variant = "(" in other.name  # with its axes exchanged
-        return -alike, is_variant, abs(east - west) * (north - south)
+        return -alike, (east - west) % 360.0 * (north - south)
 
-    return [system_label(one) for one in sorted(systems, key=rank)[:MOST_LIKELY]]
+    names = {one.name for one in systems}
+    plain = [one for one in systems if not _is_variant(one.name, names)]
+    return [system_label(one) for one in sorted(plain, key=rank)[:MOST_LIKELY]]
+
+
+def _is_variant(name, names):
+    """Whether a name is that of another system, with its axes exchanged."""
+    plain, parted, _ = name.partition(" (")
+    return bool(parted) and plain in names

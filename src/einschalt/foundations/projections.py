@@ -24,6 +24,7 @@ NAMES = str | int | pyproj.CRS  # what may name a system
 CODE_BITS = 32
 METRE = "metre"
 AGAINST = ("south", "west")
+POLE = 90.0  # degrees
 WGS_84 = "OGC:CRS84"
 LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same
 STEP = 10.0  # metres, for directions
@@ -120,9 +121,22 @@ def _with_usual_axes(crs, text):
     raise ProjectionError(
         f"crs = {described(text)} ({crs.name}) has axes to the {' and '.join(against)}",
         expected="axes to the east and north",
-        remedy="Name the variant of the system with these, such as EPSG:5514 in place "
-        "of EPSG:5513, and give the coordinates in it",
+        remedy=f"Give the coordinates in a system with these, such as {_usual(crs)}",
     )
+
+
+def _usual(crs):
+    """A system of the same place with axes to the east and north, by name and code."""
+    try:
+        return system_label(pyproj.CRS.from_user_input(f"{crs.name} East North"))
+    except pyproj.exceptions.CRSError:
+        pass  # most have no such variant
+    area = crs.area_of_use
+    if area is None or max(area.north, -area.south) >= POLE:
+        return "the UTM zone of the place"
+    zone = int((area.west + area.east + 360.0) // 12.0) + 1
+    first = 32600 if area.south + area.north > 0.0 else 32700
+    return system_label(pyproj.CRS.from_epsg(first + zone))
 
 
 def _utf8(name):
