@@ -310,3 +310,20 @@ def test_angles_are_told_by_their_unit(own, size, said, mend):
     assert ("MGI (EPSG:4312) as crs" in problem.remedy) == (own is None)
     (exchanged,) = place_problems(latitude, longitude, crs, "points.csv")
     assert "are latitude and longitude in" in exchanged.found
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("EPSG:4258", "EPSG:4936"),  # geocentric
+        ("EPSG:4258", "EPSG:25833x"),
+        ('crs = "EPSG:4258"', "crs = 4258"),
+        ('crs = "EPSG:31255"', ""),
+        ("EPSG:31255", "EPSG:31255x"),
+    ],
+)
+def test_what_follows_from_a_fault_of_the_system_is_no_fault(small_block, old, new):
+    moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:4258")
+    small_block.replace("block.toml", old, new)
+    (problem,) = find_problems(small_block.path).problems
+    assert problem.key == "crs"
