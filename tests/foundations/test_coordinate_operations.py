@@ -142,6 +142,7 @@ def test_an_operation_can_be_chosen_by_name_and_by_code():
             r"is none of the operations; expected MGI to ETRS89 \(8",
         ),
         ("MGI to ETRS89 (8)", r"cannot be used: .*Get at_bev_AT_GIS_GRID.* or choose"),
+        ("MGI to ETRS89", r"fits 2 operations: .*\(8\) .*\(1\) .*Write its whole name"),
     ],
 )
 def test_an_operation_that_is_not_there_is_said(wanted, said):
@@ -169,7 +170,10 @@ def test_an_operation_of_unknown_accuracy_is_used_only_with_one_that_is_stated()
 @pytest.mark.parametrize(
     ("source", "said"),
     [
-        ("+proj=utm +zone=33 +ellps=GRS80", "PROJ knows no operation from unknown to "),
+        (
+            "+proj=utm +zone=33 +ellps=GRS80",
+            r"PROJ knows no operation from \+proj=utm ",
+        ),
         (
             SITE,
             "site is a system of one site, tied to no other; .*identical points",
@@ -197,7 +201,11 @@ def test_zones_of_one_datum_are_exact():
             "EPSG:31255+5778",
             "MGI / Austria GK Central + GHA height (EPSG:31255+EPSG:5778)",
         ),
-        ("+proj=utm +zone=33 +ellps=GRS80", "unknown"),  # resembles 25833, and is not
+        # resembles 25833, and is not
+        (
+            "+proj=utm +zone=33 +ellps=GRS80",
+            "+proj=utm +zone=33 +ellps=GRS80 +units=m",
+        ),
     ],
 )
 def test_systems_are_said_with_name_and_code(code, said):
@@ -357,3 +365,14 @@ def test_likely_systems_lie_at_the_place_and_stand_there_once():
     assert there[0] == "ETRS89 / UTM zone 33N (EPSG:25833)"
     assert len(set(there)) == len(there) == 3
     assert not any("zE-N" in name for name in there)
+
+
+def test_spaces_about_a_code_are_none_of_it():
+    assert read_crs(" EPSG:25833 ") == read_crs("EPSG:25833")
+
+
+def test_heights_without_a_geoid_are_told_from_datums_that_are_not_known():
+    source, target = read_source_crs("EPSG:4937"), read_crs("EPSG:25833+5783")
+    points = np.array([[13.4, 48.2, 450.0]])
+    with pytest.raises(ProjectionError, match="for heights, such as by a geoid"):
+        reproject(points, source, target, LAX)

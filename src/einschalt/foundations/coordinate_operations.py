@@ -18,11 +18,15 @@ import pyproj
 from pyproj.aoi import AreaOfInterest
 from pyproj.transformer import TransformerGroup
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
 
 AXIS_CHANGE = "axis order change"
 CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
+NAMELESS = ("unknown", "unnamed")
+OF_COURSE = ("+no_defs", "+type=crs")
+MOST_SHOWN = 80  # characters of a PROJ string
 GRIDS = (".tif", ".gsb", ".gtx", ".ct2", ".lla")
 GRID_STEPS = ("hgridshift", "vgridshift", "gridshift", "xyzgridshift")
 MOST_CANDIDATES = 5
@@ -59,7 +63,19 @@ def system_label(crs):
     parts = crs.sub_crs_list or [crs]
     codes = [part.to_authority(min_confidence=100) for part in parts]
     known = "+".join(":".join(code) for code in codes if code is not None)
-    return f"{crs.name} ({known})" if known and None not in codes else crs.name
+    if known and None not in codes:
+        return f"{crs.name} ({known})"
+    return _proj_string(crs) if crs.name in NAMELESS else crs.name
+
+
+def _proj_string(crs):
+    """What a system is that came as a PROJ string, and has no name for that."""
+    with warnings.catch_warnings():  # some things cannot be said so, and have a name
+        warnings.simplefilter("ignore", UserWarning)
+        text = crs.to_proj4() or crs.srs
+    for word in OF_COURSE:
+        text = text.replace(f" {word}", "")
+    return shortened(text, MOST_SHOWN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,11 +242,7 @@ def choose_operation(source, target, bounds, demand):
     candidates = find_operations(source, target, bounds)
     way = f"{system_label(source)} to {system_label(target)}"
     if not candidates:
-        raise ProjectionError(
-            f"PROJ knows no operation from {way}",
-            expected="systems whose datums are known, and known to each other there",
-            remedy="Correct crs, or give the coordinates in the system of the block",
-        )
+        raise _no_operation(source, target, bounds, way)
     if demand.operation:
         return _chosen(candidates, way, demand), None
     usable = [one for one in candidates if one.transformer is not None]
@@ -244,6 +256,24 @@ def choose_operation(source, target, bounds, demand):
     best = candidates[0]
     is_better = best.missing and best.accuracy_m < good[0].accuracy_m
     return good[0], best if is_better else None
+
+
+def _no_operation(source, target, bounds, way):
+    """Tell datums that are not known to each other from heights that are not."""
+    flat = source.to_2d(), target.to_2d()
+    if flat != (source, target) and find_operations(*flat, bounds):
+        return ProjectionError(
+            f"PROJ knows no operation from {way} for heights, such as by a geoid, and "
+            "one for the plan alone",
+            expected="heights of a system that PROJ can bring into the other",
+            remedy="Give the heights in the vertical system of the block, or take the "
+            "vertical systems out of crs where the heights are in one already",
+        )
+    return ProjectionError(
+        f"PROJ knows no operation from {way}",
+        expected="systems whose datums are known, and known to each other there",
+        remedy="Correct crs, or give the coordinates in the system of the block",
+    )
 
 
 def _chosen(candidates, way, demand):
@@ -267,6 +297,13 @@ def _chosen(candidates, way, demand):
             remedy=f"{_where(called[0].missing)} or choose another operation",
         )
     one = usable[0]
+    by_code = demand.operation.casefold() in (code.casefold() for code in one.codes)
+    if not by_code and len({other.name for other in called}) > 1:
+        raise ProjectionError(
+            f"{asked} fits {len(called)} operations: {_listed(called)}",
+            expected="one of them",
+            remedy="Write its whole name, or its EPSG code",
+        )
     if np.isfinite(one.accuracy_m):
         return one
     if not demand.is_stated:

@@ -148,7 +148,7 @@ def _utf8(name):
     # the library ends at a NUL, and takes what stands before it
     if isinstance(name, str) and "\0" in name:
         raise pyproj.exceptions.CRSError("NUL in the name")
-    return name
+    return name.strip() if isinstance(name, str) else name
 
 
 def code_of(crs):
