@@ -52,11 +52,11 @@ def read_crs(text):
     if not is_plane or (units and units != {METRE}):
         axes = ", ".join(sorted(units))
         raise ProjectionError(
-            f"crs = {described(text)} ({crs.name}) has axes in {axes}",
+            f"crs = {system_label(crs)} has axes in {axes}",
             expected="a plane system in metres",
             remedy="Name the projected system of the coordinates",
         )
-    return _with_usual_axes(crs, text)
+    return _with_usual_axes(crs)
 
 
 def read_source_crs(text):
@@ -69,11 +69,11 @@ def read_source_crs(text):
     if not (crs.is_geographic or crs.is_projected or crs.is_engineering):
         axes = ", ".join(axis.direction for axis in crs.axis_info)
         raise ProjectionError(
-            f"crs = {described(text)} ({crs.name}) has the axes {axes}",
+            f"crs = {system_label(crs)} has the axes {axes}",
             expected="a plane or a geographic system, with heights or without",
             remedy="Name the system of the coordinates",
         )
-    return _with_usual_axes(crs, text)
+    return _with_usual_axes(crs)
 
 
 def _known_crs(text):
@@ -113,13 +113,13 @@ def _refuse_files(text):
     )
 
 
-def _with_usual_axes(crs, text):
+def _with_usual_axes(crs):
     """Refuse axes to the south and west: nobody knows what their easting would be."""
     against = [a.direction for a in crs.axis_info[:2] if a.direction in AGAINST]
     if not against:
         return crs
     raise ProjectionError(
-        f"crs = {described(text)} ({crs.name}) has axes to the {' and '.join(against)}",
+        f"crs = {system_label(crs)} has axes to the {' and '.join(against)}",
         expected="axes to the east and north",
         remedy=f"Give the coordinates in a system with these, such as {_usual(crs)}",
     )
