@@ -45,7 +45,7 @@ ONLY_IN = {
     "pyproj": [
         "foundations/projections.py",
         "foundations/areas_of_use.py",
-        "foundations/auxiliary_databases.py",
+        "foundations/databases_of_proj.py",
         "foundations/coordinate_operations.py",
         "foundations/likely_systems.py",
         "foundations/published_systems.py",

@@ -376,3 +376,15 @@ def test_heights_without_a_geoid_are_told_from_datums_that_are_not_known():
     points = np.array([[13.4, 48.2, 450.0]])
     with pytest.raises(ProjectionError, match="for heights, such as by a geoid"):
         reproject(points, source, target, LAX)
+
+
+def test_a_missing_grid_is_told_with_its_second_name_and_what_is_there(tmp_path):
+    source, target = systems(21781, 25832)
+    write_ntv2(tmp_path / "CHENYX06_etrs.gsb", -1.5, -3.5)
+    with pytest.raises(ProjectionError) as caught:
+        reproject(points_at(LUCERNE, source), source, target, STRICT, tmp_path)
+    said = caught.value.remedy
+    assert "under that name (or as CHENyx06_ETRS.gsb)" in said
+    assert (
+        "grids in [settings] (the folder that is named holds CHENYX06_etrs.gsb)" in said
+    )

@@ -18,6 +18,7 @@ import pyproj
 from pyproj.aoi import AreaOfInterest
 from pyproj.transformer import TransformerGroup
 
+from einschalt.foundations.databases_of_proj import second_name_of
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
 
@@ -330,10 +331,22 @@ def _where(grids):
     first = f"Get {_names(grids)}"
     addresses = " and ".join(address for _, address in grids if address)
     from_there = f" from {addresses}" if addresses else ""
+    seconds = [second_name_of(name) for name, _ in grids]
+    seconds = [name for name in seconds if name is not None]
+    known = f" (or as {' and '.join(seconds)})" if seconds else ""
     return (
-        f"{first}{from_there}, or under that name from the national survey, name its "
-        "folder with --grids, or grids in [settings],"
+        f"{first}{from_there}, or under that name{known} from the national survey, "
+        f"name its folder with --grids, or grids in [settings]{_held()},"
     )
+
+
+def _held():
+    """What the folders of grids hold that were named, beside PROJ's own."""
+    folders = pyproj.datadir.get_data_dir().split(os.pathsep)[1:]
+    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
+    names = [path.name for path in files if path.suffix.lower() in GRIDS]
+    said = f" (the folder that is named holds {name_some(names) or 'none'})"
+    return said if folders else ""
 
 
 def _remedy(candidates, demand):

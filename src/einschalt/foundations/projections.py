@@ -11,12 +11,12 @@ import numpy as np
 import pyproj
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.auxiliary_databases import fault_of_databases
 from einschalt.foundations.coordinate_operations import (
     choose_operation,
     offline,
     system_label,
 )
+from einschalt.foundations.databases_of_proj import fault_of_databases
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
 

@@ -1,4 +1,4 @@
-"""Databases that PROJ_AUX_DB names beside PROJ's own, such as published ones.
+"""PROJ's own database, and those that PROJ_AUX_DB names, such as published ones.
 
 With one that it cannot read PROJ has none at all, and knows no code of any system.
 """
@@ -43,10 +43,29 @@ def _fault(path):
     )
 
 
+def second_name_of(grid):
+    """Name that PROJ takes for a grid as well: that of the survey; None for most."""
+    path = _own_database()
+    asked = "SELECT old_proj_grid_name FROM grid_alternatives WHERE proj_grid_name = ?"
+    rows = [] if path is None else _rows(path, asked, (grid,))
+    return next((name for (name,) in rows if name and name != grid), None)
+
+
 def _own_layout():
+    path = _own_database()
+    return None if path is None else _layout(path)
+
+
+def _own_database():
     folders = pyproj.datadir.get_data_dir().split(os.pathsep)
-    layouts = (_layout(Path(folder) / "proj.db") for folder in folders)
-    return next((layout for layout in layouts if layout is not None), None)
+    paths = (Path(folder) / "proj.db" for folder in folders)
+    return next((path for path in paths if path.is_file()), None)
+
+
+def _rows(path, asked, values=()):
+    uri = f"{path.absolute().as_uri()}?mode=ro"
+    with closing(sqlite3.connect(uri, uri=True)) as database:
+        return database.execute(asked, values).fetchall()
 
 
 def _layout(path):
@@ -54,9 +73,7 @@ def _layout(path):
     if not path.is_file():  # a pipe would never end
         return None
     try:
-        uri = f"{path.absolute().as_uri()}?mode=ro"
-        with closing(sqlite3.connect(uri, uri=True)) as database:
-            found = dict(database.execute("SELECT key, value FROM metadata"))
+        found = dict(_rows(path, "SELECT key, value FROM metadata"))
         return tuple(int(found[f"{LAYOUT}{part}"]) for part in ("MAJOR", "MINOR"))
     except (sqlite3.Error, KeyError, ValueError):
         return None
