@@ -160,7 +160,7 @@ def _refuse_broken_grids(error):
     folders = pyproj.datadir.get_data_dir().split(os.pathsep)
     folders.append(pyproj.datadir.get_user_data_dir())
     files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
-    named = [path for path in files if path.suffix.lower() in GRIDS]
+    named = [one for one in files if one.suffix.lower() in GRIDS and one.is_file()]
     broken = [path for path in named if not _is_grid(path)]
     if broken:
         sizes = [f"{path.name} ({path.stat().st_size} bytes)" for path in broken]
