@@ -44,6 +44,8 @@ FORBIDDEN_NAMES = {"utils", "helpers", "common", "misc", "util", "helper"}
 ONLY_IN = {
     "pyproj": [
         "foundations/projections.py",
+        "foundations/areas_of_use.py",
+        "foundations/databases_of_proj.py",
         "foundations/coordinate_operations.py",
         "foundations/likely_systems.py",
         "foundations/published_systems.py",

@@ -1,21 +1,25 @@
 """Which operation between two reference systems is used, and which never in silence."""
 
 import os
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pyproj
 import pytest
 from tests.ntv2_grids import write_ntv2
 
+from einschalt.foundations.areas_of_use import area_of, extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
     Demand,
+    installed_grids,
     offline,
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.likely_systems import likely_systems
 from einschalt.foundations.projections import (
-    extent_of,
     read_crs,
     read_source_crs,
     reproject,
@@ -138,6 +142,7 @@ def test_an_operation_can_be_chosen_by_name_and_by_code():
             r"is none of the operations; expected MGI to ETRS89 \(8",
         ),
         ("MGI to ETRS89 (8)", r"cannot be used: .*Get at_bev_AT_GIS_GRID.* or choose"),
+        ("MGI to ETRS89", r"fits 2 operations: .*\(8\) .*\(1\) .*Write its whole name"),
     ],
 )
 def test_an_operation_that_is_not_there_is_said(wanted, said):
@@ -165,7 +170,10 @@ def test_an_operation_of_unknown_accuracy_is_used_only_with_one_that_is_stated()
 @pytest.mark.parametrize(
     ("source", "said"),
     [
-        ("+proj=utm +zone=33 +ellps=GRS80", "PROJ knows no operation from unknown to "),
+        (
+            "+proj=utm +zone=33 +ellps=GRS80",
+            r"PROJ knows no operation from \+proj=utm ",
+        ),
         (
             SITE,
             "site is a system of one site, tied to no other; .*identical points",
@@ -193,7 +201,11 @@ def test_zones_of_one_datum_are_exact():
             "EPSG:31255+5778",
             "MGI / Austria GK Central + GHA height (EPSG:31255+EPSG:5778)",
         ),
-        ("+proj=utm +zone=33 +ellps=GRS80", "unknown"),  # resembles 25833, and is not
+        # resembles 25833, and is not
+        (
+            "+proj=utm +zone=33 +ellps=GRS80",
+            "+proj=utm +zone=33 +ellps=GRS80 +units=m",
+        ),
     ],
 )
 def test_systems_are_said_with_name_and_code(code, said):
@@ -206,6 +218,7 @@ def test_systems_are_said_with_name_and_code(code, said):
         ("EPSG:4978", "WGS 84.* has the axes geocentricX"),
         ("EPSG:5773", "EGM96 height.* has the axes up"),
         ("EPSG:5513", "axes to the south and west.*EPSG:5514"),
+        ("EPSG:2048", "axes to the west and south.*UTM zone 34S .EPSG:32734"),
     ],
 )
 def test_systems_without_easting_and_northing_are_refused(text, said):
@@ -274,3 +287,104 @@ def test_wkt_and_json_of_systems_are_no_files():
         for text in (system.to_wkt(), system.to_json(), system.to_wkt("WKT1_GDAL")):
             assert read_source_crs(text).name == system.name
     assert read_crs("+proj=tmerc +ellps=bessel +nadgrids=BETA2007.gsb +units=m")
+
+
+@pytest.mark.parametrize(
+    ("code", "inside", "outside"),
+    [
+        ("EPSG:4269", (-74.0, 40.7), (13.4, 48.2)),
+        ("EPSG:4167", (174.8, -41.3), (13.4, -41.3)),
+        ("EPSG:4258", (13.4, 48.2), (-74.0, 48.2)),
+        ("EPSG:4807", (5.0, 54.0), (-74.0, 54.0)),  # grads from Paris
+        ("EPSG:4326", (-179.9, 0.0), (379787.0, 0.0)),  # metres are no longitudes
+    ],
+)
+def test_an_area_may_lie_over_the_antimeridian(code, inside, outside):
+    assert in_extent(*inside, code)
+    assert not in_extent(*outside, code)
+
+
+def test_both_sides_of_the_antimeridian_belong_to_one_area():
+    fiji = read_source_crs("EPSG:3460")
+    longitudes = np.array([176.0, 178.0, -179.0, -178.0])
+    np.testing.assert_array_equal(
+        in_area(longitudes, -18.0, fiji), [False, True, True, False]
+    )
+
+
+@pytest.mark.parametrize(
+    ("layout", "said"),
+    [
+        (None, "which is no database of PROJ"),
+        ("1", "which has the layout 0.1 of an older PROJ; expected the layout 1."),
+        ("999", None),  # PROJ reads it
+    ],
+)
+def test_a_database_that_proj_cannot_read_is_named(layout, said, tmp_path, monkeypatch):
+    path = tmp_path / "own.db"
+    if layout is None:
+        path.write_text("no database")
+    else:
+        major = "0" if said else "1"
+        keys = zip(("MAJOR", "MINOR"), (major, layout), strict=True)
+        with closing(sqlite3.connect(path)) as database, database:
+            database.execute("CREATE TABLE metadata (key TEXT, value TEXT)")
+            rows = [(f"DATABASE.LAYOUT.VERSION.{key}", value) for key, value in keys]
+            database.executemany("INSERT INTO metadata VALUES (?, ?)", rows)
+    monkeypatch.setenv("PROJ_AUX_DB", str(path))
+    with pytest.raises(ProjectionError, match="is unknown") as caught:
+        read_crs("EPSG:999999")
+    assert ("PROJ_AUX_DB names" in str(caught.value)) == (said is not None)
+    assert (said or "expected an EPSG code") in str(caught.value)
+
+
+def test_a_broken_download_is_named_among_whole_grids(tmp_path):
+    # of a pair of its own: PROJ remembers the grids that it has read
+    source, target = systems(27700, 25830)
+    grid = "uk_os_OSTN15_NTv2_OSGBtoETRS.tif"
+    (tmp_path / grid).write_text("<html>")
+    write_ntv2(tmp_path / "BETA2007.gsb", -1.5, -3.5)
+    said = f"PROJ cannot read as a grid: {grid} \\(6 bytes\\);"
+    with pytest.raises(ProjectionError, match=said):
+        installed_grids(source, target, tmp_path)
+    with pytest.raises(ProjectionError, match=said):
+        reproject(points_at((-1.5, 52.0), source), source, target, LAX, tmp_path)
+
+
+def test_an_area_of_use_is_that_of_all_usages():
+    # in its zone on large maps, in the whole country on small ones
+    assert area_of(read_crs("EPSG:2393")) == (19.24, 59.75, 31.59, 70.09)
+    assert area_of(read_source_crs("EPSG:4167")) == (160.6, -55.95, -171.2, -25.88)
+    assert area_of(read_source_crs(SITE)) is None
+
+
+def test_likely_systems_lie_at_the_place_and_stand_there_once():
+    # numbers of UTM 32 east of its zone: those of 29 to 31 would lie east of theirs
+    fitting, there = likely_systems(827095.0, 5347762.0, "EPSG:25832")
+    assert fitting == []
+    assert there[0] == "ETRS89 / UTM zone 33N (EPSG:25833)"
+    assert len(set(there)) == len(there) == 3
+    assert not any("zE-N" in name for name in there)
+
+
+def test_spaces_about_a_code_are_none_of_it():
+    assert read_crs(" EPSG:25833 ") == read_crs("EPSG:25833")
+
+
+def test_heights_without_a_geoid_are_told_from_datums_that_are_not_known():
+    source, target = read_source_crs("EPSG:4937"), read_crs("EPSG:25833+5783")
+    points = np.array([[13.4, 48.2, 450.0]])
+    with pytest.raises(ProjectionError, match="for heights, such as by a geoid"):
+        reproject(points, source, target, LAX)
+
+
+def test_a_missing_grid_is_told_with_its_second_name_and_what_is_there(tmp_path):
+    source, target = systems(21781, 25832)
+    write_ntv2(tmp_path / "CHENYX06_etrs.gsb", -1.5, -3.5)
+    with pytest.raises(ProjectionError) as caught:
+        reproject(points_at(LUCERNE, source), source, target, STRICT, tmp_path)
+    said = caught.value.remedy
+    assert "under that name (or as CHENyx06_ETRS.gsb)" in said
+    assert (
+        "grids in [settings] (the folder that is named holds CHENYX06_etrs.gsb)" in said
+    )

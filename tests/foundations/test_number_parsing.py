@@ -67,3 +67,28 @@ def test_numbers(text):
 @pytest.mark.parametrize("text", ["", "1_000", "0x10", "1,5", "one", "1 000"])
 def test_other_texts(text):
     assert not is_number(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("48°12'30\"", "48.2083333333"),
+        ("13°22'54.58181\"", "13.3818282806"),
+        ("N 48° 12′ 30,0″", "48.2083333333"),
+        ("73° 30.0' W", "-73.5"),
+        ("-0°30'0''", "-0.5"),
+    ],
+)
+def test_degrees_and_minutes_are_told_with_what_to_write(text, plain):
+    said, expected, mend = describe_fault(text, "degrees")
+    assert (said, expected) == (f"{text!r} has degrees and minutes", "degrees")
+    assert mend == f"Write {plain}"
+    assert "call the columns longitude" in describe_fault(text, "metres")[2]
+
+
+# O is Ost, and Ouest
+@pytest.mark.parametrize(
+    "text", ["12'30", "48°", '1°2"', "4812'30\"", "16°30'O", "x48°12'"]
+)
+def test_other_signs_are_no_degrees_and_minutes(text):
+    assert "degrees and" not in describe_fault(text, "degrees")[0]

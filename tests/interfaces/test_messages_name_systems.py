@@ -15,7 +15,7 @@ from einschalt.interfaces.publication.published_results import publish_folder
 SALZBURG, LUCERNE = (13.5, 47.3), (8.0, 47.0)
 CODE = re.compile(r"EPSG:(\d+)")
 # what may be written is said by example, and an address or a command is no message
-EXAMPLE = re.compile(r"such as '?EPSG:\d+(\+\d+)?'?( in place of EPSG:\d+)?")
+EXAMPLE = re.compile(r"such as '?EPSG:\d+(\+\d+)?'?")
 
 
 def unnamed(text):
@@ -25,7 +25,6 @@ def unnamed(text):
         code
         for code in CODE.findall(text)
         if f"{pyproj.CRS.from_epsg(code).name} (EPSG:{code})" not in text
-        and f"'EPSG:{code}' ({pyproj.CRS.from_epsg(code).name})" not in text
     ]
 
 

@@ -6,9 +6,11 @@ takes what is left without a word. Here the choice is made in the open, for the 
 the points, and only among what is good enough. The network is never asked.
 """
 
+import os
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from threading import RLock
 
 import numpy as np
@@ -16,11 +18,18 @@ import pyproj
 from pyproj.aoi import AreaOfInterest
 from pyproj.transformer import TransformerGroup
 
-from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.databases_of_proj import second_name_of
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import ProjectionError, name_some
 
 AXIS_CHANGE = "axis order change"
 CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
+NAMELESS = ("unknown", "unnamed")
+OF_COURSE = ("+no_defs", "+type=crs")
+MOST_SHOWN = 80  # characters of a PROJ string
+GRIDS = (".tif", ".gsb", ".gtx", ".ct2", ".lla")
+GRID_STEPS = ("hgridshift", "vgridshift", "gridshift", "xyzgridshift")
 MOST_CANDIDATES = 5
 SLACK = 0.01  # degrees: areas of use are rounded to hundredths
 PROJ = RLock()  # its folders and its network are those of the whole process
@@ -55,7 +64,19 @@ def system_label(crs):
     parts = crs.sub_crs_list or [crs]
     codes = [part.to_authority(min_confidence=100) for part in parts]
     known = "+".join(":".join(code) for code in codes if code is not None)
-    return f"{crs.name} ({known})" if known and None not in codes else crs.name
+    if known and None not in codes:
+        return f"{crs.name} ({known})"
+    return _proj_string(crs) if crs.name in NAMELESS else crs.name
+
+
+def _proj_string(crs):
+    """What a system is that came as a PROJ string, and has no name for that."""
+    with warnings.catch_warnings():  # some things cannot be said so, and have a name
+        warnings.simplefilter("ignore", UserWarning)
+        text = crs.to_proj4() or crs.srs
+    for word in OF_COURSE:
+        text = text.replace(f" {word}", "")
+    return shortened(text, MOST_SHOWN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +146,41 @@ def installed_grids(source, target, grids=None) -> dict:
 def _group(source, target, **more):
     with warnings.catch_warnings():  # what is not available is said by our own errors
         warnings.simplefilter("ignore", UserWarning)
-        return TransformerGroup(
-            source, target, always_xy=True, allow_ballpark=False, **more
-        )
+        try:
+            return TransformerGroup(
+                source, target, always_xy=True, allow_ballpark=False, **more
+            )
+        except pyproj.exceptions.ProjError as error:  # of a grid that is none
+            _refuse_broken_grids(error)
+            raise
+
+
+def _refuse_broken_grids(error):
+    """Name the files that have the name of a grid, and are none that PROJ can read."""
+    folders = pyproj.datadir.get_data_dir().split(os.pathsep)
+    folders.append(pyproj.datadir.get_user_data_dir())
+    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
+    named = [one for one in files if one.suffix.lower() in GRIDS and one.is_file()]
+    broken = [path for path in named if not _is_grid(path)]
+    if broken:
+        sizes = [f"{path.name} ({path.stat().st_size} bytes)" for path in broken]
+        raise ProjectionError(
+            f"PROJ cannot read as a grid: {name_some(sizes)}; half a download, or a "
+            "page of the web in its place",
+            expected="grids as they are published",
+            remedy=f"Get them again, or take them out of {broken[0].parent}",
+        ) from error
+
+
+def _is_grid(path):
+    """Whether PROJ opens a file as a grid of one kind or another."""
+    for step in GRID_STEPS:
+        try:
+            pyproj.Transformer.from_pipeline(f"+proj={step} +grids={path.name}")
+        except pyproj.exceptions.ProjError:
+            continue
+        return True
+    return False
 
 
 def _grids_of(found):
@@ -190,11 +243,7 @@ def choose_operation(source, target, bounds, demand):
     candidates = find_operations(source, target, bounds)
     way = f"{system_label(source)} to {system_label(target)}"
     if not candidates:
-        raise ProjectionError(
-            f"PROJ knows no operation from {way}",
-            expected="systems whose datums are known, and known to each other there",
-            remedy="Correct crs, or give the coordinates in the system of the block",
-        )
+        raise _no_operation(source, target, bounds, way)
     if demand.operation:
         return _chosen(candidates, way, demand), None
     usable = [one for one in candidates if one.transformer is not None]
@@ -208,6 +257,24 @@ def choose_operation(source, target, bounds, demand):
     best = candidates[0]
     is_better = best.missing and best.accuracy_m < good[0].accuracy_m
     return good[0], best if is_better else None
+
+
+def _no_operation(source, target, bounds, way):
+    """Tell datums that are not known to each other from heights that are not."""
+    flat = source.to_2d(), target.to_2d()
+    if flat != (source, target) and find_operations(*flat, bounds):
+        return ProjectionError(
+            f"PROJ knows no operation from {way} for heights, such as by a geoid, and "
+            "one for the plan alone",
+            expected="heights of a system that PROJ can bring into the other",
+            remedy="Give the heights in the vertical system of the block, or take the "
+            "vertical systems out of crs where the heights are in one already",
+        )
+    return ProjectionError(
+        f"PROJ knows no operation from {way}",
+        expected="systems whose datums are known, and known to each other there",
+        remedy="Correct crs, or give the coordinates in the system of the block",
+    )
 
 
 def _chosen(candidates, way, demand):
@@ -231,6 +298,13 @@ def _chosen(candidates, way, demand):
             remedy=f"{_where(called[0].missing)} or choose another operation",
         )
     one = usable[0]
+    by_code = demand.operation.casefold() in (code.casefold() for code in one.codes)
+    if not by_code and len({other.name for other in called}) > 1:
+        raise ProjectionError(
+            f"{asked} fits {len(called)} operations: {_listed(called)}",
+            expected="one of them",
+            remedy="Write its whole name, or its EPSG code",
+        )
     if np.isfinite(one.accuracy_m):
         return one
     if not demand.is_stated:
@@ -257,10 +331,22 @@ def _where(grids):
     first = f"Get {_names(grids)}"
     addresses = " and ".join(address for _, address in grids if address)
     from_there = f" from {addresses}" if addresses else ""
+    seconds = [second_name_of(name) for name, _ in grids]
+    seconds = [name for name in seconds if name is not None]
+    known = f" (or as {' and '.join(seconds)})" if seconds else ""
     return (
-        f"{first}{from_there}, or under that name from the national survey, name its "
-        "folder with --grids, or grids in [settings],"
+        f"{first}{from_there}, or under that name{known} from the national survey, "
+        f"name its folder with --grids, or grids in [settings]{_held()},"
     )
+
+
+def _held():
+    """What the folders of grids hold that were named, beside PROJ's own."""
+    folders = pyproj.datadir.get_data_dir().split(os.pathsep)[1:]
+    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
+    names = [path.name for path in files if path.suffix.lower() in GRIDS]
+    said = f" (the folder that is named holds {name_some(names) or 'none'})"
+    return said if folders else ""
 
 
 def _remedy(candidates, demand):

@@ -7,13 +7,9 @@ import numpy as np
 import pyproj
 from pyproj.enums import PJType
 
+from einschalt.foundations.areas_of_use import area_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import offline, system_label
-from einschalt.foundations.projections import (
-    area_of,
-    degrees_of,
-    extent_of,
-    read_source_crs,
-)
+from einschalt.foundations.projections import degrees_of, read_source_crs
 
 MOST_LIKELY = 3
 # where nobody names a system: those of surveys in and around the Alps, by country
@@ -39,8 +35,8 @@ def likely_systems(easting, northing, crs):
     place = degrees_of(*middle, crs)
     own = system_label(crs)
     others = [one for one in _of_same_datum(crs) if system_label(one) != own]
-    fitting = [one for one in others if _holds(extent_of(one), middle)]
-    there = [one for one in others if _holds(area_of(one), place)]
+    fitting = [one for one in others if _is_at_home(middle, one)]
+    there = [one for one in others if in_area(*place, one)]
     return _nearest(crs, fitting), _nearest(crs, there)
 
 
@@ -50,14 +46,14 @@ def likely_sources(easting, northing, crs, target):
     ``crs`` was named for the point, ``target`` is where it is to be brought. Names and
     codes.
     """
-    middle, area = (easting, northing), area_of(target)
+    middle = easting, northing
     others = [o for o in _of_same_datum(crs) if system_label(o) != system_label(crs)]
     return _nearest(
         crs,
         [
             one
             for one in others
-            if _holds(extent_of(one), middle) and _holds(area, degrees_of(*middle, one))
+            if _is_at_home(middle, one) and in_area(*degrees_of(*middle, one), target)
         ],
     )
 
@@ -65,7 +61,7 @@ def likely_sources(easting, northing, crs, target):
 def systems_that_hold(easting, northing):
     """Usual systems in whose area a point [m] lies; all that could be meant."""
     codes = [f"EPSG:{code}" for code in USUAL_SYSTEMS]
-    return [c for c in codes if _holds(extent_of(c), (easting, northing))]
+    return [c for c in codes if in_extent(easting, northing, c)]
 
 
 def _of_same_datum(crs):
@@ -86,18 +82,20 @@ def _of_same_datum(crs):
 def _listed(family):
     with offline():
         known = pyproj.database.query_crs_info("EPSG", PJType.PROJECTED_CRS)
+    codes = {one.code: one.name for one in known}  # listed for each of their usages
     return [
-        pyproj.CRS.from_epsg(one.code)
-        for one in known
-        if one.name.startswith(f"{family} / ")
+        pyproj.CRS.from_epsg(code)
+        for code, name in codes.items()
+        if name.startswith(f"{family} / ")
     ]
 
 
-def _holds(bounds, point):
-    if bounds is None or not np.all(np.isfinite(point)):
-        return False
-    west, south, east, north = bounds
-    return west <= point[0] <= east and south <= point[1] <= north
+def _is_at_home(point, crs):
+    """Whether a point given in a system lies where that is used.
+
+    The extent of a zone is a rectangle about its area, and wider in the north.
+    """
+    return in_extent(*point, crs) and in_area(*degrees_of(*point, crs), crs)
 
 
 def _nearest(crs, systems):
@@ -107,7 +105,14 @@ def _nearest(crs, systems):
         west, south, east, north = area_of(other)
         words = zip(crs.name.split(), other.name.split(), strict=False)
         alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], words))
-        is_variant = "(" in other.name  # with its axes exchanged
-        return -alike, is_variant, abs(east - west) * (north - south)
+        return -alike, (east - west) % 360.0 * (north - south)
 
-    return [system_label(one) for one in sorted(systems, key=rank)[:MOST_LIKELY]]
+    names = {one.name for one in systems}
+    plain = [one for one in systems if not _is_variant(one.name, names)]
+    return [system_label(one) for one in sorted(plain, key=rank)[:MOST_LIKELY]]
+
+
+def _is_variant(name, names):
+    """Whether a name is that of another system, with its axes exchanged."""
+    plain, parted, _ = name.partition(" (")
+    return bool(parted) and plain in names

@@ -10,6 +10,17 @@ MOST_SHOWN = 60
 MEND = "Give a value or delete the row"
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(([,.'\u2019 \xa0\u2009\u202f_])\d{3})(\2\d{3})*")
 
+DEGREES = "degrees"
+# degrees, minutes and perhaps seconds, with the side of the equator or of Greenwich
+SEXAGESIMAL = re.compile(
+    r"""(?P<before>[NSEW+-]?)\s*(?P<degrees>\d{1,3})\s*[°º]
+    \s*(?P<minutes>\d{1,2}([.,]\d*)?)\s*['\u2019\u2032]
+    \s*((?P<seconds>\d{1,2}([.,]\d*)?)\s*("|''|\u201d|\u2033))?
+    \s*(?P<after>[NSEW]?)""",
+    re.VERBOSE | re.IGNORECASE,
+)
+AGAINST = ("S", "W", "-")
+
 
 def describe_fault(value, unit, *, is_positive=False):
     """Say why a value of a table is no usable number: found, expected, remedy.
@@ -24,7 +35,7 @@ def describe_fault(value, unit, *, is_positive=False):
     text = shortened(text, MOST_SHOWN) if len(text) > MOST_SHOWN else text
     if not isinstance(value, str) and text in ("nan", "NaT"):  # how pandas leaves out
         text = ""
-    found, remedy = _fault(text)
+    found, remedy = _sexagesimal(text, unit) or _fault(text)
     return found, expected, remedy
 
 
@@ -46,6 +57,24 @@ def _fault(text):
         is_small = abs(float(text)) <= LARGEST_NUMBER
         return f"{text!r} is {'not positive' if is_small else 'too large'}", MEND
     return _separators(text) or (f"{text!r} is not a number", MEND)
+
+
+def _sexagesimal(text, unit):
+    """Tell degrees, minutes and seconds from other text."""
+    parts = SEXAGESIMAL.fullmatch(text)
+    if parts is None:
+        return None
+    minutes, seconds = (
+        float((parts[name] or "0").replace(",", ".")) for name in ("minutes", "seconds")
+    )
+    size = int(parts["degrees"]) + minutes / 60.0 + seconds / 3600.0
+    is_negative = {parts["before"].upper(), parts["after"].upper()} & {*AGAINST}
+    plain = f"{-size if is_negative else size:.10f}".rstrip("0").rstrip(".")
+    found = f"{text!r} has degrees and minutes"
+    if unit == DEGREES:
+        return found, f"Write {plain}"
+    geographic = "call the columns longitude and latitude"
+    return found, f"Write {plain}, {geographic}, and name their geographic system"
 
 
 def is_number(text):

@@ -4,10 +4,8 @@ Ground coordinates are easting, northing everywhere, whatever the axis order of 
 authority: Austrian systems list the northing first.
 """
 
-import os
 import re
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import pyproj
@@ -18,6 +16,7 @@ from einschalt.foundations.coordinate_operations import (
     offline,
     system_label,
 )
+from einschalt.foundations.databases_of_proj import fault_of_databases
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
 
@@ -25,6 +24,7 @@ NAMES = str | int | pyproj.CRS  # what may name a system
 CODE_BITS = 32
 METRE = "metre"
 AGAINST = ("south", "west")
+POLE = 90.0  # degrees
 WGS_84 = "OGC:CRS84"
 LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same
 STEP = 10.0  # metres, for directions
@@ -38,7 +38,6 @@ OPENS_FILE = re.compile(
     | "value"\s*:\s*"[^"]*[/\\]""",
     re.IGNORECASE | re.VERBOSE,
 )
-MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
 def read_crs(text):
@@ -53,11 +52,11 @@ def read_crs(text):
     if not is_plane or (units and units != {METRE}):
         axes = ", ".join(sorted(units))
         raise ProjectionError(
-            f"crs = {described(text)} ({crs.name}) has axes in {axes}",
+            f"crs = {system_label(crs)} has axes in {axes}",
             expected="a plane system in metres",
             remedy="Name the projected system of the coordinates",
         )
-    return _with_usual_axes(crs, text)
+    return _with_usual_axes(crs)
 
 
 def read_source_crs(text):
@@ -70,11 +69,11 @@ def read_source_crs(text):
     if not (crs.is_geographic or crs.is_projected or crs.is_engineering):
         axes = ", ".join(axis.direction for axis in crs.axis_info)
         raise ProjectionError(
-            f"crs = {described(text)} ({crs.name}) has the axes {axes}",
+            f"crs = {system_label(crs)} has the axes {axes}",
             expected="a plane or a geographic system, with heights or without",
             remedy="Name the system of the coordinates",
         )
-    return _with_usual_axes(crs, text)
+    return _with_usual_axes(crs)
 
 
 def _known_crs(text):
@@ -91,14 +90,12 @@ def _known_crs(text):
 
 
 def _require_databases(text, error):
-    """Say that PROJ, which is to read a database that is not there, knows no system."""
-    named = os.environ.get("PROJ_AUX_DB", "").split(os.pathsep)
-    missing = [path for path in named if path and not Path(path).exists()]
-    if missing:
+    """Say that PROJ, which is to read a database that it cannot, knows no system."""
+    fault = fault_of_databases()
+    if fault is not None:
         raise ProjectionError(
-            f"crs = {described(text)} is unknown, since PROJ_AUX_DB names "
-            f"{missing[0]}, which is not there",
-            expected="a database of PROJ, or none",
+            f"crs = {described(text)} is unknown, since {fault[0]}",
+            expected=fault[1],
             remedy="Correct the environment variable PROJ_AUX_DB, or unset it",
         ) from error
 
@@ -116,17 +113,30 @@ def _refuse_files(text):
     )
 
 
-def _with_usual_axes(crs, text):
+def _with_usual_axes(crs):
     """Refuse axes to the south and west: nobody knows what their easting would be."""
     against = [a.direction for a in crs.axis_info[:2] if a.direction in AGAINST]
     if not against:
         return crs
     raise ProjectionError(
-        f"crs = {described(text)} ({crs.name}) has axes to the {' and '.join(against)}",
+        f"crs = {system_label(crs)} has axes to the {' and '.join(against)}",
         expected="axes to the east and north",
-        remedy="Name the variant of the system with these, such as EPSG:5514 in place "
-        "of EPSG:5513, and give the coordinates in it",
+        remedy=f"Give the coordinates in a system with these, such as {_usual(crs)}",
     )
+
+
+def _usual(crs):
+    """A system of the same place with axes to the east and north, by name and code."""
+    try:
+        return system_label(pyproj.CRS.from_user_input(f"{crs.name} East North"))
+    except pyproj.exceptions.CRSError:
+        pass  # most have no such variant
+    area = crs.area_of_use
+    if area is None or max(area.north, -area.south) >= POLE:
+        return "the UTM zone of the place"
+    zone = int((area.west + area.east + 360.0) // 12.0) + 1
+    first = 32600 if area.south + area.north > 0.0 else 32700
+    return system_label(pyproj.CRS.from_epsg(first + zone))
 
 
 def _utf8(name):
@@ -138,7 +148,7 @@ def _utf8(name):
     # the library ends at a NUL, and takes what stands before it
     if isinstance(name, str) and "\0" in name:
         raise pyproj.exceptions.CRSError("NUL in the name")
-    return name
+    return name.strip() if isinstance(name, str) else name
 
 
 def code_of(crs):
@@ -342,33 +352,3 @@ def scale_gradient(points, crs):
     factors = pyproj.Proj(plane).get_factors(*degrees_of(*asked.T, crs))
     scale = np.log(factors.areal_scale).reshape(-1, 2, 2) / 2.0  # per length
     return np.hypot(*(scale[:, :, 0] - scale[:, :, 1]).T) / (2.0 * GRADIENT_STEP)
-
-
-def area_of(crs):
-    """Area of use of a system: west, south, east, north [degrees], or None."""
-    area = (crs.sub_crs_list or [crs])[0].area_of_use
-    return None if area is None else area.bounds
-
-
-def extent_of(crs):
-    """Area of use of a system, in its own coordinates, with a margin.
-
-    Smallest easting, smallest northing, largest easting, largest northing, in its
-    units; None where the system states no area of use.
-    """
-    return _extent_of(read_source_crs(crs))
-
-
-@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
-def _extent_of(crs):
-    area = area_of(crs)
-    if area is None:
-        return None
-    with offline():
-        transformer = pyproj.Transformer.from_crs(WGS_84, crs.to_2d(), always_xy=True)
-        bounds = transformer.transform_bounds(*area)
-    if not np.all(np.isfinite(bounds)):
-        return None
-    west, south, east, north = bounds
-    wide, high = MARGIN * (east - west), MARGIN * (north - south)
-    return west - wide, south - high, east + wide, north + high

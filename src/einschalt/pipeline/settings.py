@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
-from math import inf
+from math import inf, isfinite
 from numbers import Real
 from typing import Annotated, Any, Literal, Self, get_args
 
@@ -352,7 +352,8 @@ def _remedy(fault, expected):
         near = get_close_matches(described(value).casefold(), allowed.split(", "), n=1)
         return f"Write {near[0]!r}" if near else _decimal_point(value)
     if fault["type"] == "less_than_equal" and "metres" in expected.split():
-        return "Did you give millimetres?"
+        is_finite = isfinite(float(value))
+        return "Did you give millimetres?" if is_finite else "Give a number"
     if fault["type"] == "float_type" and isinstance(value, str):
         return "Take the quotes away" if is_number(value) else _decimal_point(value)
     return ""

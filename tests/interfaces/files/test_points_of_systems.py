@@ -10,10 +10,12 @@ from tests.moved_block import CONTROL, PLANE, moved_block
 from tests.ntv2_grids import write_ntv2
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files import block_folder
 from einschalt.interfaces.files.block_folder import find_problems, read_block
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.points_of_systems import bring
+from einschalt.pipeline.block.places import place_problems
 
 SALZBURG, LUCERNE, NEW_YORK = (13.5, 47.3), (8.0, 47.0), (-73.0, 40.7)
 
@@ -288,3 +290,40 @@ def test_a_shared_error_that_is_given_adds_to_that_of_the_operation(small_block)
         "block.toml", f'"{CONTROL}"', f'"{CONTROL}"\nshared_error_m = 2.0'
     )
     assert read_block(small_block.path).shared_errors_m == {"control_points": 2.5}
+
+
+@pytest.mark.parametrize(
+    ("own", "size", "said", "mend"),
+    [
+        (None, 1.0, "longitude and latitude in degrees", "Call the columns"),
+        (None, np.pi / 180.0, "longitude and latitude in radians", "Multiply them by"),
+        ("EPSG:4312", np.pi / 180.0, "in radians", "Multiply them by 57.29577951 for"),
+    ],
+)
+def test_angles_are_told_by_their_unit(own, size, said, mend):
+    crs = read_source_crs(own or "EPSG:31255")
+    longitude, latitude = np.full((2, 3), [[13.5], [47.3]]) * size
+    (problem,) = place_problems(longitude, latitude, crs, "points.csv")
+    assert said in problem.found
+    assert problem.expected == ("degrees" if own else "metres")
+    assert problem.remedy.startswith(mend)
+    assert ("MGI (EPSG:4312) as crs" in problem.remedy) == (own is None)
+    (exchanged,) = place_problems(latitude, longitude, crs, "points.csv")
+    assert "are latitude and longitude in" in exchanged.found
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("EPSG:4258", "EPSG:4936"),  # geocentric
+        ("EPSG:4258", "EPSG:25833x"),
+        ('crs = "EPSG:4258"', "crs = 4258"),
+        ('crs = "EPSG:31255"', ""),
+        ("EPSG:31255", "EPSG:31255x"),
+    ],
+)
+def test_what_follows_from_a_fault_of_the_system_is_no_fault(small_block, old, new):
+    moved_block(small_block, "EPSG:31255", SALZBURG, "EPSG:4258")
+    small_block.replace("block.toml", old, new)
+    (problem,) = find_problems(small_block.path).problems
+    assert problem.key == "crs"

@@ -1,7 +1,7 @@
 import pytest
 
+from einschalt.foundations.areas_of_use import extent_of
 from einschalt.foundations.errors import BlockError, ProjectionError, SettingsError
-from einschalt.foundations.projections import extent_of
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 
 

@@ -6,6 +6,7 @@ when it runs, so that help comes at once.
 
 import os
 import sys
+import warnings
 from importlib import import_module
 from typing import Annotated
 
@@ -157,6 +158,8 @@ def run():
 
         completion_init()
     open_closed_streams()
+    # what PROJ_AUX_DB has to do with it is said where a system is unknown
+    warnings.filterwarnings("ignore", message="pyproj unable to set PROJ database path")
     for stream in (sys.stdout, sys.stderr):
         # √ and names in any script must not stop a run where a console lacks them
         stream.reconfigure(errors="replace")

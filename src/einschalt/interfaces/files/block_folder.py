@@ -45,7 +45,9 @@ from einschalt.interfaces.files.input_files import (
 )
 from einschalt.interfaces.files.points_of_systems import (
     bring,
+    is_in_no_system,
     is_same_plane,
+    other_system,
     require_columns,
     schema_in,
     standard_errors_of,
@@ -281,7 +283,11 @@ class _Reading:
         section = self.toml.sections.get(name)
         if section is None or section.file is None:
             return None
-        own = None if section.crs is None else self._other_system(section.crs, name)
+        own = (
+            None if section.crs is None else other_system(self.toml, section.crs, name)
+        )
+        if is_in_no_system(self.toml, section.crs, name):
+            return None
         schema = POINT_TABLES[name]
         stated = schema if own is None else schema_in(schema, own)
         done = self._table(name, "file", stated, section.crs)
@@ -290,6 +296,10 @@ class _Reading:
         frame, source = done.frame, self.sources[name]
         if done.crs is not None:
             own = self._own_system(done.crs, section.crs, own, name)
+            if own is None and is_in_no_system(
+                self.toml, section.crs or done.crs, name
+            ):
+                return None
         schema = schema if own is None else schema_in(schema, own)
         if own is not None and not self._has_its_columns(frame, own, name):
             return None
@@ -366,7 +376,7 @@ class _Reading:
             self.notes.append(f"{source}: in {label}; block.toml names no system")
             return None
         if stated is None:
-            return self._other_system(found, name)
+            return other_system(self.toml, found, name)
         if not is_same_plane(system, stated):
             label = label_of(found)
             problem = SettingsError(
@@ -379,30 +389,3 @@ class _Reading:
             )
             self.toml.say(problem, name, "crs")
         return own
-
-    def _other_system(self, crs, name):
-        """System of the points, where that of the block is known and another one."""
-        try:
-            own = read_source_crs(crs)
-        except EinschaltError as error:
-            found = f"[{name}] {error.found}"
-            where = {"file": self.toml.source, "section": name, "key": "crs"}
-            problem = error.with_facts(found=found, **where)
-            self.toml.say(problem, name, "crs")
-            return None
-        if self.crs is None and ("block", "crs") not in self.toml.said:
-            file = self.toml.sections[name].file
-            problem = SettingsError(
-                "[block] crs is missing",
-                expected=f"a system into which {file} is brought",
-                remedy=f"Add crs = … to [block], or take it out of [{name}]",
-                file=self.toml.source,
-                section="block",
-                key="crs",
-            )
-            self.toml.say(problem, "block", "crs")
-        try:
-            is_other = self.crs is not None and own != read_crs(self.crs)
-        except EinschaltError:  # said by check_facts
-            return None
-        return own if is_other else None

@@ -15,9 +15,15 @@ from einschalt.foundations.coordinate_operations import (
     offline,
     system_label,
 )
-from einschalt.foundations.errors import ProjectionError, TableError
+from einschalt.foundations.errors import (
+    EinschaltError,
+    ProjectionError,
+    SettingsError,
+    TableError,
+)
 from einschalt.foundations.projections import (
     METRE,
+    read_crs,
     read_source_crs,
     reproject,
     turn,
@@ -58,6 +64,60 @@ def require_columns(frame, crs, source):
             file=source,
             row=1 if frame.index.name == tables.LINE else None,
         )
+
+
+def other_system(toml, crs, name):
+    """System of the points of a table, where that of the block is known and another.
+
+    ``toml``: what block.toml says, to which faults of the systems are added.
+    """
+    try:
+        own = read_source_crs(crs)
+    except EinschaltError as error:
+        found = f"[{name}] {error.found}"
+        where = {"file": toml.source, "section": name, "key": "crs"}
+        toml.say(error.with_facts(found=found, **where), name, "crs")
+        return None
+    of_block = _crs_of_block(toml)
+    if of_block is None and ("block", "crs") not in toml.said:
+        file = toml.sections[name].file
+        problem = SettingsError(
+            "[block] crs is missing",
+            expected=f"a system into which {file} is brought",
+            remedy=f"Add crs = … to [block], or take it out of [{name}]",
+            file=toml.source,
+            section="block",
+            key="crs",
+        )
+        toml.say(problem, "block", "crs")
+    try:
+        is_other = of_block is not None and own != read_crs(of_block)
+    except EinschaltError:  # said by check_facts
+        return None
+    return own if is_other else None
+
+
+def is_in_no_system(toml, crs, name):
+    """Whether a fault of their crs leaves open what the coordinates of points are.
+
+    That is said, and what they are not in another system is no fault of theirs.
+    """
+    faulty = {(name, "crs")} if crs is None else {(name, "crs"), ("block", "crs")}
+    is_said = bool(faulty & toml.said)
+    of_block = _crs_of_block(toml)
+    if not is_said and crs is not None and of_block is not None:
+        try:
+            read_crs(of_block)
+        except EinschaltError:  # said by check_facts
+            is_said = True
+    if is_said:
+        toml.said.add((name, "file"))
+    return is_said
+
+
+def _crs_of_block(toml):
+    block = toml.sections.get("block")
+    return block.crs if block else None
 
 
 def is_same_plane(system, stated):

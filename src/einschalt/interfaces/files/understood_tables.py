@@ -12,6 +12,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.column_words import (
     GEODETIC,
     PLANE,
@@ -27,7 +28,7 @@ from einschalt.foundations.decimal_commas import (
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, TableError, name_some
 from einschalt.foundations.number_parsing import is_number
-from einschalt.foundations.projections import axis_letters, extent_of, label_of
+from einschalt.foundations.projections import axis_letters, label_of
 from einschalt.foundations.tables import LINE, ROLES
 from einschalt.foundations.typesetting import count
 
@@ -199,15 +200,13 @@ def _by_name(crs):
 
 def _is_in_area(frame, crs):
     """Whether the middle of the points lies in the area of their system."""
-    try:
-        extent = None if crs is None else extent_of(crs)
-    except ProjectionError:
-        extent = None
-    if extent is None:
+    if crs is None:
         return None
-    middle = [_median(frame[name]) for name in PLANE]
-    west, south, east, north = extent
-    return west <= middle[0] <= east and south <= middle[1] <= north
+    try:
+        is_inside = in_extent(*(_median(frame[name]) for name in PLANE), crs)
+    except ProjectionError:
+        return None
+    return None if is_inside is None else bool(is_inside)
 
 
 def _median(series):

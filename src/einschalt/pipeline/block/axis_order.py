@@ -3,9 +3,10 @@
 import numpy as np
 
 from einschalt.foundations import tables
+from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError
-from einschalt.foundations.projections import extent_of, read_crs
+from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
 
 PLANE = ("easting", "northing")
@@ -30,11 +31,11 @@ def own_axis_problems(frame, system, source):
     """
     axes = ("longitude", "latitude") if system.is_geographic else PLANE
     east, north = (frame[name].to_numpy() for name in PLANE)
-    extent, label = extent_of(system), system_label(system)
+    label, is_inside = system_label(system), in_extent(east, north, system)
     is_outside = is_swapped = np.zeros(len(frame), dtype=bool)
-    if extent is not None:
-        is_outside = ~_inside(east, north, extent)
-        is_swapped = is_outside & _inside(north, east, extent)
+    if is_inside is not None:
+        is_outside = ~is_inside
+        is_swapped = is_outside & in_extent(north, east, system)
 
     def problem(place):
         return ConsistencyError(
@@ -61,16 +62,6 @@ def tells_axes(frame, system):
     Of Austria's Lambert system, or Britain's grid, the area holds many points either
     way. ``frame``: as for :func:`own_axis_problems`.
     """
-    extent = extent_of(system)
     east, north = (frame[name].to_numpy() for name in PLANE)
-    return extent is not None and not _inside(north, east, extent).all()
-
-
-def _inside(easting, northing, extent):
-    west, south, east, north = extent
-    return (
-        (easting >= west)
-        & (easting <= east)
-        & (northing >= south)
-        & (northing <= north)
-    )
+    is_inside = in_extent(north, east, system)
+    return is_inside is not None and not is_inside.all()

@@ -24,7 +24,7 @@ from einschalt.foundations.projections import (
     read_crs,
     reproject,
 )
-from einschalt.pipeline.block.places import target_problems
+from einschalt.pipeline.block.places import scale_problems, target_problems
 from einschalt.stages.error_propagation.shared_error import APPROXIMATE, CONTROL
 
 PLANE = ["easting", "northing"]
@@ -189,7 +189,11 @@ def output_system_of(block, settings) -> OutputSystem | None:
     if problems:
         raise problems[0].with_facts(file=None, remedy=OTHER_OUTPUT)
     demand, grids = demand_of(settings, error), _grids(block, settings)
-    _, operation, better = reproject(points, *flat, demand, grids)
+    moved, operation, better = reproject(points, *flat, demand, grids)
+    distorted = scale_problems(*moved[:, :2].T, flat[1], source=None)
+    if distorted:
+        found = f"output_crs: {distorted[0].found}"
+        raise distorted[0].with_facts(found=found, remedy=OTHER_OUTPUT)
     note = (
         f"output_crs: results brought from {system_label(own)} to "
         f"{system_label(target)} by {operation}{said}; parameters of models lead to "

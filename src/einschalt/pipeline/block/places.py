@@ -4,21 +4,20 @@ A block in the neighbouring zone, outside the area of use, or in a system that s
 lengths half as long again as they are, would be computed to the last digit, and wrong.
 """
 
+from itertools import product
+
 import numpy as np
 
+from einschalt.foundations.areas_of_use import area_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError
 from einschalt.foundations.likely_systems import likely_sources, likely_systems
-from einschalt.foundations.projections import (
-    area_of,
-    degrees_of,
-    extent_of,
-    scale_range,
-)
+from einschalt.foundations.projections import degrees_of, scale_range
 
 # of a length: national systems keep within a few tenths of a per cent
 WORST_SCALE = 0.01
 LEAST_SHARE = 0.5  # of the points that lie outside of the area
+ANGLES = {"degree": 1.0, "radian": 180.0 / np.pi, "grad": 0.9}  # in degrees
 DEGREES_AROUND = 1.0  # beyond an area of use, for control along the border
 
 
@@ -28,13 +27,15 @@ def place_problems(easting, northing, crs, source):
     At most one problem: most points lie outside the area of use, or lengths are
     distorted. ``source`` is the file.
     """
-    extent = extent_of(crs)
-    if extent is not None:
-        west, south, east, north = extent
-        is_inside = (easting >= west) & (easting <= east)
-        is_inside &= (northing >= south) & (northing <= north)
-        if np.mean(~is_inside) > LEAST_SHARE:
-            return [_outside(easting, northing, crs, source)]
+    is_inside = in_extent(easting, northing, crs)
+    if is_inside is not None and np.mean(~is_inside) > LEAST_SHARE:
+        angles = _angles(easting, northing, crs, source)
+        return [angles or _outside(easting, northing, crs, source)]
+    return scale_problems(easting, northing, crs, source)
+
+
+def scale_problems(easting, northing, crs, source):
+    """Say that a system shows lengths longer or shorter than they are, at points."""
     found = scale_range(easting, northing, crs)
     if found is None or max(1.0 - found[0], found[1] - 1.0) < WORST_SCALE:
         return []
@@ -49,6 +50,37 @@ def place_problems(easting, northing, crs, source):
             file=source,
         )
     ]
+
+
+def _angles(easting, northing, crs, source):
+    """Say that coordinates are angles in another unit than the system's, or None.
+
+    So they are where they lie near its area of use as angles of that unit, in the one
+    order or the other.
+    """
+    own = crs.axis_info[0].unit_name
+    middle = np.array([np.median(easting), np.median(northing)])
+    orders = {"longitude and latitude": middle, "latitude and longitude": middle[::-1]}
+    for (unit, size), (axes, angles) in product(ANGLES.items(), orders.items()):
+        if unit == own or not in_area(*angles * size, crs, DEGREES_AROUND):
+            continue
+        geographic = system_label((crs.sub_crs_list or [crs])[0].geodetic_crs)
+        ways = [f"multiply them by {size:.10g} for degrees"] if size != 1.0 else []
+        if not crs.is_geographic:
+            called = f"call the columns {axes}"
+            ways.append(f"{called}, and name {geographic} as crs of them")
+        text = ", ".join(ways) or f"convert them to {own}"
+        first = "longitude" if crs.is_geographic else "easting"
+        second = "latitude" if crs.is_geographic else "northing"
+        return ConsistencyError(
+            f"the points, about {first} {middle[0]:.4f}, {second} {middle[1]:.4f}, "
+            f"are {axes} in {unit}s, as which they lie in the area of use of "
+            f"{system_label(crs)}",
+            expected=f"{own}s",
+            remedy=f"{text[0].upper()}{text[1:]}",
+            file=source,
+        )
+    return None
 
 
 def _outside(easting, northing, crs, source):
@@ -73,7 +105,10 @@ def _outside(easting, northing, crs, source):
 
 def _area(crs):
     west, south, east, north = area_of(crs)
-    return f"longitudes {west:g}° to {east:g}°, latitudes {south:g}° to {north:g}°"
+    over = " over 180°" if east < west else ""
+    return (
+        f"longitudes {west:g}°{over} to {east:g}°, latitudes {south:g}° to {north:g}°"
+    )
 
 
 def target_problems(points, source_crs, target_crs, source):
@@ -81,15 +116,11 @@ def target_problems(points, source_crs, target_crs, source):
 
     ``points``, shape (n_points, n_axes), in their own system.
     """
-    area = area_of(target_crs)
-    if area is None or source_crs.is_engineering:
+    if area_of(target_crs) is None or source_crs.is_engineering:
         return []
     east, north = np.median(points[:, :2], axis=0)
     longitude, latitude = degrees_of(east, north, source_crs)
-    ahead, above = longitude - (area[0] + area[2]) / 2.0, latitude - area[1]
-    is_near = abs(ahead) <= (area[2] - area[0]) / 2.0 + DEGREES_AROUND
-    is_near &= -DEGREES_AROUND <= above <= area[3] - area[1] + DEGREES_AROUND
-    if is_near or area[0] > area[2]:
+    if in_area(longitude, latitude, target_crs, DEGREES_AROUND):
         return []
     likely = likely_sources(east, north, source_crs, target_crs)
     meant = f" to {' or '.join(likely)}" if likely else ""

@@ -1,0 +1,110 @@
+"""Where reference systems are used, as EPSG states it, and whether points lie there.
+
+An area over the antimeridian ends west of where it begins: New Zealand's from 160.6° to
+-171.2°, North America's from 167.65° to -40.73°.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import pyproj
+
+from einschalt.foundations.coordinate_operations import offline
+from einschalt.foundations.projections import WGS_84, read_source_crs
+
+FULL_CIRCLE = 360.0  # degrees
+MARGIN = 0.1  # of the area's width: surveys reach a little over the border
+
+
+def area_of(crs):
+    """Area of use of a system: west, south, east, north [degrees], or None.
+
+    East is less than west where it lies over the antimeridian. That of all its usages:
+    Finland's YKJ is used in its zone on large maps, and in the whole country on small
+    ones.
+    """
+    plane = (crs.sub_crs_list or [crs])[0]
+    plane = plane.source_crs if plane.is_bound else plane
+    stated = plane.to_json_dict()
+    usages = [one["bbox"] for one in stated.get("usages", [stated]) if "bbox" in one]
+    if not usages:
+        return None
+    west, south, east, north = (
+        [box[f"{side}itude"] for box in usages]
+        for side in ("west_long", "south_lat", "east_long", "north_lat")
+    )
+    furthest = max(_beyond(*pair) for pair in zip(west, east, strict=True))
+    east = furthest - FULL_CIRCLE if furthest > FULL_CIRCLE / 2.0 else furthest
+    return min(west), min(south), east, max(north)
+
+
+def extent_of(crs):
+    """Area of use of a system, in its own coordinates, with a margin.
+
+    Smallest easting, smallest northing, largest easting, largest northing, in its
+    units; None where the system states no area of use. Longitudes go on beyond 180°
+    where it lies over the antimeridian.
+    """
+    return _extent_of(read_source_crs(crs))
+
+
+@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
+def _extent_of(crs):
+    area = area_of(crs)
+    if area is None:
+        return None
+    west, south, east, north = area
+    with offline():
+        transformer = pyproj.Transformer.from_crs(WGS_84, crs.to_2d(), always_xy=True)
+        bounds = transformer.transform_bounds(west, south, _beyond(west, east), north)
+    if not np.all(np.isfinite(bounds)):
+        return None
+    west, south, east, north = bounds
+    wide, high = MARGIN * (east - west), MARGIN * (north - south)
+    return west - wide, south - high, east + wide, north + high
+
+
+def _beyond(west, east):
+    """Longitude of the eastern border [degrees], never less than the western one."""
+    return east + FULL_CIRCLE if east < west else east
+
+
+def in_extent(easting, northing, crs):
+    """Whether points lie in the extent of a system, in its own coordinates.
+
+    As :func:`extent_of` has it; None where the system states no area of use.
+    """
+    system = read_source_crs(crs)
+    extent = _extent_of(system)
+    if extent is None:
+        return None
+    circle = None
+    if system.is_geographic:
+        circle = 2.0 * np.pi / system.axis_info[0].unit_conversion_factor
+    return _within(extent, easting, northing, circle)
+
+
+def in_area(longitude, latitude, crs, around=0.0):
+    """Whether places lie in the area of use of a system, or ``around`` it [degrees].
+
+    None where the system states none.
+    """
+    area = area_of(crs)
+    if area is None:
+        return None
+    west, south, east, north = area
+    east = _beyond(west, east)
+    bounds = west - around, south - around, east + around, north + around
+    return _within(bounds, longitude, latitude, FULL_CIRCLE)
+
+
+def _within(bounds, easting, northing, circle):
+    """Whether points lie within bounds; longitudes are the same after a full circle."""
+    west, south, east, north = bounds
+    easting, northing = np.asarray(easting, float), np.asarray(northing, float)
+    is_inside = (northing >= south) & (northing <= north)
+    if circle is not None:
+        is_inside &= np.abs(easting) <= circle  # metres are no longitudes
+        with np.errstate(invalid="ignore"):  # infinite where a point has no place
+            easting = west + np.mod(easting - west, circle)
+    return is_inside & (easting >= west) & (easting <= east)
