@@ -250,6 +250,7 @@ class _Entry:
     code: str
     title: str
     frame: object
+    system: object
     steps: str
     accuracy_m: float | None
     area: tuple
@@ -268,6 +269,7 @@ def _write_checked_database(operations, frames, path, home, proj_db):
                 one.code,
                 one.title,
                 one.frame,
+                one.system,
                 _step(one, place),
                 one.accuracy_m if np.isfinite(one.accuracy_m) else None,
                 one.area,
