@@ -383,6 +383,10 @@ def test_spatial_transformations_are_published_as_strings(tmp_path):
             {"crs": "EPSG:31255"},
             r"outside the area of use of MGI / Austria GK Central \(EPSG:31255\)",
         ),
+        (
+            {"crs": "EPSG:3067", "source_crs": "EPSG:2056"},
+            r"source_crs CH1903\+ / LV95 \(EPSG:2056\) puts the points at",
+        ),
     ],
 )
 def test_systems_that_the_points_cannot_have_are_refused(

@@ -4,7 +4,12 @@ from dataclasses import replace
 
 import typer
 
-from einschalt.foundations.errors import TableError, name_some, raise_problems
+from einschalt.foundations.errors import (
+    SettingsError,
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
@@ -15,7 +20,12 @@ from einschalt.interfaces.files.tables_by_suffix import (
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.interfaces.publication.publish import require_name, require_systems
+from einschalt.interfaces.publication.operations_of_results import Frames
+from einschalt.interfaces.publication.publish import (
+    require_name,
+    require_places,
+    require_systems,
+)
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -78,12 +88,20 @@ def transform(
 
     Without ``apply`` the points of the models are transformed.
     """
+    if cell is not None and distribute in ("none", TRIANGLES):
+        raise SettingsError(
+            f"--cell is given, with --distribute {distribute}",
+            expected="none: only collocation and natural_neighbour have a grid",
+        )
     if publish is not None:
         require_name(publish)
         require_systems(crs, source_crs)
     files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
+    if publish is not None:
+        frames, names = Frames(publish, crs, source_crs), (model_points, ground_points)
+        require_places(source, target, frames, [file.name for file in names])
     fit = transform_models(source, target, kind=kind)
     if fit.is_usable and distribute != "none":
         options = {"method": distribute, "outliers": outliers, "cell": cell}
