@@ -88,14 +88,7 @@ def transform(
 
     Without ``apply`` the points of the models are transformed.
     """
-    if cell is not None and distribute in ("none", TRIANGLES):
-        raise SettingsError(
-            f"--cell is given, with --distribute {distribute}",
-            expected="none: only collocation and natural_neighbour have a grid",
-        )
-    if publish is not None:
-        require_name(publish)
-        require_systems(crs, source_crs)
+    _require_options(distribute, cell, publish, crs, source_crs)
     files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
@@ -133,6 +126,18 @@ def transform(
             overwrite=overwrite,
         )
         print_out(f"\n{published}")
+
+
+def _require_options(distribute, cell, publish, crs, source_crs):
+    """Refuse options that are none, or would say nothing."""
+    if cell is not None and distribute in ("none", TRIANGLES):
+        raise SettingsError(
+            f"--cell is given, with --distribute {distribute}",
+            expected="none: only collocation and natural_neighbour have a grid",
+        )
+    if publish is not None:
+        require_name(publish)
+        require_systems(crs, source_crs)
 
 
 def _say_what_is_left_out(fit, distribute, outliers):
