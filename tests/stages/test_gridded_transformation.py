@@ -219,3 +219,22 @@ def test_points_on_a_line_are_refused():
         fit = es.transform_models(*tables(along, shifts), kind="helmert")
         with pytest.raises(es.EinschaltError, match="lie on a line, and collocation"):
             fit.distributed(method="collocation")
+
+
+def test_the_error_of_wide_cells_is_that_of_the_grid_not_of_the_method():
+    xy, shifts, _ = simulated_shifts(np.random.default_rng(5), 1500, **SQUARE)
+    model, ground = tables(xy, shifts)
+    is_held = np.arange(len(model)) % 4 == 0
+    fit = es.transform_models(model[~is_held], ground)
+    errors = []
+    for cell in (100.0, 1200.0):
+        found = fit.distributed(method="collocation", cell=cell)
+        away = found.transform(model[is_held])[["easting", "northing"]].to_numpy()
+        away -= ground.loc[is_held, ["easting", "northing"]].to_numpy()
+        away = away[np.isfinite(away).all(axis=1)]
+        error, _ = found.held_out_error()
+        assert f"{error:.4f} m" in found.summary()
+        errors.append(error)
+        rms = np.sqrt((away**2).sum(axis=1).mean())
+        assert error == pytest.approx(rms, rel=0.2)
+    assert errors[1] > 1.5 * errors[0]

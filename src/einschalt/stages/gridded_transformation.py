@@ -97,6 +97,23 @@ class GriddedTransformation(ModelTransformation):
                 table.loc[rows[~one.trusted], DIFFERENCES] = np.nan
         return table
 
+    def held_out_error(self, models=None) -> tuple[float, int]:
+        """TOTAL RMS of good held-out points through the grid [m], and their number.
+
+        Of all models, or of some (their rows). The points are predicted by the method
+        itself; what the grid is off by from it comes on top.
+        """
+        models = range(len(self.grids)) if models is None else models
+        differences = self.held_out_good[DIFFERENCES].to_numpy()
+        squares, n_held = 0.0, 0
+        for k in models:
+            if self.grids[k] is not None:
+                error, n = held_out_error(differences[_rows(self, k)])
+                off = self.grids[k].interpolation_square
+                squares += n * (error**2 + off) if n else 0.0
+                n_held += n
+        return (float(np.sqrt(squares / n_held)) if n_held else np.nan), n_held
+
     def _forward(self, place, xyz, _s_0):
         errors = self._ellipses(place, xyz)
         m_t = np.hypot(errors[ERRORS[0]], errors[ERRORS[1]])
@@ -135,7 +152,7 @@ class GriddedTransformation(ModelTransformation):
                 f"the method itself (RMS; at most "
                 f"{row.interpolation_error_largest * 1e3:.2g})"
             )
-        error, n_held = held_out_error(self.held_out_good[DIFFERENCES])
+        error, n_held = self.held_out_error()
         of = typesetting.count(n_held, "point")
         lines.append(f"held-out points (total, RMS of {of})  {error:.4f} m")
         lines.append(self._ellipses_hold())

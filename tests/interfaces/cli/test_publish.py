@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
+import pytest
 
 FINLAND = Path(__file__).parents[3] / "data_examples" / "fi_ykj_tm35fin"
 TABLES = FINLAND / "model_points.csv", FINLAND / "ground_points.csv"
@@ -113,3 +114,34 @@ def test_points_outside_are_counted_and_a_lost_database_is_named(
     assert shown.exit_code == 2
     assert "PROJ_AUX_DB names" in shown.output
     assert "gone.db, which is not there" in shown.output
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--publish", "YKJ", "--crs", "EPSG:31255"), "outside the area of use"),
+        (
+            ("--publish", "YKJ", "--crs", "EPSG:3067", "--source-crs", "EPSG:2056"),
+            "puts the points at",
+        ),
+        (("--cell", "50"), "only collocation and natural_neighbour have a grid"),
+    ],
+)
+def test_what_cannot_be_published_is_refused_before_the_work(
+    options, said, invoke, tmp_path
+):
+    shown = invoke("transform", *TABLES, "--output", tmp_path / "o", *options)
+    assert shown.exit_code == 2
+    assert said in " ".join(shown.stderr.split())
+    assert not (tmp_path / "o").exists()
+
+
+def test_exchanged_axes_of_the_ground_are_said_before_the_work(invoke, tmp_path):
+    ground = pd.read_csv(TABLES[1])
+    names = {"easting": "northing", "northing": "easting"}
+    ground.rename(columns=names).to_csv(tmp_path / "new.csv", index=False)
+    where = TABLES[0], tmp_path / "new.csv", "--output", tmp_path / "o"
+    shown = invoke("transform", *where, "--publish", "YKJ", *SYSTEMS)
+    assert shown.exit_code == 2
+    assert "inside with the two exchanged" in " ".join(shown.stderr.split())
+    assert not (tmp_path / "o").exists()

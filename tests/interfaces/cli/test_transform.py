@@ -158,3 +158,19 @@ def test_ignored_columns_are_said(invoke, files):
         files / "ground.csv", index=False
     )
     assert "ground.csv: ignored column colour" in run(invoke, files).stderr
+
+
+def test_many_points_left_out_are_a_warning_that_says_why(invoke, tmp_path):
+    east, north = (side.ravel() for side in np.mgrid[0:6, 0:6] * 100.0)
+    table = pd.DataFrame({"point_id": range(36), "x": east, "y": north})
+    table.to_csv(tmp_path / "model.csv", index=False)
+    moved = np.where(np.arange(36) % 5 == 0, 250.0, 0.0)
+    ground = pd.DataFrame({"point_id": range(36), "easting": east + moved})
+    ground["northing"] = north - moved
+    ground.to_csv(tmp_path / "ground.csv", index=False)
+    shown = run(invoke, tmp_path, "--distribute", "triangles")
+    assert shown.exit_code == 0, shown.output
+    left_out = len(read(tmp_path, "left_out"))
+    assert f"warning: {left_out} of 36 identical points left out" in shown.stderr
+    assert "the transformation folds" in shown.stderr
+    assert "--outliers set_aside" in shown.stderr

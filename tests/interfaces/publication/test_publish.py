@@ -112,6 +112,24 @@ def test_proj_finds_it_by_name_without_a_network(published, finland, within):
     assert "KKJ / Finland Uniform Coordinate System" in frame
 
 
+@pytest.mark.parametrize("third", ["EPSG:4258", "EPSG:25835", "EPSG:3857"])
+def test_proj_goes_on_to_other_systems_than_the_target(third, published, within):
+    def run():
+        ways = [
+            pyproj.Transformer.from_crs(*ends, always_xy=True, only_best=True)
+            for ends in (("EINSCHALT:YKJ", third), ("EPSG:3067", third))
+        ]
+        at_once = ways[0].transform(*within[0].T)
+        there_and_on = ways[1].transform(*within[1].T)
+        back = np.column_stack(ways[0].transform(*at_once, direction="INVERSE"))
+        return at_once, there_and_on, back
+
+    at_once, there_and_on, back = with_database(published.database, run)
+    close = {"atol": 1e-9} if third == "EPSG:4258" else {"atol": 1e-4}
+    np.testing.assert_allclose(at_once, there_and_on, **close, rtol=0.0)
+    np.testing.assert_allclose(back, within[0], **CLOSE)
+
+
 def test_the_operation_says_how_good_it_is_and_where(published):
     operation = published.operations.iloc[0]
     way = pyproj.Transformer.from_pipeline(operation["wkt"])
@@ -364,6 +382,10 @@ def test_spatial_transformations_are_published_as_strings(tmp_path):
         (
             {"crs": "EPSG:31255"},
             r"outside the area of use of MGI / Austria GK Central \(EPSG:31255\)",
+        ),
+        (
+            {"crs": "EPSG:3067", "source_crs": "EPSG:2056"},
+            r"source_crs CH1903\+ / LV95 \(EPSG:2056\) puts the points at",
         ),
     ],
 )

@@ -121,7 +121,7 @@ def _distribution_of(fit, place, rows, differences):
         error, n_held = held_out_error(differences[rows])
         return {"accuracy_m": error, "n_held_out": n_held}
     if isinstance(fit, GriddedTransformation):
-        return _grid_of(fit, place, rows)
+        return _grid_of(fit, place)
     held = fit.held_out[DIFFERENCES].to_numpy()[rows]
     error, n_held = held_out_error(held)
     return {
@@ -132,9 +132,9 @@ def _distribution_of(fit, place, rows, differences):
     }
 
 
-def _grid_of(fit, place, rows):
+def _grid_of(fit, place):
     grid = fit.grids[place].grid
-    error, n_held = held_out_error(fit.held_out_good[DIFFERENCES].to_numpy()[rows])
+    error, n_held = fit.held_out_error([place])
     return {
         "affine": (grid.matrix, grid.shift),
         "accuracy_m": error,

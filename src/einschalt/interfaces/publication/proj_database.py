@@ -19,14 +19,16 @@ KINDS = ("table", "view")
 LIMITS = ("extent", "scope")
 READS_GRIDS = (9, 4)
 SWAPPED = "+step +proj=axisswap +order=2,1"
+GEOGRAPHIC = "_GEOGRAPHIC"  # ends the codes of what frames are projected from
 
 
 def write_database(path, operations, target, *, description, like=None):
     """Write frames and operations, all into one ``target`` (a pyproj.CRS).
 
-    ``operations`` have code, title, frame (a pyproj.CRS), steps (of a PROJ pipeline, in
-    easting and northing), accuracy_m, area. ``like``: the proj.db of the PROJ that is
-    to read it, whose layout it gets; that of this one where left out.
+    ``operations`` have code, title, frame and system (pyproj.CRS, in which steps begin
+    and end), steps (of a PROJ pipeline, in easting and northing), accuracy_m, area.
+    ``like``: the proj.db of the PROJ that is to read it, whose layout it gets; that of
+    this one where left out.
     """
     with _written(path) as database:
         _copy_layout(database, like or own_database())
@@ -35,13 +37,21 @@ def write_database(path, operations, target, *, description, like=None):
         is_swapped = target.axis_info[0].direction == "north"
         for one in operations:
             _add_operation(database, one, code, description, is_swapped=is_swapped)
+            _add_geographic(database, one, target, description)
 
 
 def frame_wkt(operation):
     """WKT of the frame from which an operation leads, by the name of its authority."""
+    return _named_frame(operation).to_wkt(pretty=True)
+
+
+def _named_frame(operation):
+    """The frame, and the one of longitudes from which it is projected, by our names."""
     content = operation.frame.to_json_dict()
     content["id"] = {"authority": AUTHORITY, "code": operation.code}
-    return pyproj.CRS.from_json_dict(content).to_wkt(pretty=True)
+    base = {"authority": AUTHORITY, "code": operation.code + GEOGRAPHIC}
+    content["base_crs"]["id"] = base
+    return pyproj.CRS.from_json_dict(content)
 
 
 @contextmanager
@@ -122,27 +132,76 @@ def _code_of_target(database, target, operations):
 
 def _add_operation(database, one, target, description, *, is_swapped):
     frame = _own(one.code, one.frame.name) | {"description": description}
-    definition = one.frame.to_wkt()
+    definition = _named_frame(one).to_wkt()
     _insert(database, "projected_crs", **frame, text_definition=definition)
-    steps = f"+proj=pipeline +step {one.steps}"
+    steps = f"+step {one.steps}"
+    ends = (AUTHORITY, one.code), target
+    _insert_steps(
+        database,
+        one,
+        one.code,
+        ends,
+        f"{steps} {SWAPPED}" if is_swapped else steps,
+        description,
+    )
+    _add_extent(database, one)
+    _add_usages(database, one.code, one.code, ("projected_crs", "other_transformation"))
+
+
+def _add_geographic(database, one, target, description):
+    """Add the same operation between the geographic systems of both ends.
+
+    Through these PROJ goes on to third plane systems. Without them it would take the
+    two for the same ("ballpark"), some 100 m off; as it still does to other geographic
+    systems, for which it seeks no way over a third one.
+    """
+    ends = target.geodetic_crs.to_authority(min_confidence=100)
+    if ends is None:
+        return
+    frame = _named_frame(one)
+    base, code = frame.geodetic_crs, one.code + GEOGRAPHIC
+    _insert(
+        database,
+        "geodetic_crs",
+        **_own(code, base.name),
+        type="geographic 2D",
+        text_definition=base.to_wkt(),
+    )
+    onto, off = (
+        _steps_between(base, frame),
+        _steps_between(one.system, target.geodetic_crs),
+    )
+    steps = f"{onto} +step {one.steps} {off}"
+    ends = (AUTHORITY, code), ends
+    _insert_steps(database, one, code, ends, steps, description)
+    _add_usages(database, code, one.code, ("geodetic_crs", "other_transformation"))
+
+
+def _steps_between(source, target):
+    """Steps of a plane system and the geographic one from which it is projected."""
+    way = pyproj.Transformer.from_crs(source, target).to_proj4()
+    return "+step " + way.removeprefix("+proj=pipeline +step ")
+
+
+def _insert_steps(database, one, code, ends, steps, description):
+    (source, source_code), (target, target_code) = ends
     _insert(
         database,
         "other_transformation",
-        **_own(one.code, one.title),
+        **_own(code, one.title),
         description=description,
         method_auth_name="PROJ",
         method_code="PROJString",
-        method_name=f"{steps} {SWAPPED}" if is_swapped else steps,
-        source_crs_auth_name=AUTHORITY,
-        source_crs_code=one.code,
-        target_crs_auth_name=target[0],
-        target_crs_code=target[1],
+        method_name=f"+proj=pipeline {steps}",
+        source_crs_auth_name=source,
+        source_crs_code=source_code,
+        target_crs_auth_name=target,
+        target_crs_code=target_code,
         accuracy=one.accuracy_m,
     )
-    _add_area(database, one)
 
 
-def _add_area(database, one):
+def _add_extent(database, one):
     """Say where the frame and the operation are to be used."""
     west, south, east, north = one.area
     _insert(
@@ -157,10 +216,14 @@ def _add_area(database, one):
     )
     scope = {"auth_name": AUTHORITY, "code": one.code, "deprecated": 0}
     _insert(database, "scope", **scope, scope="As its publication says")
-    for table in ("projected_crs", "other_transformation"):
-        named = {"object_table_name": table, "code": f"{one.code}_{table}"}
+
+
+def _add_usages(database, code, limits, tables):
+    """Say of what has a code in tables that it is used within limits (their code)."""
+    for table in tables:
+        named = {"object_table_name": table, "code": f"{code}_{table}"}
         parts = {f"{part}_auth_name": AUTHORITY for part in ("object", *LIMITS)}
-        parts |= {f"{part}_code": one.code for part in ("object", *LIMITS)}
+        parts |= {f"{part}_code": limits for part in LIMITS} | {"object_code": code}
         _insert(database, "usage", auth_name=AUTHORITY, **named, **parts)
 
 

@@ -93,7 +93,9 @@ The PROJ strings and the database go on beyond the identical points, where their
 grow; the triangles end at the hull."""
 BALLPARK = """\
 Without `only_best` and `allow_ballpark=False` PROJ takes the two frames for the same
-there, and says nothing."""
+there, and says nothing. So it does everywhere on the way to a geographic system other
+than that of the target, such as EPSG:4326: go to the target first. Other plane systems
+it reaches through the target's geographic one."""
 CHECKED = """
 Before anything was published, PROJ ran each form at the identical points and at others
 between them, there and back: all agree with the result to 0.1 mm."""

@@ -10,8 +10,13 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
-from einschalt.foundations.projections import label_of, read_crs
+from einschalt.foundations.errors import (
+    ConsistencyError,
+    ProjectionError,
+    SettingsError,
+    raise_problems,
+)
+from einschalt.foundations.projections import area_of, degrees_of, label_of, read_crs
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -41,11 +46,12 @@ from einschalt.interfaces.publication.tinshift_file import (
     tinshift_step,
     write_tinshift,
 )
-from einschalt.pipeline.block.places import place_problems
+from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
 BLOCK_TABLES = ("models", "residuals", "points")
+ZONES_BEYOND = 10.0  # degrees beyond its area in which an old system is used
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
 
 
@@ -250,6 +256,7 @@ class _Entry:
     code: str
     title: str
     frame: object
+    system: object
     steps: str
     accuracy_m: float | None
     area: tuple
@@ -268,6 +275,7 @@ def _write_checked_database(operations, frames, path, home, proj_db):
                 one.code,
                 one.title,
                 one.frame,
+                one.system,
                 _step(one, place),
                 one.accuracy_m if np.isfinite(one.accuracy_m) else None,
                 one.area,
@@ -290,14 +298,43 @@ def require_systems(crs, source_crs):
             raise error.with_facts(found=found) from error
 
 
-def _require_places(fit, frames):
-    """Refuse a system of the ground in whose area its points do not lie.
+def require_places(source, target, frames, files=(None, None)):
+    """Refuse systems in whose areas points do not lie.
 
-    That of an old frame is used beyond its area, as YKJ is in the whole of Finland.
+    ``source``, ``target``: DataFrames, x, y of the old frame, easting, northing of the
+    ground; ``files``: the names of both. The system of an old frame is used beyond its
+    area, as YKJ is in the whole of Finland: some zones further on.
     """
-    points = fit.observed.target[:, :2]
-    if frames.target is not None and len(points):
-        raise_problems(place_problems(*points.T, frames.target, None))
+    problems = []
+    if frames.target is not None and len(target):
+        problems += own_axis_problems(target, frames.target, files[1])[0]
+    if frames.source_crs is not None and len(source):
+        system = read_crs(frames.source_crs)
+        problems += _far_problems(source[["x", "y"]].to_numpy(), system, files[0])
+    raise_problems(problems)
+
+
+def _far_problems(points, system, file):
+    """Say that most points of an old frame are nowhere near its system's area."""
+    area = area_of(system)
+    if area is None or area[0] > area[2]:
+        return []
+    longitude, latitude = degrees_of(*np.median(points, axis=0), system)
+    west, south, east, north = area
+    is_near = west - ZONES_BEYOND <= longitude <= east + ZONES_BEYOND
+    if is_near and south - ZONES_BEYOND <= latitude <= north + ZONES_BEYOND:
+        return []
+    at = f"longitude {longitude:.2f}°, latitude {latitude:.2f}°"
+    return [
+        ConsistencyError(
+            f"source_crs {system_label(system)} puts the points at {at}",
+            expected=f"within {ZONES_BEYOND:g}° of its area, longitudes {west:g}° to "
+            f"{east:g}°, latitudes {south:g}° to {north:g}°",
+            remedy="Correct source_crs, or leave it out: the frame is then one of its "
+            "own",
+            file=file,
+        )
+    ]
 
 
 def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
@@ -305,7 +342,12 @@ def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     require_name(name)
     require_systems(crs, source_crs)
     frames = Frames(name, crs, source_crs)
-    _require_places(fit, frames)
+    observed = fit.observed
+    require_places(
+        pd.DataFrame(observed.source[:, :2], columns=["x", "y"]),
+        pd.DataFrame(observed.target[:, :2], columns=["easting", "northing"]),
+        frames,
+    )
     title = f"identical points ({fit.kind})"
     return publish_operations(
         operations_of_fit(fit, frames), frames, folder, title=title, **options

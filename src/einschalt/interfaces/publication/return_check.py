@@ -59,8 +59,8 @@ def require_return(operation, form, there, back):
     is_wrong = ~(worst <= AT_MOST)
     if not is_wrong.any():
         return
-    known = np.isfinite(worst)
-    largest = f"by up to {worst[known].max():.4f} m" if known.any() else "without end"
+    known = is_wrong & np.isfinite(worst)
+    largest = f"by up to {worst[known].max():.2g} m" if known.any() else "without end"
     at = [f"({x:.1f}, {y:.1f})" for x, y in points[is_wrong, :2]]
     raise GeometryError(
         f"{operation.title}: as {form} it does not give the same, or does not return: "

@@ -57,6 +57,11 @@ class GriddedShifts:
     # between nodes, against the method itself, in plan [m]: RMS, and largest seen
     interpolation: tuple[float, float]
 
+    @property
+    def interpolation_square(self):
+        """Mean square of what the grid is off by from the method, in plan [m²]."""
+        return OVER_CELL * self.interpolation[0] ** 2
+
 
 def gridded_shifts(source, target, method, *, keep_wrong=False, cell=None):
     """Distribute what an affine transformation leaves at identical points.

@@ -4,7 +4,12 @@ from dataclasses import replace
 
 import typer
 
-from einschalt.foundations.errors import TableError, name_some, raise_problems
+from einschalt.foundations.errors import (
+    SettingsError,
+    TableError,
+    name_some,
+    raise_problems,
+)
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
@@ -15,7 +20,12 @@ from einschalt.interfaces.files.tables_by_suffix import (
     write_in_both_formats,
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
-from einschalt.interfaces.publication.publish import require_name, require_systems
+from einschalt.interfaces.publication.operations_of_results import Frames
+from einschalt.interfaces.publication.publish import (
+    require_name,
+    require_places,
+    require_systems,
+)
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -29,7 +39,7 @@ from einschalt.stages.transformation_kinds import (
     ground_schema,
     model_schema,
 )
-from einschalt.stages.triangulated_transformation import CORNERS
+from einschalt.stages.triangulated_transformation import CONTRADICTS, CORNERS
 
 ONE_MODEL = "1"
 AXES = {"x": "easting", "y": "northing", "z": "height"}  # of models, and of old frames
@@ -47,6 +57,7 @@ NAMES_OF_CORNERS = ("model_id", "point_id", *CORNERS)
 CORNERS_GIVEN = Schema(
     "triangles", tuple(Column(name, "id") for name in NAMES_OF_CORNERS), ()
 )
+FEW_LEFT_OUT, MANY_LEFT_OUT = 0.01, 0.1  # shares of the identical points
 # a tenth of a millimetre, and a hundredth of it for what is small
 DECIMALS = {
     **dict.fromkeys(("easting", "northing", "height"), 4),
@@ -77,12 +88,13 @@ def transform(
 
     Without ``apply`` the points of the models are transformed.
     """
-    if publish is not None:
-        require_name(publish)
-        require_systems(crs, source_crs)
+    _require_options(distribute, cell, publish, crs, source_crs)
     files = (model_points, ground_points, apply, triangles)
     place = output_of_tables("transform", files, NAMES, output, overwrite=overwrite)
     source, target, applied = _read(model_points, ground_points, apply, kind)
+    if publish is not None:
+        frames, names = Frames(publish, crs, source_crs), (model_points, ground_points)
+        require_places(source, target, frames, [file.name for file in names])
     fit = transform_models(source, target, kind=kind)
     if fit.is_usable and distribute != "none":
         options = {"method": distribute, "outliers": outliers, "cell": cell}
@@ -94,6 +106,7 @@ def transform(
     n_usable = int(fit.models["is_usable"].sum())
     report(output, n_models=len(fit.models), n_usable=n_usable, m_0=fit.m_0)
     print_out(fit.summary())
+    _say_what_is_left_out(fit, distribute, outliers)
     _say_what_is_outside(fit, tables["points"])
     if len(fit.models) == 1 and fit.is_usable and distribute == "none":
         pipeline = fit.proj_pipeline(fit.models["model_id"][0])
@@ -113,6 +126,37 @@ def transform(
             overwrite=overwrite,
         )
         print_out(f"\n{published}")
+
+
+def _require_options(distribute, cell, publish, crs, source_crs):
+    """Refuse options that are none, or would say nothing."""
+    if cell is not None and distribute in ("none", TRIANGLES):
+        raise SettingsError(
+            f"--cell is given, with --distribute {distribute}",
+            expected="none: only collocation and natural_neighbour have a grid",
+        )
+    if publish is not None:
+        require_name(publish)
+        require_systems(crs, source_crs)
+
+
+def _say_what_is_left_out(fit, distribute, outliers):
+    """Say why identical points took no part, where they are many."""
+    left_out = getattr(fit, "left_out", None)
+    n_points = len(fit.observed.rows)
+    if left_out is None or len(left_out) <= FEW_LEFT_OUT * n_points:
+        return
+    said = f"{len(left_out)} of {count(n_points, 'identical point')} left out"
+    if not (left_out["reason"] == CONTRADICTS).all():
+        said += ": with them the transformation folds, and could not be undone"
+    is_kept = outliers == "keep" or (distribute == TRIANGLES and outliers is None)
+    if is_kept:
+        said += "; --outliers set_aside finds wrong ones before anything folds"
+    if len(left_out) > MANY_LEFT_OUT * n_points:
+        said = f"warning: {said}. Do not use it before you know why"
+    else:
+        said = f"note: {said}"
+    print_error(f"{said}; reasons are in left_out.csv")
 
 
 def _say_what_is_outside(fit, points):
