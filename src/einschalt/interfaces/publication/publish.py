@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.areas_of_use import area_of, in_area
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import (
@@ -16,7 +17,7 @@ from einschalt.foundations.errors import (
     SettingsError,
     raise_problems,
 )
-from einschalt.foundations.projections import area_of, degrees_of, label_of, read_crs
+from einschalt.foundations.projections import degrees_of, label_of, read_crs
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -317,13 +318,12 @@ def require_places(source, target, frames, files=(None, None)):
 def _far_problems(points, system, file):
     """Say that most points of an old frame are nowhere near its system's area."""
     area = area_of(system)
-    if area is None or area[0] > area[2]:
+    if area is None:
         return []
     longitude, latitude = degrees_of(*np.median(points, axis=0), system)
-    west, south, east, north = area
-    is_near = west - ZONES_BEYOND <= longitude <= east + ZONES_BEYOND
-    if is_near and south - ZONES_BEYOND <= latitude <= north + ZONES_BEYOND:
+    if in_area(longitude, latitude, system, around=ZONES_BEYOND):
         return []
+    west, south, east, north = area
     at = f"longitude {longitude:.2f}°, latitude {latitude:.2f}°"
     return [
         ConsistencyError(
