@@ -18,7 +18,8 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.key_columns import is_among
 
 # measured, everything together: blocks with 1000 to 1500 points in a model in both
-# flights; a point in 1000 and in 3000 models; a cloud of 10⁵ and of 3·10⁵ points
+# flights; a point in 1000 and in 3000 models; clouds of 10⁵, 3·10⁵ and 10⁶ points
+BYTES_OF_PROGRAM = 0.3e9  # libraries and compiled code, before the first table
 BYTES_PER_PAIR = 64
 BYTES_PER_TWO_MODELS = 300
 BYTES_PER_MEASUREMENT = 4000
@@ -75,7 +76,7 @@ def _known_points(block, name):
 def require_memory(block):
     """Refuse a block that surely needs more memory than this process may have."""
     needed = needed_bytes(block)
-    total, there = sum(needed.values()), allowed_bytes()
+    total, there = BYTES_OF_PROGRAM + sum(needed.values()), allowed_bytes()
     if total <= there:
         return
     found, remedy = max(needed, key=needed.get)
