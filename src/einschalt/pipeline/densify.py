@@ -1,5 +1,6 @@
 """From a block to densified coordinates: a list of calls."""
 
+from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.pipeline.assessment.choice import (
     AUTO,
     SIMULTANEOUS,
@@ -57,7 +58,7 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     settings = settings or block.settings
     report_progress = stage_reporter(progress)
     stopwatch = Stopwatch()
-    with stopwatch.running():
+    with stopwatch.running(), one_blas_thread():
         _require_possible(block, settings)
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)

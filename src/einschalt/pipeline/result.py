@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.pipeline.assessment.assess import Assessment, assess
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.evidence.claim import Claim
@@ -195,7 +196,7 @@ class DensificationResult(Result):
     @cached_property
     def assessment(self) -> Assessment:
         """What is to be thought of the result, judged once: Assessment."""
-        with self.stopwatch.running():
+        with self.stopwatch.running(), one_blas_thread():
             return assess(self)
 
     @property

@@ -13,7 +13,6 @@ import llvmlite.binding
 import numpy as np
 from numba import types
 from numba.extending import get_cython_function_address, overload
-from threadpoolctl import ThreadpoolController
 
 # the pointers that each routine takes
 _LAPACK = {"potrf": 5, "potri": 5}
@@ -42,15 +41,6 @@ _dgemm, _zgemm = _external("dgemm"), _external("zgemm")
 _LETTERS = np.frombuffer(b"LRNC", dtype=np.uint8).copy()
 # places in these letters; L stands for the left side and for the lower triangle
 LEFT, RIGHT, PLAIN, ADJOINT = range(4)
-_controller = None
-
-
-def one_thread():
-    """Hold BLAS to one thread while fronts are small: its threads only wait there."""
-    global _controller  # noqa: PLW0603 - looking for the libraries takes 10 ms
-    if _controller is None:
-        _controller = ThreadpoolController()
-    return _controller.limit(limits=1, user_api="blas")
 
 
 def work_arrays(dtype):

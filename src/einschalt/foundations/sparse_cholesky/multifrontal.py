@@ -15,7 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from einschalt.foundations.sparse_cholesky.dense_kernels import one_thread, work_arrays
+from einschalt.foundations.blas_threads import one_blas_thread
+from einschalt.foundations.sparse_cholesky.dense_kernels import work_arrays
 from einschalt.foundations.sparse_cholesky.elimination_pattern import (
     BlockPattern,
     Fronts,
@@ -86,7 +87,7 @@ class Factor:
     def _solve_in_place(self, kernel, x):
         panels, fronts = (self.panels, self.storage.panel_start), self.fronts
         edges = fronts.start, fronts.boundary_start, fronts.boundary
-        with one_thread():
+        with one_blas_thread():
             kernel(x, *panels, *edges, self.n_unknowns, work_arrays(x.dtype))
 
     def selected_inverse(self):
@@ -109,7 +110,7 @@ class Factor:
             work = work_arrays(inverse.dtype)
             invert_fronts(inverse, pattern, *panels, tree, own, part.path, work)
 
-        with one_thread():
+        with one_blas_thread():
             invert(branches.trunk)
             branches.each(invert)
         return inverse
@@ -137,7 +138,7 @@ def factorize(blocks, pattern, fronts) -> Factor:
             work_arrays(blocks.dtype),
         )
 
-    with one_thread():
+    with one_blas_thread():
         branches.each(factor)
         factor(branches.trunk)
     return Factor(pattern, fronts, storage, panels, is_held)
