@@ -352,7 +352,7 @@ def _remedy(fault, expected):
         near = get_close_matches(described(value).casefold(), allowed.split(", "), n=1)
         return f"Write {near[0]!r}" if near else _decimal_point(value)
     if fault["type"] == "less_than_equal" and "metres" in expected.split():
-        is_finite = isfinite(float(value))
+        is_finite = isinstance(value, int) or isfinite(float(value))
         return "Did you give millimetres?" if is_finite else "Give a number"
     if fault["type"] == "float_type" and isinstance(value, str):
         return "Take the quotes away" if is_number(value) else _decimal_point(value)
