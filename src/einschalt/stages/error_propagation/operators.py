@@ -266,4 +266,5 @@ def _times(rows, matrix):
 def _filled(rows):
     """As a full matrix where most of it is needed: it multiplies much faster."""
     is_full = sparse.issparse(rows) and rows.nnz > FULL * rows.shape[0] * rows.shape[1]
-    return rows.toarray() if is_full else rows
+    # by rows: from small matrices scipy would go through a list of all entries
+    return rows.tocsr().toarray() if is_full else rows
