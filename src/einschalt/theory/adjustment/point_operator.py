@@ -89,10 +89,12 @@ class Axes(Enum):
         """
         each = self.each(sizes).reshape(-1, 1)
         shape = (len(each), n_draws)
-        drawn = rng.standard_normal(shape)
-        if self is Axes.COMPLEX:
-            drawn = drawn + 1j * rng.standard_normal(shape)
-        return each * drawn
+        if self is not Axes.COMPLEX:
+            return each * rng.standard_normal(shape)
+        drawn = np.empty(shape, dtype=complex)
+        drawn.real = each * rng.standard_normal(shape)
+        drawn.imag = each * rng.standard_normal(shape)
+        return drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,11 +225,6 @@ class PointOperator:
     def tocsr(self):
         """As :meth:`formed`, by rows."""
         return PointOperator((self.matrix.tocsr(),), self.axes)
-
-    def by_rows(self):
-        """The same factors by rows, which is how they are applied."""
-        factors = tuple(factor.tocsr() for factor in self.factors)
-        return PointOperator(factors, self.axes)
 
     @property
     def last_step(self):
