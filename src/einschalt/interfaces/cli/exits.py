@@ -125,6 +125,8 @@ def _imported_for_good(name):
 
     To look for garbage among it, meanwhile and ever after, took 0.4 s of densify.
     """
+    if name in sys.modules:
+        return sys.modules[name]
     gc.disable()
     try:
         module = import_module(name)
