@@ -268,8 +268,10 @@ def test_ranges_of_points_grow_with_the_block_and_not_with_its_square():
     ranges = [n_ranges(chain(n), n) for n in (20_000, 40_000, 80_000)]
     assert ranges[1] == pytest.approx(2 * ranges[0], abs=1)
     assert ranges[2] == pytest.approx(4 * ranges[0], abs=3)
-    # in a small block rows are full
-    assert n_ranges(chain(1_000), 50_000) >= 50_000 * 4_000 // NUMBERS_AT_ONCE
+    # as full as rows are, whatever the means of the factors would have them be
+    full = PointOperator((sparse.csr_array(np.ones((50, 400))),), Axes.COMPLEX)
+    parts = n_ranges({"control": full}, 500_000)
+    assert parts == 500_000 * 400 // NUMBERS_AT_ONCE
 
 
 def _rows(n_rows, n_columns, n_each):

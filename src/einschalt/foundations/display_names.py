@@ -23,9 +23,7 @@ def as_unicode(text):
     >>> print(as_unicode("Vöckla\udcff"))
     Vöckla\udcff
     """
-    return "".join(
-        _code(char) if "\ud800" <= char <= "\udfff" else char for char in str(text)
-    )
+    return str(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def shortened(text, width=40):

@@ -101,6 +101,16 @@ def pair_up(one, two) -> CodedPairs:
     return CodedPairs(codes, one.names[kept // n_second], two.names[kept % n_second])
 
 
+def is_among(names, others):
+    """Whether each name is one of others, ndarray of bool.
+
+    >>> is_among(["7/8", "0012"], ["0012", "13"]).tolist()
+    [False, True]
+    """
+    found = pc.is_in(_text(names), value_set=_text(others).unique())
+    return found.to_numpy(zero_copy_only=False)
+
+
 def _text(names):
     is_arrow = isinstance(names, (pa.Array, pa.ChunkedArray))
     array = names.cast(TEXT) if is_arrow else pa.array(names, TEXT, from_pandas=True)

@@ -28,9 +28,10 @@ def neighbour_pairs(xy):
         arms = reduced[ends] - reduced[corners[:, apex], None]
         sides.append(np.sort(ends, axis=1))
         is_obtuse.append(np.sum(arms[:, 0] * arms[:, 1], axis=1) < 0.0)
-    pairs, place = np.unique(np.concatenate(sides), axis=0, return_inverse=True)
-    n_obtuse = np.bincount(place.ravel(), np.concatenate(is_obtuse))
-    return pairs[n_obtuse == 0]
+    first, second = np.concatenate(sides).T
+    sides, place = np.unique(first * len(xy) + second, return_inverse=True)
+    n_obtuse = np.bincount(place, np.concatenate(is_obtuse))
+    return np.column_stack(np.divmod(sides[n_obtuse == 0], len(xy)))
 
 
 def _along_line(xy):

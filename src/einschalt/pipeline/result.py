@@ -162,7 +162,8 @@ class DensificationResult(Result):
         known points that contradict the claim. In the system of the results
         (``output_crs``).
         """
-        found = judged_points(self.examination)
+        with one_blas_thread():  # they may be asked for before the assessment
+            found = judged_points(self.examination)
         return found if self.output_system is None else self._in_output_system(found)
 
     @cached_property

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from einschalt.theory.adjustment import point_operator
 from einschalt.theory.adjustment.point_operator import (
     Axes,
     PointOperator,
@@ -126,6 +127,18 @@ def test_covariances_are_those_of_the_real_coordinates(axes):
     pairs = np.array([[0, 3], [2, 2], [1, 0]])
     found = chain.covariances_between(pairs, SIZES)
     np.testing.assert_allclose(found, whole[pairs[:, 0], pairs[:, 1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("axes", Axes)
+def test_full_matrices_have_the_covariances_of_sparse_ones(axes, monkeypatch):
+    operator = random_operator(axes, SHAPES)
+    full = PointOperator((numbers_of(operator),), axes)
+    pairs = np.array([[0, 1], [1, 0], [3, 3], [2, 0]])
+    monkeypatch.setattr(point_operator, "NUMBERS_AT_ONCE", 30)  # in parts
+    assert full.covariances(SIZES) == pytest.approx(operator.covariances(SIZES))
+    between = full.covariances_between(pairs, SIZES)
+    assert between == pytest.approx(operator.covariances_between(pairs, SIZES))
+    assert between[2] == pytest.approx(full.covariances(SIZES)[3])
 
 
 @pytest.mark.parametrize("axes", [Axes.PLANE, Axes.SPACE])

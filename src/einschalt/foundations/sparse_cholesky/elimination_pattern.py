@@ -85,11 +85,16 @@ def find_fronts(pattern, elimination) -> Fronts:
     n_children, start, boundary = _boundaries(
         pattern.start, pattern.row, elimination.start, elimination.parent
     )
+    # all at once: in the kernel a sort takes more than a second to compile
+    n = elimination.start[-1]
+    first = n * np.repeat(np.arange(len(start) - 1), np.diff(start))
+    boundary = np.sort(first + boundary) - first
     return Fronts(elimination.start, elimination.parent, n_children, start, boundary)
 
 
 @numba.njit(cache=True, nogil=True)
 def _boundaries(column, row, front_start, parent):
+    """Of each front in any order, and the number of its children."""
     n_fronts, n = parent.size, front_start[-1]
     n_children = np.zeros(n_fronts, dtype=np.int64)
     start = np.zeros(n_fronts + 1, dtype=np.int64)
@@ -121,7 +126,7 @@ def _boundaries(column, row, front_start, parent):
             larger = np.empty(2 * boundary.size + count, dtype=np.int64)
             larger[: start[f]] = boundary[: start[f]]
             boundary = larger
-        boundary[start[f] : start[f] + count] = np.sort(found[:count])
+        boundary[start[f] : start[f] + count] = found[:count]
         start[f + 1] = start[f] + count
         above = parent[f]
         if above >= 0:

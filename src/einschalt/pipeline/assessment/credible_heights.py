@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     where_it_matters,
@@ -97,7 +98,7 @@ def control_height_parts(two_step) -> tuple[float, float]:
     )
     points = two_step.solution.points
     new = points.loc[points["role"] == "new", "point_id"]
-    is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
+    is_new = is_among(errors.point_ids, new)
     of_points = sum(errors.parts[name][is_new, 2, 2] for name in given.chains)
     of_both = (of_differences, of_points)
     return tuple(

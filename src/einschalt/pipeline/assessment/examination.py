@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import (
     PAPER,
     TOTAL,
@@ -241,7 +242,7 @@ class TwoStepExamination(Examination):
         if errors is None:
             return np.nan
         new = self.points.loc[self.points["role"] == "new", "point_id"]
-        is_new = np.isin(errors.point_ids, new.to_numpy(dtype=object))
+        is_new = is_among(errors.point_ids, new)
         variance = np.trace(errors.covariance[:, :2, :2], axis1=1, axis2=2)[is_new]
         return float(np.sqrt(np.mean(variance))) if len(variance) else np.nan
 

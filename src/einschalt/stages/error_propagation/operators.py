@@ -28,13 +28,15 @@ from einschalt.theory.transformation.sensitivity import (
     sensitivity,
 )
 
-POINTS_AT_ONCE = 5000
 # numbers of a full matrix: 160 MB
 NUMBERS_AT_ONCE = 20_000_000
-PAIRS_AT_ONCE = 20_000
+PAIRS_AT_ONCE = 50_000
 # share of entries from which a product is no longer kept sparse
 FULL = 0.1
+# what an entry of a sparse matrix takes, with its place and what is computed from it
+SPARSE_SIZE = 3.0
 UNEVEN = 2.0  # size of the fullest rows, over the mean
+N_SAMPLED = 100  # points whose rows tell how full they are
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,27 +206,34 @@ def propagate(point_ids, chains, standard_errors) -> PropagatedErrors:
 
 
 def n_ranges(chains, n_points) -> int:
-    """Into how many ranges the points are divided, so that memory suffices."""
+    """Into how many ranges the points are divided, so that memory suffices.
+
+    As few as possible: a product of sparse matrices takes time for every column of the
+    last one, however few rows the first one has.
+    """
     numbers = max(
-        chain.axes.size(n_points) * _row_size(chain) for chain in chains.values()
+        chain.axes.size(n_points) * _row_size(chain, n_points)
+        for chain in chains.values()
     )
-    by_memory = -(-numbers // NUMBERS_AT_ONCE)
-    return max(1, -(-n_points // POINTS_AT_ONCE), by_memory)
+    return max(1, int(-(-numbers // NUMBERS_AT_ONCE)))
 
 
-def _row_size(chain):
+def _row_size(chain, n_points):
     """Numbers that a row holds at most on its way through a chain, about.
 
-    Where it is mostly filled it becomes a full one. In large blocks it never does:
-    their points depend on no more sources than those of small ones.
+    As the rows of some points show, that lie all over the block.
     """
-    size, largest = 1.0, 1.0
+    widest = max((matrix.shape[1] for matrix in chain.factors), default=1)
+    if chain.axes.size(n_points) * widest <= NUMBERS_AT_ONCE:
+        return widest  # all of them fit, even full ones
+    n_all = chain.n_points
+    sampled = np.unique(np.linspace(0, n_all - 1, min(N_SAMPLED, n_all)).astype(int))
+    rows, largest = selection(sampled, n_all, chain.axes).matrix, 0
     for matrix in chain.factors:
-        width = matrix.shape[1]
-        size = min(size * matrix.nnz / matrix.shape[0], width)
-        likely = UNEVEN * size
-        largest = max(largest, width if likely > FULL * width else likely)
-    return int(largest) + 1
+        rows = _filled(_times(rows, matrix))
+        is_sparse = sparse.issparse(rows)
+        largest = max(largest, SPARSE_SIZE * rows.nnz if is_sparse else rows.size)
+    return min(UNEVEN * largest / chain.axes.size(len(sampled)), widest)
 
 
 def _rows_of(chains, places):
@@ -266,4 +275,5 @@ def _times(rows, matrix):
 def _filled(rows):
     """As a full matrix where most of it is needed: it multiplies much faster."""
     is_full = sparse.issparse(rows) and rows.nnz > FULL * rows.shape[0] * rows.shape[1]
-    return rows.toarray() if is_full else rows
+    # by rows: from small matrices scipy would go through a list of all entries
+    return rows.tocsr().toarray() if is_full else rows

@@ -21,6 +21,8 @@ from einschalt.foundations.batches import segment_sum
 
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
+# of the rows of pairs, which stay in the cache of a processor
+NUMBERS_AT_ONCE = 100_000
 
 
 class Axes(Enum):
@@ -87,10 +89,12 @@ class Axes(Enum):
         """
         each = self.each(sizes).reshape(-1, 1)
         shape = (len(each), n_draws)
-        drawn = rng.standard_normal(shape)
-        if self is Axes.COMPLEX:
-            drawn = drawn + 1j * rng.standard_normal(shape)
-        return each * drawn
+        if self is not Axes.COMPLEX:
+            return each * rng.standard_normal(shape)
+        drawn = np.empty(shape, dtype=complex)
+        drawn.real = each * rng.standard_normal(shape)
+        drawn.imag = each * rng.standard_normal(shape)
+        return drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,11 +226,6 @@ class PointOperator:
         """As :meth:`formed`, by rows."""
         return PointOperator((self.matrix.tocsr(),), self.axes)
 
-    def by_rows(self):
-        """The same factors by rows, which is how they are applied."""
-        factors = tuple(factor.tocsr() for factor in self.factors)
-        return PointOperator(factors, self.axes)
-
     @property
     def last_step(self):
         """The factor on the left alone."""
@@ -262,9 +261,13 @@ class PointOperator:
         Independent standard errors are per coordinate, (n_sources,) or (n_sources,
         n_axes) [m]. Equal and uncorrelated ones stay so under complex operators.
         """
+        matrix, each = self.matrix, self.axes.each(standard_errors)
+        if not sparse.issparse(matrix):
+            scaled = matrix * each.ravel()
+            every = np.arange(self.n_points)
+            return self._products_of(scaled, np.column_stack([every, every]))
         size = (self.axes.value, self.axes.value)
-        blocks = sparse.bsr_array(self.matrix, blocksize=size)
-        each = self.axes.each(standard_errors)
+        blocks = sparse.bsr_array(matrix, blocksize=size)
         scaled = blocks.data * each[blocks.indices][:, None, :]
         if self.axes is Axes.COMPLEX:
             squares = np.abs(scaled) ** 2
@@ -276,15 +279,29 @@ class PointOperator:
 
         As :meth:`covariances`; rows belong to the first point.
         """
+        n_axes, pairs = self.axes.value, np.ascontiguousarray(pairs, dtype=np.int64)
+        if not sparse.issparse(self.matrix):
+            scaled = self.matrix * self.axes.each(standard_errors).ravel()
+            return self._products_of(scaled, pairs)
         rows = sparse.csr_array(self.matrix)
         rows.sort_indices()
-        pairs = np.ascontiguousarray(pairs, dtype=np.int64)
-        n_axes = self.axes.value
         out = np.zeros((len(pairs), n_axes, n_axes), dtype=rows.dtype)
         variances = np.square(self.axes.each(standard_errors)).ravel()
         entries = (rows.indptr, rows.indices, rows.data)
         _multiply_rows(*entries, variances, pairs, out)
         return _of_real_axes(out) if self.axes is Axes.COMPLEX else out
+
+    def _products_of(self, scaled, pairs):
+        """Sums of products of the full rows of pairs of points, as covariances."""
+        rows = scaled.reshape(-1, self.axes.value, scaled.shape[1])
+        n_parts = -(-len(pairs) * rows[:1].size // NUMBERS_AT_ONCE)
+        parts = np.array_split(pairs, max(1, n_parts))
+        products = [
+            np.einsum("pin,pjn->pij", rows[part[:, 0]], rows[part[:, 1]].conj())
+            for part in parts
+        ]
+        found = np.concatenate(products)
+        return _of_real_axes(found) if self.axes is Axes.COMPLEX else found
 
 
 def unchanged(axes):

@@ -13,12 +13,14 @@ Source: Helmert 1907 (estimation of components from sums of squares); Rao 1971; 
 docs/theory/variance_components.md.
 """
 
+from collections import Counter
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 
 from einschalt.theory.adjustment.monte_carlo import draw_errors, draws_in_parts
+from einschalt.theory.adjustment.point_operator import PointOperator
 
 MOST_DRAWS, FEWEST_DRAWS = 100, 30
 # of all draws: in large blocks chance leaves less of the mean of each sum
@@ -158,28 +160,79 @@ def _drawn_products(sums, standard_errors, seed):
     longest = max(axes.size(len(sizes)) for sizes in standard_errors.values())
     n_all = int(np.clip(NUMBERS_IN_ALL // longest, FEWEST_DRAWS, MOST_DRAWS))
     products = np.empty((n_all, len(sums), n_sources, n_sources))
-    chains = [
-        {name: chain.by_rows() for name, chain in part.chains.items()} for part in sums
-    ]
+    chains = _by_rows([part.chains for part in sums])
     first = 0
     for n_draws in draws_in_parts(n_all, longest, NUMBERS_AT_ONCE):
         errors = draw_errors(standard_errors, axes, n_draws=n_draws, seed=rng)
-        for place, part in enumerate(sums):
-            of_part = chains[place], len(part.values)
-            stacked = np.stack([_drawn(*of_part, name, errors) for name in errors])
-            products[first : first + n_draws, place] = np.real(
-                np.einsum("knd,mnd->dkm", stacked.conj(), stacked)
-            )
+        through = _Through(chains, errors)
+        for place, of_sum in enumerate(chains):
+            drawn = [through.applied(name, of_sum.get(name)) for name in errors]
+            for k, m in combinations_with_replacement(range(n_sources), 2):
+                of_pair = _scalar_products(drawn[k], drawn[m])
+                products[first : first + n_draws, place, k, m] = of_pair
+                products[first : first + n_draws, place, m, k] = of_pair
         first += n_draws
     return products
 
 
-def _drawn(chains, n_values, source, errors):
-    """What the errors of a source make of the values; zero where they do not enter."""
-    drawn = errors[source]
-    if source not in chains:
-        return np.zeros((n_values, drawn.shape[1]), dtype=drawn.dtype)
-    return chains[source].apply(drawn)
+def _by_rows(chains):
+    """The same chains of each sum by rows; factors that they share stay shared."""
+    factors = {
+        id(f): f for part in chains for one in part.values() for f in one.factors
+    }
+    rows = {place: factor.tocsr() for place, factor in factors.items()}
+    return [
+        {
+            name: PointOperator(tuple(rows[id(f)] for f in one.factors), one.axes)
+            for name, one in part.items()
+        }
+        for part in chains
+    ]
+
+
+class _Through:
+    """Drawn errors on their way through chains; what ends alike is done once."""
+
+    def __init__(self, chains, errors):
+        self._errors = errors
+        self._uses = Counter(
+            key
+            for part in chains
+            for source, chain in part.items()
+            for key in _ends(source, chain)
+        )
+        self._done = {}
+
+    def applied(self, source, chain):
+        """What the errors of a source become; None where they do not enter."""
+        if chain is None:
+            return None
+        drawn = self._errors[source]
+        for factor, key in zip(chain.factors[::-1], _ends(source, chain), strict=True):
+            self._uses[key] -= 1
+            if key in self._done:
+                drawn = self._done[key]
+            else:
+                drawn = PointOperator((factor,), chain.axes).apply(drawn)
+            if self._uses[key]:
+                self._done[key] = drawn
+            else:  # nobody needs it any more
+                self._done.pop(key, None)
+        return drawn
+
+
+def _ends(source, chain):
+    """Name the last factors of a chain, one and more: those that are applied first."""
+    parts = tuple(map(id, chain.factors[::-1]))
+    return [(source, *parts[:length]) for length in range(1, len(parts) + 1)]
+
+
+def _scalar_products(first, second):
+    """Real parts of the scalar products of columns, (n_draws,); 0 without a source."""
+    if first is None or second is None:
+        return 0.0
+    first, second = (one.view(float).reshape(*one.shape, -1) for one in (first, second))
+    return np.einsum("ndc,ndc->d", first, second)
 
 
 def _covariance_of_sums(products, factors):

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.foundations.names import is_among
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.pipeline.assessment.evidence.leave_one_out import left_out_table
@@ -63,7 +64,7 @@ class PrecisionTables:
         if self.errors is None:
             return pd.DataFrame(columns=["source", "standard_error_total", "share"])
         new = self.points.loc[self.points["role"] == "new", "point_id"]
-        is_new = self.error_sources["point_id"].isin(new).to_numpy()
+        is_new = is_among(self.errors.point_ids, new)
         rows = is_new if is_new.any() else ~is_new
         mean = {n: np.mean(v[rows]) for n, v in self._variances_by_source().items()}
         variance = np.array(list(mean.values()))

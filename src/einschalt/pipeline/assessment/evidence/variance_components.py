@@ -251,11 +251,12 @@ class _MeasuredFlight:
         return self._sum((mean, residuals), picked, given, chains)
 
     def _sum(self, observed, picked, given, chains):
-        through_ground = (picked @ self.operator.ground).formed()
+        # not formed: both sums of a flight share what stands behind its values
+        through_ground = picked @ self.operator.ground
         if given is not None:
             through_ground = through_ground - given
         through = {name: through_ground @ rest for name, rest in chains.items()}
-        measured = (picked @ self.operator.measured).formed()
+        measured = picked @ self.operator.measured
         operator, vectors = observed
         return SumOfSquares(
             operator.apply(self._axes.packed(vectors)),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.names import is_among
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.frame import (
     LARGEST_DIAGONAL_M,
@@ -63,7 +64,7 @@ def _reason(key, rows):
 def points_without_coordinates(examined):
     """Points that the low flight measured and no usable model holds."""
     measured = examined.block.low_flight.model_table()["point_id"]
-    is_lost = ~measured.isin(examined.points["point_id"])
+    is_lost = ~is_among(measured, examined.points["point_id"])
     lost = measured[is_lost].drop_duplicates()
     return weak_points(
         "points_without_coordinates", lost, remedy="look_at_their_models"

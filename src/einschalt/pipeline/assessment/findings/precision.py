@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.credibility import TOTAL, is_large_s_0
 from einschalt.pipeline.assessment.evidence.control.displacements import LARGEST_S_0
 from einschalt.pipeline.assessment.finding import Gravity
@@ -53,7 +54,7 @@ def imprecise_points(examined):
 def _models_of(examined, new, weak):
     """Names of the low-flight models most of whose new points are weak."""
     table = examined.block.low_flight.model_table()
-    table = table[table["point_id"].isin(new)]
+    table = table[is_among(table["point_id"], new)]
     is_weak = table["point_id"].isin(weak)
     share = is_weak.groupby([table[name] for name in MODEL], sort=False).mean()
     return share.index.get_level_values("model_id")[share > MOSTLY]

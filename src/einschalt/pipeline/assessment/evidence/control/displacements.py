@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
 
@@ -162,4 +163,4 @@ def _of_new(examined, point_ids, moved):
 
 def new_rows(point_ids, new):
     """Rows of points that are new ones."""
-    return np.isin(np.asarray(point_ids, dtype=object), new.to_numpy(dtype=object))
+    return is_among(point_ids, new)
