@@ -95,6 +95,8 @@ class DensificationResult(results.DensificationResult):
         folder: StrPath,
         *,
         ellipse_scale: float | None = None,
+        report: bool = True,
+        paper: Literal["a4", "letter"] | None = None,
         overwrite: bool = False,
     ) -> None:
         """Write tables, GeoPackage, report, summary and provenance into a folder.
@@ -109,6 +111,11 @@ class DensificationResult(results.DensificationResult):
         ellipse_scale : float, optional
             How much larger the confidence ellipses are drawn in block.gpkg. The
             default is a round factor that makes them visible.
+        report : bool, optional
+            Whether report.html is written; without it the rest is there sooner.
+        paper : {"a4", "letter"}, optional
+            Print the report on this paper as well, into report.pdf; it takes an
+            installed Chromium.
         overwrite : bool, optional
             Replace what einschalt did not write, what has been changed since, and
             results of another block. Files that the block was read from are never
@@ -119,10 +126,16 @@ class DensificationResult(results.DensificationResult):
         FileError
             Something would be lost, or the folder cannot be written.
         SettingsError
-            The scale is not positive.
+            The scale is not positive, or the report cannot be printed.
         """
-        path = as_path("folder", folder)
-        write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
+        write_result(
+            self,
+            as_path("folder", folder),
+            ellipse_scale=ellipse_scale,
+            report=report,
+            paper=paper,
+            overwrite=overwrite,
+        )
 
     def publish(self, name: str, folder: StrPath, **options: Any) -> Publication:
         """Write the transformation of every model for PROJ, GDAL and QGIS.
