@@ -21,6 +21,7 @@ from einschalt.interfaces.files.output_folder import (
     write_folder,
 )
 from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.table_output import write_file
 from einschalt.interfaces.files.written_files import (
     FAILURE,
     GEOPACKAGE,
@@ -208,6 +209,14 @@ def require_printable(paper, *, report=True):
             remedy="Leave one of them out: the PDF is a print of the report",
         )
     require_browser()
+
+
+def write_report(result, path, *, overwrite=False):
+    """Write the report alone; neither an input nor, unasked, another file is lost."""
+    inputs = result.block.files
+    source = Source("report", result.block.name, tuple(inputs))
+    output = Output(source, frozenset(), InputFiles(inputs), overwrite)
+    write_file(path, output, lambda file: write_text(file, render(result)))
 
 
 def render(result, **options) -> str:

@@ -17,6 +17,7 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
+from einschalt.interfaces.reports.error_unit import usual_error
 from einschalt.interfaces.reports.packed_data import PackedData
 from einschalt.interfaces.reports.page_models import pack_models
 from einschalt.interfaces.reports.page_plots import plots
@@ -60,7 +61,7 @@ def render(result, *, paper="auto") -> str:
     or "auto" for that of the printer.
     """
     told = result.assessment
-    with one_unit(_usual_error(result)) as unit:
+    with one_unit(usual_error(result)) as unit:
         page = _told(told) | _tables(result)
     return TEMPLATES.get_template("report.html.j2").render(
         **page,
@@ -75,13 +76,6 @@ def render(result, *, paper="auto") -> str:
         data=Markup(page_data(result, unit)),
         **sealed_parts(paper),
     )
-
-
-def _usual_error(result):
-    """Error by whose size the unit of the page is chosen [m]."""
-    credible, figures = result.assessment.credible.value, result.figures
-    known = (credible, figures.mean_paper, figures.mean_internal, figures.check_rms)
-    return next((value for value in known if np.isfinite(value)), np.nan)
 
 
 def _told(told):

@@ -17,15 +17,15 @@ FARTHEST = 5.0  # standard errors at which a histogram ends
 def plots(result) -> dict:
     """Numbers of the plots by name, as JSON has them; those that there are."""
     found = {
-        "residuals": _standardised(result.residuals),
-        "correlogram": _correlogram(result.claim.residuals),
-        "sources": _sources(result),
-        "parallaxes": _parallaxes(result),
+        "residuals": standardised_residuals(result.residuals),
+        "correlogram": correlogram(result.claim.residuals),
+        "sources": sources_of_error(result),
+        "parallaxes": residual_parallaxes(result),
     }
     return {name: one for name, one in found.items() if one is not None}
 
 
-def _standardised(residuals):
+def standardised_residuals(residuals):
     """Histogram and quantiles of residuals in units of their own standard errors."""
     sides = ("residual_easting", "residual_northing")
     part = residuals["redundancy_number"].to_numpy(dtype=float)
@@ -67,7 +67,8 @@ def _distribution(values):
     }
 
 
-def _correlogram(field):
+def correlogram(field):
+    """Correlation of residuals by distance, and its band where the claim holds."""
     if field is None or not len(field.correlogram.distance):
         return None
     observed, expected = field.correlogram, field.expected
@@ -82,7 +83,7 @@ def _correlogram(field):
     }
 
 
-def _sources(result):
+def sources_of_error(result):
     """Shares of the block, and variances from good points to bad [m²]."""
     block = result.block_error_sources
     if block.empty or not block["share"].sum() > 0.0:
@@ -105,7 +106,7 @@ def _sources(result):
     }
 
 
-def _parallaxes(result):
+def residual_parallaxes(result):
     """Residual parallaxes of relative orientations; their RMS in the image [m]."""
     rows, parts = result.orientation_residuals, []
     if "residual_y_left" in rows:
