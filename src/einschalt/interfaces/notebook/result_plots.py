@@ -54,7 +54,7 @@ class ResultPlots:
         ----------
         ax : Axes, optional
         layers : iterable of str
-            Some of ``models`` (outlines of the low flight's, and of all that failed),
+            Some of ``models`` (outlines of the low flight's, and of those that failed),
             ``points`` (the new ones, a ring about suspects), ``control`` (with check
             points), ``differences`` (densified − given at known points),
             ``coverage_differences``, ``ellipses``; a layer that the result does not
