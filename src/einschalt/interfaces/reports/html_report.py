@@ -86,7 +86,9 @@ def _told(told):
         "suggestions": suggestions_of(told.findings),
         "precision": set_sections["precision"],
         "caution": precision.caution(told.precision),
-        "remarks": precision.all_remarks(told.precision, told.credible),
+        "remarks": precision.all_remarks(
+            told.precision, told.credible, is_untried=told.is_untried
+        ),
         "differences": set_sections["known_points"],
         "flights": set_sections["flights"],
         "approximations": (
@@ -143,6 +145,10 @@ def _headline(result):
         shown.append((length(credible.value), "total, enlarged by s_0"))
     elif np.isfinite(figures.mean_total):
         shown.append((length(figures.mean_total), "propagated, total"))
+    spread = result.assessment.spread
+    if spread is not None and not credible.is_lower_bound:
+        text = f"median; 95 % of the points below {length(spread.most)}"
+        shown.append((length(spread.median), text))
     if np.isfinite(figures.mean_paper):
         shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
     if np.isfinite(figures.mean_internal) and np.isnan(figures.mean_total):
