@@ -156,8 +156,8 @@ function distributionPlots(host, given, title, said, linked = null) {
   const how = linked ? "Drag over the bars to highlight their points." : "";
   const plot = new Plot(host, { title, said: `${said}${far}`, how, draw: (axes) => {
     axes.range([-5, 5], [0, Math.max(most, bell(0) * 1.05)]).axes("standard deviations", "values");
-    given.counts.forEach((c, k) => axes.add("rect", { x: axes.x(given.edges[k]) + 0.5, y: axes.y(c), width: axes.x(given.edges[k + 1]) - axes.x(given.edges[k]) - 1, height: axes.bottom - axes.y(c), class: "bar",
-      opacity: brushed && (k < brushed[0] || k > brushed[1]) ? 0.25 : 1 }));
+    given.counts.forEach((c, k) => axes.add("rect", { x: axes.x(given.edges[k]) + 0.5, y: axes.y(c), width: axes.x(given.edges[k + 1]) - axes.x(given.edges[k]) - 1, height: axes.bottom - axes.y(c), 
+      class: brushed && (k < brushed[0] || k > brushed[1]) ? "bar faded" : "bar" }));
     axes.line(Array.from({ length: 81 }, (_, k) => [-5 + k / 8, bell(-5 + k / 8)]), "curve");
     if (linked) brush(axes, n, choose);
   } });
