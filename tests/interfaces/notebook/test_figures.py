@@ -1,6 +1,8 @@
 """Figures on axes of matplotlib: what they show is what the result holds."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
+ROOT = Path(__file__).parents[3]
 NAMES = [name for name in vars(ResultPlots) if not name.startswith("_")]
 
 
@@ -197,3 +200,16 @@ def test_plans_have_figures():
     assert repr(found) == f"<PlanSearch: {found.verdict}>"
     assert found.verdict in " ".join(found.summary().split())
     assert found._repr_html_().count("<pre>") == expected._repr_html_().count("<pre>")
+
+
+def test_the_page_names_every_figure_and_its_code_runs(tmp_path, monkeypatch):
+    page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
+    named = re.findall(
+        r"`(\w+)\(", page.partition("| `result.plot.`")[2].split("\n\n")[0]
+    )
+    assert named == NAMES
+    monkeypatch.chdir(tmp_path)
+    exec(
+        compile(page.split("```python\n")[1].split("```")[0], "figures.md", "exec"), {}
+    )
+    assert (tmp_path / "block.png").stat().st_size > 10_000
