@@ -101,7 +101,7 @@ def colours_of(errors) -> Normalize:
     """Range of colours of errors, as the report has it."""
     known = errors[np.isfinite(errors)]
     low, high = error_range(known) if known.size else (0.0, 1.0)
-    return Normalize(low, high if high > low else low + 1.0)
+    return Normalize(low, high if high > low else 1.1 * low + 1e-9)
 
 
 def key_below(ax, handles=None, n_columns=3):

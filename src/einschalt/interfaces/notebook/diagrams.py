@@ -27,7 +27,7 @@ from einschalt.interfaces.notebook.claimed import claimed_errors
 from einschalt.interfaces.reports import page_plots
 from einschalt.interfaces.reports.error_unit import usual_error
 
-N_BINS = 44
+FEWEST_BINS, MOST_BINS = 8, 44
 MOST_LARGE = 4.0
 """Times the 90 % quantile of m_0: what is larger is drawn at the upper edge."""
 MARKS = (("median", 0.5), ("95 %", 0.95))
@@ -36,8 +36,10 @@ MARKS = (("median", 0.5), ("95 %", 0.95))
 def precision(ax, result, column=None):
     """Histogram of the standard errors of the new points."""
     column, errors = claimed_errors(result, column)
-    unit, colours = unit_for(np.median(errors)), colours_of(errors)
-    edges = np.linspace(colours.vmin, colours.vmax, N_BINS + 1)
+    colours = colours_of(errors)
+    unit = unit_for(colours.vmax)
+    n_bins = int(np.clip(2.0 * np.sqrt(len(errors)), FEWEST_BINS, MOST_BINS))
+    edges = np.linspace(colours.vmin, colours.vmax, n_bins + 1)
     counts, _ = np.histogram(np.minimum(errors, colours.vmax), edges)
     ax = axes_for(ax)
     middles = (edges[:-1] + edges[1:]) / 2.0
@@ -165,7 +167,15 @@ def _draw_failed(ax, models, place, heights):
     if has_failed.any():
         heights = np.where(np.isfinite(heights), heights, 0.0)[has_failed]
         name = count(int(has_failed.sum()), "failed model")
-        ax.plot(place[has_failed], heights, "x", color=CHECK, markersize=6, label=name)
+        ax.plot(
+            place[has_failed],
+            heights,
+            "x",
+            color=CHECK,
+            markersize=6,
+            label=name,
+            clip_on=False,
+        )
 
 
 def sources(ax, result):
@@ -254,7 +264,7 @@ def paper(ax, result):
     column = result.assessment.credible.column
     both = points[["standard_error_paper"]].assign(claimed=points.get(column)).dropna()
     if column == "standard_error_paper" or both.empty:
-        raise _nothing("a figure beside that of Kovarik's budget", "propagated errors")
+        raise _nothing("figure beside that of Kovarik's budget", "propagated errors")
     unit, ax = unit_for(usual_error(result)), axes_for(ax, (4.8, 4.8))
     by_paper, claimed = (unit.of(both.iloc[:, k].to_numpy()) for k in range(2))
     end = 1.05 * max(*(_most_of(values) for values in (by_paper, claimed)))

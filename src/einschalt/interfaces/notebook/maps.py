@@ -167,7 +167,7 @@ def _draw_points(ax, result, xy, column):
         ax.scatter(*xy[unknown].T, color="#6b7c85", **dots)
         key.append(_mark("o", "#6b7c85", "new points, error unknown"))
     if is_known.any():
-        unit = unit_for(np.median(errors[is_known]))
+        unit = unit_for(colours_of(errors[is_known]).vmax)
         # the worst on top
         rows = np.flatnonzero(is_known)[np.argsort(errors[is_known], kind="stable")]
         values = unit.of(errors[rows])
@@ -247,7 +247,8 @@ def _draw_signs(ax, signs, located):
             ax.add_collection(PolyCollection(outlines, **look | {"linewidths": 0.5}))
         some = f", {len(rows)} of {n_all}" if len(rows) < n_all else ""
         key.append(Line2D([], [], color=sign.colour, label=f"{sign.name}{some}"))
-    _draw_bar(ax, factor, located)
+    if any(one.any() for one in reach):
+        _draw_bar(ax, factor, located)
     return key
 
 
