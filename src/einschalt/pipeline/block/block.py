@@ -18,6 +18,7 @@ from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
+from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
@@ -99,7 +100,9 @@ class Flight:
         table = self.image_points if self.has_images else self.model_points
         what = "image points" if self.has_images else "model points"
         rows = f"{len(table)} {what}" if isinstance(table, pd.DataFrame) else what
-        facts = f"1:{self.scale_number}, {self.transformation}, m_g {self.m_g_um} µm"
+        number = self.scale_number
+        said = scale(number) if isinstance(number, float | int) else str(number)
+        facts = f"{said}, {self.transformation}, m_g {self.m_g_um} µm"
         return f"<{type(self).__name__} {facts}, {rows}>"
 
     @property
