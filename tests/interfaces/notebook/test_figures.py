@@ -120,6 +120,15 @@ def test_vectors_of_a_map_are_as_long_as_their_bar_says(good_result):
     np.testing.assert_allclose(tips - feet, factor * sides, atol=1e-6)
 
 
+def test_names_are_no_formulas(good_result):
+    values = good_result.single_values
+    renamed = values.assign(coverage=values["coverage"].map({"1": "$\\1", "2": "x$"}))
+    block = replace(good_result.block, name="$\\no$")
+    named = judged_before(good_result, single_values=renamed, block=block)
+    for ax in (ResultPlots(named).coverage_differences(), ResultPlots(named).map()):
+        ax.figure.canvas.draw()
+
+
 def test_models_of_a_map_and_those_that_failed(faulty_result):
     ax = ResultPlots(faulty_result).map(layers=["models", "points"])
     assert {"models of the low flight", "suspect points"} <= {*words_of(ax)}
@@ -165,7 +174,11 @@ def test_heights_have_figures_too(spatial_result):
             lambda plot: plot.map(layers="roads"),
             "layers = 'roads'; expected some of mo",
         ),
-        (lambda plot: plot.map(column="width"), "column = 'width' is none of the poin"),
+        (lambda plot: plot.map(layers=5), "layers = 5; expected some of models"),
+        (
+            lambda plot: plot.map(column="width"),
+            "column = 'width' is none of the point",
+        ),
         (lambda plot: plot.precision(plt), "expected axes of matplotlib. Make them wi"),
     ],
 )

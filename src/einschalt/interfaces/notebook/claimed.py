@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import SettingsError, TableError, name_some
 
 
@@ -13,9 +14,10 @@ def error_column(result, column=None) -> str:
     if column is None:
         return result.assessment.credible.column
     known = [n for n in result.points if n.startswith(("standard_error_", "spread_"))]
-    if column not in known:
+    if not is_choice(column, known):
         raise SettingsError(
-            f"column = {column!r} is none of the points", expected=name_some(known, 12)
+            f"column = {described(column)} is none of the points",
+            expected=name_some(known, 12),
         )
     return column
 

@@ -4,6 +4,7 @@ Data are metres in the system of the results. Vectors and ellipses of one map sh
 exaggeration, which stands at its scale bar.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
-from einschalt.foundations.arguments import described
+from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import SettingsError, TableError
 from einschalt.foundations.typesetting import length
@@ -121,8 +122,9 @@ def _plane(result):
 
 
 def _checked(layers):
-    asked = (layers,) if isinstance(layers, str) else tuple(layers)
-    unknown = [name for name in asked if name not in LAYERS]
+    is_list = isinstance(layers, Iterable) and not isinstance(layers, str)
+    asked = tuple(layers) if is_list else (layers,)
+    unknown = [name for name in asked if not is_choice(name, LAYERS)]
     if unknown:
         raise SettingsError(
             f"layers = {described(unknown[0])}", expected=f"some of {', '.join(LAYERS)}"
@@ -215,7 +217,8 @@ def _signs(result, xy, layer):
         apart, names = coverage_differences(result)
         if apart is None:
             return None
-        name = f"coverage {' − '.join(map(printable, names))}"
+        # dollar signs of names begin no formula
+        name = f"coverage {' − '.join(map(printable, names))}".replace("$", r"\$")
         return Signs(xy, apart, APART, name) if np.isfinite(apart).any() else None
     if layer == "ellipses" and result.ellipses is not None and len(result.ellipses):
         table = result.ellipses
