@@ -14,6 +14,9 @@ from hypothesis import settings
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+# figures of matplotlib are drawn without a screen
+os.environ.setdefault("MPLBACKEND", "Agg")
+
 # a run in the background inherits that interruptions are ignored, and would hand it on
 # to the commands that are interrupted here: they would never end
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

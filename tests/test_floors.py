@@ -29,10 +29,12 @@ ROOMS_OF_INTERFACES = [
     "provenance",
     "reports",
     "files",
+    "notebook",
     "publication",
     "programs",
     "new_block",
     "batch",
+    "python_plans",
     "python_api",
     "cli",
 ]

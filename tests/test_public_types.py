@@ -14,6 +14,8 @@ import pandas as pd
 import pytest
 
 import einschalt as es
+from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
+from einschalt.interfaces.notebook.result_plots import ResultPlots
 from einschalt.interfaces.python_api import SimulatedBlock
 from einschalt.pipeline.result_parts import FormerPart, Part
 from einschalt.stages.results import ModelResult, Result
@@ -35,7 +37,8 @@ def hints(function):
 
 def public_classes():
     """Public classes, those of the results that functions give, and their bases."""
-    found = {SimulatedBlock, *(getattr(es, name) for name in es.__all__)}
+    plots = {ResultPlots, ExpectedPlots, SearchPlots}
+    found = {SimulatedBlock, *plots, *(getattr(es, name) for name in es.__all__)}
     found |= {hints(function)["return"] for function in public_functions()}
     bases = {base for one in found if inspect.isclass(one) for base in one.__mro__}
     return {one for one in bases if one.__module__.startswith("einschalt.")}

@@ -35,16 +35,21 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_api import read_block as read_block
     from einschalt.interfaces.python_api import read_points as read_points
     from einschalt.interfaces.python_api import simulate_block as simulate_block
+    from einschalt.interfaces.python_plans import expect_precision as expect_precision
+    from einschalt.interfaces.python_plans import find_plans as find_plans
     from einschalt.pipeline.block.block import Flight as Flight
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
     )
+    from einschalt.pipeline.planning.flight_design import FlightDesign as FlightDesign
     from einschalt.pipeline.planning.precision_table import (
         optimal_scale as optimal_scale,
     )
     from einschalt.pipeline.planning.precision_table import (
         plan_precision as plan_precision,
     )
+    from einschalt.pipeline.planning.search import PlanChoices as PlanChoices
+    from einschalt.pipeline.planning.search import PlanFrame as PlanFrame
     from einschalt.pipeline.settings import Settings as Settings
     from einschalt.pipeline.simulation.simulate_block import (
         BlockGeometry as BlockGeometry,
@@ -91,6 +96,11 @@ _HOME = {
     "orient_from_images": f"{_ORIENTATION}.orient_from_images",
     "plan_precision": "einschalt.pipeline.planning.precision_table",
     "optimal_scale": "einschalt.pipeline.planning.precision_table",
+    "expect_precision": "einschalt.interfaces.python_plans",
+    "FlightDesign": "einschalt.pipeline.planning.flight_design",
+    "find_plans": "einschalt.interfaces.python_plans",
+    "PlanChoices": "einschalt.pipeline.planning.search",
+    "PlanFrame": "einschalt.pipeline.planning.search",
     "publish": f"{_PUBLICATION}.published_results",
     "export": "einschalt.interfaces.programs.export",
     "simulate_block": "einschalt.interfaces.python_api",

@@ -30,8 +30,13 @@ def compute(folder: Path) -> pd.DataFrame:
         pairs = [("1", "2")]
         covariances: np.ndarray = result.covariance_between(pairs)
         return result.neighbour_precision(pairs).head(len(covariances))
+    axes = result.plot.precision(result.plot.map(layers=["models", "ellipses"]))
+    axes.set_title(repr(result.plot))
+    result.report(folder / "report.html", overwrite=True)
+    result.write(folder / "printed", report=True, paper="a4")
+    n_places = len(result.to_geodataframe())
     seconds = assert_type(result.seconds, float)
-    return result.points.head(int(seconds) + len(files) + len(again))
+    return result.points.head(int(seconds) + n_places + len(files) + len(again))
 
 
 def compute_many(folders: list[Path]) -> pd.DataFrame:
@@ -97,4 +102,9 @@ def plan() -> pd.DataFrame:
     except es.EinschaltError as error:
         where: str = error.where + error.remedy + es.__version__
         raise SystemExit(where) from error
-    return pd.concat([best, table])
+    design = es.FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    expected = es.expect_precision(design, coverage_mean="all")
+    choices = es.PlanChoices(scale_number=(8000,), spacing=(300,), m_g_um=(5,))
+    found = es.find_plans(expected.figures.mean, choices, es.PlanFrame(kind="rigid"))
+    found.plot.costs(expected.plot.map()).set_title(found.verdict)
+    return pd.concat([best, table, found.feasible])

@@ -7,13 +7,13 @@ from einschalt.foundations.errors import FileError
 EXTRA = "export"
 
 
-def imported(name, format_name):
+def imported(name, format_name, *, extra=EXTRA):
     """Import an optional library; a FileError says how it is had."""
     try:
         return import_module(name)
     except ImportError as error:
         raise FileError(
             f"{format_name} needs the library {name}, which is not installed",
-            expected=f"the extra '{EXTRA}' of einschalt",
-            remedy=f"pip install 'einschalt[{EXTRA}]'",
+            expected=f"the extra '{extra}' of einschalt",
+            remedy=f"pip install 'einschalt[{extra}]'",
         ) from error

@@ -7,7 +7,7 @@ themselves.
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import pandas as pd
 
@@ -31,9 +31,12 @@ from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
-from einschalt.interfaces.files.result_folder import write_result
+from einschalt.interfaces.files.result_folder import write_report, write_result
 from einschalt.interfaces.files.tables_by_suffix import understand_table
 from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.notebook import cards
+from einschalt.interfaces.notebook.geodataframe import points_with_geometry
+from einschalt.interfaces.notebook.result_plots import ResultPlots
 from einschalt.interfaces.programs import block_tables
 from einschalt.interfaces.programs.export import Exported
 from einschalt.interfaces.programs.export import export as export_result
@@ -48,8 +51,11 @@ from einschalt.pipeline.simulation import simulate_block as simulated
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
 
+if TYPE_CHECKING:
+    import geopandas
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block(checked.Block):
     """The checked tables of one survey, which can be written as a folder.
 
@@ -76,8 +82,11 @@ class Block(checked.Block):
         """
         write_block(self, as_path("folder", folder), overwrite=overwrite)
 
+    def _repr_html_(self) -> str:
+        return cards.block_card(self)
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SimulatedBlock(simulated.SimulatedBlock, Block):
     """A block with known ``truth``, which can be written as a folder."""
 
@@ -90,11 +99,18 @@ class DensificationResult(results.DensificationResult):
     ``points``, ``models``, ``residuals``, ``orientations``, ``failures``.
     """
 
+    @property
+    def plot(self) -> ResultPlots:
+        """Figures on axes of matplotlib: ``result.plot.map()`` and others."""
+        return ResultPlots(self)
+
     def write(
         self,
         folder: StrPath,
         *,
         ellipse_scale: float | None = None,
+        report: bool = True,
+        paper: Literal["a4", "letter"] | None = None,
         overwrite: bool = False,
     ) -> None:
         """Write tables, GeoPackage, report, summary and provenance into a folder.
@@ -109,6 +125,11 @@ class DensificationResult(results.DensificationResult):
         ellipse_scale : float, optional
             How much larger the confidence ellipses are drawn in block.gpkg. The
             default is a round factor that makes them visible.
+        report : bool, optional
+            Whether report.html is written; without it the rest is there sooner.
+        paper : {"a4", "letter"}, optional
+            Print the report on this paper as well, into report.pdf; it takes an
+            installed Chromium.
         overwrite : bool, optional
             Replace what einschalt did not write, what has been changed since, and
             results of another block. Files that the block was read from are never
@@ -119,10 +140,55 @@ class DensificationResult(results.DensificationResult):
         FileError
             Something would be lost, or the folder cannot be written.
         SettingsError
-            The scale is not positive.
+            The scale is not positive, or the report cannot be printed.
         """
-        path = as_path("folder", folder)
-        write_result(self, path, ellipse_scale=ellipse_scale, overwrite=overwrite)
+        write_result(
+            self,
+            as_path("folder", folder),
+            ellipse_scale=ellipse_scale,
+            report=report,
+            paper=paper,
+            overwrite=overwrite,
+        )
+
+    def report(self, path: StrPath, *, overwrite: bool = False) -> None:
+        """Write the report alone: one HTML page that needs nothing else.
+
+        Parameters
+        ----------
+        path : str or Path
+            Of the page.
+        overwrite : bool, optional
+            Replace a file that is there; never what the block was read from.
+
+        Raises
+        ------
+        FileError
+            A file is there, or it cannot be written.
+        """
+        write_report(self, as_path("path", path), overwrite=overwrite)
+
+    def to_geodataframe(self) -> "geopandas.GeoDataFrame":
+        """Points with their geometry and reference system, for geopandas.
+
+        It takes the extra ``notebook`` of the package.
+
+        Returns
+        -------
+        GeoDataFrame
+            The columns of ``points``, and ``geometry``: x is the east, y the north, z
+            the height of points that have one; missing for points without coordinates.
+            Its ``crs`` is that of the results.
+
+        Raises
+        ------
+        FileError
+            geopandas is not installed.
+        """
+        return points_with_geometry(self)
+
+    def _repr_html_(self) -> str:
+        return cards.result_card(self)
 
     def publish(self, name: str, folder: StrPath, **options: Any) -> Publication:
         """Write the transformation of every model for PROJ, GDAL and QGIS.

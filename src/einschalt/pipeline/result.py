@@ -30,6 +30,7 @@ from einschalt.pipeline.densification.two_steps import TwoStepSolution
 from einschalt.pipeline.result_parts import FormerPart, Part, ToldOnRequest
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.summary.summary import summarize
+from einschalt.pipeline.summary.verdict import verdict
 from einschalt.stages.coverage_screening import CoverageScreening
 from einschalt.stages.error_propagation.error_model import ErrorModel
 from einschalt.stages.error_propagation.operators import PropagatedErrors
@@ -254,6 +255,10 @@ class DensificationResult(Result):
         steps = getattr(self.solution, "two_step", self.solution)
         high, low = getattr(steps, "high", None), getattr(steps, "low", None)
         return regression_of_flight(high, low, model_id, coverage, flight)
+
+    def __repr__(self) -> str:
+        """Return the verdict alone; ``print`` shows the summary."""
+        return f"<{type(self).__name__} {verdict(self.assessment)}>"
 
     def summary(self) -> str:
         """Return verdict, problems and suggestions, then numbers."""

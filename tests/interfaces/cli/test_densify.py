@@ -91,6 +91,25 @@ def test_quiet_prints_nothing(invoke, block_folder, tmp_path):
     assert (tmp_path / "points.csv").exists()
 
 
+def test_everything_but_the_report_is_written(invoke, block_folder, tmp_path):
+    assert invoke("densify", block_folder, "-o", tmp_path, "-q").exit_code == 0
+    shown = invoke("densify", block_folder, "-o", tmp_path, "--no-report")
+    assert shown.stdout.endswith(f"Results in {tmp_path}\n")
+    # nor does that of the run before stay
+    assert {path.name for path in tmp_path.iterdir()} >= FILES - {"report.html"}
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_print_of_no_report_is_refused_before_the_work(
+    invoke, block_folder, tmp_path
+):
+    options = ["--no-report", "--pdf", "a4"]
+    shown = invoke("densify", block_folder, "-o", tmp_path / "out", *options)
+    assert (shown.exit_code, shown.stdout) == (2, "")
+    assert "a PDF of the report is asked for, and no report" in shown.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_path):
     folder = tmp_path / "block"
     shutil.copytree(block_folder, folder)

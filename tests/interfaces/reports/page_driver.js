@@ -34,6 +34,16 @@ const drive = async () => {
   document.querySelector(".range button").click();
   found.highlighted = [map.said.textContent, tables.points.order.length];
   selection.clear();
+  const [from] = document.querySelectorAll("#plot-residuals .range input");
+  from.value = "2";
+  document.querySelector("#plot-residuals .range button").click();
+  const mask = selection.mask;
+  found.brushed = [map.said.textContent, tables.points.order.length, [...points.places.filter((k) => mask[k])]];
+  found.faded = [...document.querySelectorAll("#plot-residuals rect.bar")].filter((bar) => getComputedStyle(bar).opacity === "0.2").length;
+  const bars = document.querySelector("#plot-residuals svg"), ends = bars.getBoundingClientRect();
+  for (const kind of ["pointerdown", "pointerup"]) bars.dispatchEvent(new PointerEvent(kind, { clientX: ends.left + 0.6 * ends.width, clientY: ends.top + 60 }));
+  found.clicked = map.said.textContent;
+  selection.clear();
   tables.points.find(points.name(7));
   found.searched = rows("#all-points").map((one) => one.cells[0].textContent);
   tables.points.find("");

@@ -14,6 +14,7 @@ from dataclasses import replace
 from html import escape, unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.changed_results import judged_before
 
@@ -142,6 +143,34 @@ def test_tables_are_searched_sorted_folded_and_saved(seen, result):
     said, n_rows = found["highlighted"]
     assert n_rows == (result.points["role"] == "new").sum()
     assert said.startswith(f"{n_rows} points")
+
+
+def test_bars_of_the_residuals_lead_to_their_points(seen, result):
+    said, n_rows, rows = seen[0]["brushed"]
+    residuals = result.residuals
+    free = np.sqrt(residuals["redundancy_number"].astype(float))
+    large = set()
+    for side in ("residual_easting", "residual_northing"):
+        size = residuals[side].astype(float) / free
+        # a coordinate in the standard deviations of its flight
+        squares = (residuals["residual_easting"] / free) ** 2
+        squares += (residuals["residual_northing"] / free) ** 2
+        scale = np.sqrt(squares.groupby(residuals["flight"]).mean() / 2.0)
+        is_large = size / residuals["flight"].map(scale) >= 2.0
+        large |= set(residuals.loc[is_large, "point_id"])
+    shown = result.points["point_id"].iloc[rows]
+    # the point whose name was made hostile has other residuals
+    assert large - set(shown) <= {"1008"}
+    assert set(shown) <= large
+    assert n_rows == len(rows) > 5
+    assert (
+        said == f"{n_rows} points with a residual of 2.00 or more standard deviations"
+    )
+    assert seen[0]["faded"] == 28  # of 40 bars of a quarter each
+    assert re.fullmatch(
+        r"\d+ points? with a residual of \d\.\d\d to \d\.\d\d standard deviations",
+        seen[0]["clicked"],
+    )
 
 
 def test_the_dark_form_is_dark(seen):

@@ -6,6 +6,7 @@ from einschalt.pipeline.assessment.causes import (
     OF_BLOCK,
     OF_FLIGHT,
     OF_POINTS,
+    ranked_causes,
     with_causes,
 )
 from einschalt.pipeline.assessment.evidence.exchanged_names import ExchangedNames
@@ -90,3 +91,14 @@ def test_the_words_name_the_pair_first_and_the_consequences_once(faulty_result):
     assert consequences.startswith(f"{n_explained} further findings may follow")
     assert len(others) == len(findings) - 1 - n_explained
     assert not any("1050" in str(other) for other in others)
+
+
+def test_the_cause_that_explains_most_comes_first():
+    def follows(cause):
+        return Finding("points_that_differ", Subject.POINT, explained_by=cause)
+
+    one, other = found("exchanged_names"), found("measurements_given_twice")
+    findings = (one, other, follows(other.code), follows(one.code), follows(other.code))
+    assert ranked_causes(findings) == (other.code, one.code)
+    assert ranked_causes(findings[:-1]) == (one.code, other.code)
+    assert ranked_causes((one, other)) == ()

@@ -7,7 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.assessment.choice import ChoiceReason, better_of
+from einschalt.pipeline.assessment.choice import (
+    ChoiceReason,
+    better_beside,
+    better_of,
+    is_untried,
+)
 from einschalt.pipeline.assessment.credibility import CredibleFigure, Reason
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -144,3 +149,36 @@ def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_blo
     rigid = densify(simulate_block("demo", seed=3, geometry=geometry), AUTO)
     assert rigid.choice.method == "two_step"
     assert "rigid" in rigid.choice.obstacle
+
+
+def beside(two_step, adjusted, *, is_possible=True):
+    """What stands beside one adjustment, as better_beside is asked."""
+    solution = SimpleNamespace(two_step=SimpleNamespace(is_possible=is_possible))
+    adjusted.two_step, adjusted.solution = two_step, solution
+    return better_beside(adjusted)
+
+
+def test_two_steps_are_named_where_they_are_known_to_be_better():
+    better = beside(way(0.05), way(0.03, is_lower_bound=True))
+    assert (better.method, better.reason) == ("two_step", ChoiceReason.SUPPORTED)
+    assert better.two_step.value == 0.05
+    assert beside(way(0.03), way(0.05)).reason is ChoiceReason.SMALLER
+    # where both are contradicted, or nothing is known, nothing is recommended
+    assert beside(way(0.09, is_lower_bound=True), way(0.1, is_lower_bound=True)) is None
+    assert beside(way(np.nan), way(np.nan)) is None
+    assert beside(way(0.05), way(0.03)) is None
+    assert beside(way(0.03), way(0.05), is_possible=False) is None
+
+
+def test_one_adjustment_is_recommended_where_it_may_gain(
+    good_result, faulty_result, given_approximations_result
+):
+    assert is_untried(good_result.examination)
+    assert "--method auto" in good_result.summary()
+    for result in (faulty_result, given_approximations_result):
+        assert not is_untried(result.examination)
+        assert "--method auto" not in result.summary()
+    block = good_result.block
+    rigid = replace(block.low_flight, transformation="rigid")
+    solution = replace(good_result.solution, block=replace(block, low_flight=rigid))
+    assert not is_untried(replace(good_result, solution=solution).examination)

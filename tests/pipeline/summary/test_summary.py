@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from tests.changed_results import changed
 
+from einschalt.pipeline.assessment.choice import ChoiceReason, MethodChoice
+from einschalt.pipeline.assessment.facts.precision_of_points import SpreadFacts
 from einschalt.pipeline.summary.sections.precision import caution
 from einschalt.pipeline.summary.summary import sections, summarize
-from einschalt.pipeline.summary.verdict import verdict
+from einschalt.pipeline.summary.verdict import CAUSES, verdict
 
 # (a) without faults (b) failed models and a blunder (c) approximate points given
 # (d) nothing from outside
@@ -88,6 +90,38 @@ def test_verdict_of_a_block_without_new_points(good_result):
 
 def test_verdict_says_failed_models(faulty_result):
     assert "; 3 of 30 models failed" in verdict(faulty_result.assessment)
+
+
+def test_verdict_says_what_most_points_have_where_a_few_dominate(good_result):
+    told = replace(good_result.assessment, spread=SpreadFacts(0.30, 0.051, 0.62))
+    assert verdict(told).endswith(
+        "budget); a few points dominate: median 5.1 cm, 95 % below 62 cm"
+    )
+    bound = replace(told.credible, is_lower_bound=True)
+    assert "dominate" not in verdict(replace(told, credible=bound))
+
+
+def test_verdict_names_the_better_way_with_its_command(good_result):
+    figure = replace(good_result.assessment.credible, value=0.046)
+    choice = MethodChoice("two_step", ChoiceReason.SUPPORTED, figure, figure, "")
+    told = replace(good_result.assessment, better=choice)
+    assert verdict(told).endswith(
+        "; the two steps are better: 4.6 cm (--method two_step)"
+    )
+    bound = replace(figure, is_lower_bound=True)
+    told = replace(told, better=replace(choice, two_step=bound))
+    assert "are better: 4.6 cm or worse (--method" in verdict(told)
+
+
+def test_verdict_says_what_to_mend_first(faulty_result):
+    told = faulty_result.assessment
+    assert "; first mend the exchanged names; 3 of 30" in verdict(told)
+    assert "first mend" not in verdict(replace(told, causes=()))
+
+
+def test_every_cause_has_words(faulty_result):
+    explained = {f.explained_by for f in faulty_result.assessment.findings} - {""}
+    assert explained <= CAUSES.keys() == {"exchanged_names", "measurements_given_twice"}
 
 
 def test_table_of_flights_counts_usable_models(faulty_result):

@@ -38,6 +38,12 @@ def densify(
             "installed Chromium.",
         ),
     ] = None,
+    no_report: Annotated[
+        bool,
+        typer.Option(
+            "--no-report", help="Write everything but report.html, which saves time."
+        ),
+    ] = False,
     overwrite: Overwrite = False,
     strict: Strict = False,
     quiet: Quiet = False,

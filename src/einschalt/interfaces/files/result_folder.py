@@ -6,7 +6,9 @@ complete.
 
 import json
 
+from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.display_names import as_unicode
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files.atomic import write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -19,6 +21,7 @@ from einschalt.interfaces.files.output_folder import (
     write_folder,
 )
 from einschalt.interfaces.files.parquet_tables import write_parquet
+from einschalt.interfaces.files.table_output import write_file
 from einschalt.interfaces.files.written_files import (
     FAILURE,
     GEOPACKAGE,
@@ -26,8 +29,7 @@ from einschalt.interfaces.files.written_files import (
     Source,
 )
 from einschalt.interfaces.provenance import digest_of_inputs, provenance
-from einschalt.interfaces.reports.html_report import render
-from einschalt.interfaces.reports.pdf_printer import pdf_of
+from einschalt.interfaces.reports.pdf_printer import pdf_of, require_browser
 from einschalt.pipeline.summary.summary import lasting_summary
 
 TABLES = ("points", "models", "residuals", "orientations")
@@ -46,6 +48,7 @@ TABLE_NAMES = (*TABLES, *IF_ANY, "failures")
 SYSTEM = "points.prj"  # GDAL reads it beside points.csv
 ASSESSMENT = "assessment.json"
 CHANGES = "changes.csv"
+PAPERS = {"a4": "A4", "letter": "letter"}
 RESULT_NAMES = frozenset(
     (
         *(f"{n}{s}" for n in (*TABLES, *IF_ANY) for s in (".csv", ".parquet")),
@@ -155,6 +158,7 @@ def write_result(
     folder,
     *,
     ellipse_scale=None,
+    report=True,
     paper=None,
     overwrite=False,
     is_known=False,
@@ -164,12 +168,14 @@ def write_result(
     """Write everything that a result holds, or nothing.
 
     An older result of the same block is replaced. ``ellipse_scale``: how much larger
-    the ellipses are drawn in block.gpkg. ``paper``: "A4" or "letter" where a Chromium
-    prints the report into report.pdf as well. ``is_known``: a batch has written results
-    of the block there before. ``write_more`` writes further files into the folder that
-    it is given. ``overwrite`` and ``beside`` as in :func:`write_folder`.
+    the ellipses are drawn in block.gpkg. Without ``report`` there is no report.html,
+    and one of an older result goes. ``paper``: "a4" or "letter" where a Chromium prints
+    the report into report.pdf as well. ``is_known``: a batch has written results of the
+    block there before. ``write_more`` writes further files into the folder that it is
+    given. ``overwrite`` and ``beside`` as in :func:`write_folder`.
     """
     require_scale(ellipse_scale)
+    require_printable(paper, report=report)
     assessment = result.assessment  # its time is part of what provenance.json tells
 
     def write(staging):
@@ -179,14 +185,46 @@ def write_result(
         if result.output_system is not None:
             write_text(staging / SYSTEM, f"{read_crs(result.crs).to_wkt()}\n")
         write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
-        write_text(staging / "report.html", render(result))
+        if report:
+            write_text(staging / "report.html", render(result))
         if paper is not None:
-            write_bytes(staging / "report.pdf", pdf_of(render(result, paper=paper)))
+            page = render(result, paper=PAPERS[paper])
+            write_bytes(staging / "report.pdf", pdf_of(page))
         write_text(staging / "summary.txt", lasting_summary(assessment))
         write_text(staging / ASSESSMENT, _json(assessment))
 
     output = output_of(result.block, overwrite=overwrite, is_known=is_known)
     write_folder(folder, output, provenance(result), write, beside=beside)
+
+
+def require_printable(paper, *, report=True):
+    """Refuse, before the work, a report on paper that cannot be printed."""
+    if paper is None:
+        return
+    require_choice("paper", paper, PAPERS)
+    if not report:
+        raise SettingsError(
+            "a PDF of the report is asked for, and no report",
+            expected="one of the two",
+            remedy="Leave one of them out: the PDF is a print of the report",
+        )
+    require_browser()
+
+
+def write_report(result, path, *, overwrite=False):
+    """Write the report alone; neither an input nor, unasked, another file is lost."""
+    inputs = result.block.files
+    source = Source("report", result.block.name, tuple(inputs))
+    output = Output(source, frozenset(), InputFiles(inputs), overwrite)
+    write_file(path, output, lambda file: write_text(file, render(result)))
+
+
+def render(result, **options) -> str:
+    """Render the report, as :func:`einschalt.interfaces.reports.html_report.render`."""
+    # imported when there is to be one: its templates take their time
+    from einschalt.interfaces.reports import html_report  # noqa: PLC0415
+
+    return html_report.render(result, **options)
 
 
 def tables_of(result):

@@ -17,6 +17,7 @@ from einschalt.foundations.typesetting import (
 )
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.provenance import within_block
+from einschalt.interfaces.reports.error_unit import usual_error
 from einschalt.interfaces.reports.packed_data import PackedData
 from einschalt.interfaces.reports.page_models import pack_models
 from einschalt.interfaces.reports.page_plots import plots
@@ -60,7 +61,7 @@ def render(result, *, paper="auto") -> str:
     or "auto" for that of the printer.
     """
     told = result.assessment
-    with one_unit(_usual_error(result)) as unit:
+    with one_unit(usual_error(result)) as unit:
         page = _told(told) | _tables(result)
     return TEMPLATES.get_template("report.html.j2").render(
         **page,
@@ -77,13 +78,6 @@ def render(result, *, paper="auto") -> str:
     )
 
 
-def _usual_error(result):
-    """Error by whose size the unit of the page is chosen [m]."""
-    credible, figures = result.assessment.credible.value, result.figures
-    known = (credible, figures.mean_paper, figures.mean_internal, figures.check_rms)
-    return next((value for value in known if np.isfinite(value)), np.nan)
-
-
 def _told(told):
     """What is said of the result: the words of its summary."""
     set_sections = sections(told)
@@ -92,7 +86,9 @@ def _told(told):
         "suggestions": suggestions_of(told.findings),
         "precision": set_sections["precision"],
         "caution": precision.caution(told.precision),
-        "remarks": precision.all_remarks(told.precision, told.credible),
+        "remarks": precision.all_remarks(
+            told.precision, told.credible, is_untried=told.is_untried
+        ),
         "differences": set_sections["known_points"],
         "flights": set_sections["flights"],
         "approximations": (
@@ -149,6 +145,10 @@ def _headline(result):
         shown.append((length(credible.value), "total, enlarged by s_0"))
     elif np.isfinite(figures.mean_total):
         shown.append((length(figures.mean_total), "propagated, total"))
+    spread = result.assessment.spread
+    if spread is not None and not credible.is_lower_bound:
+        text = f"median; 95 % of the points below {length(spread.most)}"
+        shown.append((length(spread.median), text))
     if np.isfinite(figures.mean_paper):
         shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
     if np.isfinite(figures.mean_internal) and np.isnan(figures.mean_total):

@@ -1,6 +1,7 @@
 """What the page's plots show: residuals, correlogram, sources, parallaxes."""
 
 import numpy as np
+import pandas as pd
 from scipy.special import ndtri
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UNIT
@@ -12,30 +13,51 @@ N_CLASSES = 10
 LEAST_POINTS = 20
 SPREAD = 2.0  # standard deviations of the draws to either side
 FARTHEST = 5.0  # standard errors at which a histogram ends
+EDGES = np.linspace(-FARTHEST, FARTHEST, N_BINS + 1)
 
 
 def plots(result) -> dict:
     """Numbers of the plots by name, as JSON has them; those that there are."""
     found = {
-        "residuals": _standardised(result.residuals),
-        "correlogram": _correlogram(result.claim.residuals),
-        "sources": _sources(result),
-        "parallaxes": _parallaxes(result),
+        "residuals": standardised_residuals(result.residuals),
+        "correlogram": correlogram(result.claim.residuals),
+        "sources": sources_of_error(result),
+        "parallaxes": residual_parallaxes(result),
     }
     return {name: one for name, one in found.items() if one is not None}
 
 
-def _standardised(residuals):
+def standardised_residuals(residuals):
     """Histogram and quantiles of residuals in units of their own standard errors."""
+    rows, values = _in_own_scale(residuals)
+    return _distribution(values.ravel()) if len(rows) >= LEAST_POINTS else None
+
+
+def residual_bins(residuals, point_ids):
+    """Which bins of the histogram hold a residual of a point: two masks of 20 bins.
+
+    Whole numbers (n_points, 2), the lower bins first; bit k is bin k of its half.
+    """
+    rows, values = _in_own_scale(residuals)
+    place = pd.Series(np.arange(len(point_ids)), point_ids)
+    place = place[~place.index.duplicated()].reindex(rows["point_id"]).to_numpy()
+    is_known = np.isfinite(place)
+    held = np.zeros((len(point_ids), N_BINS), dtype=bool)
+    for side in (0, 1):
+        held[place[is_known].astype(int), _bins(values[is_known, side])] = True
+    bits = 2 ** np.arange(N_BINS // 2)
+    return np.stack([held[:, : N_BINS // 2] @ bits, held[:, N_BINS // 2 :] @ bits], 1)
+
+
+def _in_own_scale(residuals):
+    """Rows with redundancy, and their residuals in their own standard errors (n, 2)."""
     sides = ("residual_easting", "residual_northing")
     part = residuals["redundancy_number"].to_numpy(dtype=float)
-    rows = residuals[list(sides)].to_numpy(dtype=float)
-    is_known = np.isfinite(rows).all(axis=1) & (part > 1e-6)
-    if is_known.sum() < LEAST_POINTS:
-        return None
-    free = rows[is_known] / np.sqrt(part[is_known])[:, np.newaxis]
-    scale = _own_scale(residuals[is_known], free)
-    return _distribution((free / scale[:, np.newaxis]).ravel())
+    both = residuals[list(sides)].to_numpy(dtype=float)
+    is_known = np.isfinite(both).all(axis=1) & (part > 1e-6)
+    free = both[is_known] / np.sqrt(part[is_known])[:, np.newaxis]
+    rows = residuals[is_known]
+    return rows, free / _own_scale(rows, free)[:, np.newaxis]
 
 
 def _own_scale(rows, free):
@@ -48,18 +70,22 @@ def _own_scale(rows, free):
     return scale
 
 
+def _bins(values):
+    """Bin of each value; what is farther out is in the outermost."""
+    inner = EDGES[1:-1]
+    return np.searchsorted(inner, values, side="right")
+
+
 def _distribution(values):
     """Counts of bins, and quantiles beside those of the normal distribution."""
-    edges = np.linspace(-FARTHEST, FARTHEST, N_BINS + 1)
-    held = np.clip(values, -FARTHEST, FARTHEST)
-    counts, _ = np.histogram(held, edges)
+    counts = np.bincount(_bins(values), minlength=N_BINS)
     part = (np.arange(N_QUANTILES) + 0.5) / N_QUANTILES
     rarest = 0.5 / len(values)  # the outermost values themselves
     part = np.concatenate([[rarest], part[(part > rarest) & (part < 1 - rarest)]])
     part = np.append(part, 1.0 - rarest)
     return {
         "n": len(values),
-        "edges": _listed(edges, 3),
+        "edges": _listed(EDGES, 3),
         "counts": counts.tolist(),
         "expected": _listed(ndtri(part), 4),
         "observed": _listed(np.quantile(values, part), 4),
@@ -67,7 +93,8 @@ def _distribution(values):
     }
 
 
-def _correlogram(field):
+def correlogram(field):
+    """Correlation of residuals by distance, and its band where the claim holds."""
     if field is None or not len(field.correlogram.distance):
         return None
     observed, expected = field.correlogram, field.expected
@@ -82,7 +109,7 @@ def _correlogram(field):
     }
 
 
-def _sources(result):
+def sources_of_error(result):
     """Shares of the block, and variances from good points to bad [m²]."""
     block = result.block_error_sources
     if block.empty or not block["share"].sum() > 0.0:
@@ -105,7 +132,7 @@ def _sources(result):
     }
 
 
-def _parallaxes(result):
+def residual_parallaxes(result):
     """Residual parallaxes of relative orientations; their RMS in the image [m]."""
     rows, parts = result.orientation_residuals, []
     if "residual_y_left" in rows:

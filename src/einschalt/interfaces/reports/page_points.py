@@ -3,6 +3,7 @@
 import numpy as np
 
 from einschalt.interfaces.reports.packed_data import quantum_of
+from einschalt.interfaces.reports.page_plots import residual_bins
 
 MANY = 30_000  # from here on bytes count more than the third digit
 VERY_MANY = 200_000
@@ -45,6 +46,10 @@ def pack_points(packed, result, claim):
     found |= _vectors(packed, result, parts / 4.0)
     found |= _ellipses(packed, result)
     found |= _worst_residuals(packed, result)
+    if not is_many:
+        masks = residual_bins(result.residuals, points["point_id"])
+        for name, mask in zip(("bins_low", "bins_high"), masks.T, strict=True):
+            found[name] = packed.numbers(mask, 1.0)
     packed.head["points"] = found
 
 

@@ -29,23 +29,28 @@ def plans_figure(search, checked=None):
             "The staircase joins the plans that no other plan beats in both cost and "
             "precision.",
         )
-        _draw_plans(panel, search)
-        panel.set(xscale="log", yscale="log", xlabel="cost for each km²")
-        panel.set_ylabel("total error at the place of the target [cm]")
-        for axis in (panel.xaxis, panel.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.set_minor_formatter(FuncFormatter(_some_minor))
-        _draw_target(panel, search)
-        best = search.nearest
-        name = "cheapest" if best["is_feasible"] else "nearest"
-        is_other = checked is not None and not checked.plan.equals(best)
-        if is_other and checked.is_kept:
-            _point_out(panel, checked.plan, checked.reached, "holds on its layout", 0)
-        _point_out(panel, best, best["reached"], name, int(is_other))
+        draw_plans(panel, search, checked)
         return figure
 
 
-def _draw_plans(panel, search):
+def draw_plans(panel, search, checked=None):
+    """Draw all plans on logarithmic axes, the target, and the plan to take."""
+    _draw_dots(panel, search)
+    panel.set(xscale="log", yscale="log", xlabel="cost for each km²")
+    panel.set_ylabel("total error at the place of the target [cm]")
+    for axis in (panel.xaxis, panel.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(FuncFormatter(_some_minor))
+    _draw_target(panel, search)
+    best = search.nearest
+    name = "cheapest" if best["is_feasible"] else "nearest"
+    is_other = checked is not None and not checked.plan.equals(best)
+    if is_other and checked.is_kept:
+        _point_out(panel, checked.plan, checked.reached, "holds on its layout", 0)
+    _point_out(panel, best, best["reached"], name, int(is_other))
+
+
+def _draw_dots(panel, search):
     plans = search.plans
     for is_feasible, colour in ((False, EDGE), (True, PAPER)):
         part = plans[plans["is_feasible"] == is_feasible]

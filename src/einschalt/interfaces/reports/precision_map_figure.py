@@ -92,19 +92,13 @@ def _draw_map(panel, expected, column, norm):
 
 def _draw_profile(panel, expected):
     """Precision of one model's values by how far they lie from its middle."""
-    values, figures = expected.values, expected.figures
-    away = values[["position_u", "position_v"]].abs().max(axis=1).to_numpy()
-    place = np.clip(np.digitize(away, BINS) - 1, 0, len(BINS) - 2)
-    centres = BINS[:-1] + BINS[1:]  # from 0 in the middle to 1 at the edge
-    count = np.bincount(place, minlength=len(centres))
-    ends = []
+    figures, ends = expected.figures, []
     for name, column, mean, colour in (
         ("expected", "standard_error_total", figures.mean, EXPECTED),
         ("1971", "standard_error_paper", figures.paper_mean, PAPER),
     ):
-        squares = values[column].to_numpy() ** 2
-        total = np.bincount(place, squares, minlength=len(centres))
-        error = 100.0 * np.sqrt(np.divide(total, np.where(count, count, np.nan)))
+        centres, errors = by_place(expected.values, column)
+        error = 100.0 * errors
         panel.plot(centres, error, "o-", color=colour, markersize=3)
         panel.axhline(100.0 * mean, color=colour, linestyle=(0, (4, 2)), linewidth=1.0)
         ends += [
@@ -117,6 +111,21 @@ def _draw_profile(panel, expected):
     note(panel, "dashed: mean of all coverages", (0.03, 0.03), xycoords="axes fraction")
     # labels have two lines
     label_ends(panel, ends, DRAWN_IN / 2.3)
+
+
+def by_place(values, column):
+    """Root mean squares of errors by how far values lie from the middle of their model.
+
+    Places from 0 in the middle to 1 at the edge, and errors there [m]; NaN where no
+    value lies.
+    """
+    away = values[["position_u", "position_v"]].abs().max(axis=1).to_numpy()
+    place = np.clip(np.digitize(away, BINS) - 1, 0, len(BINS) - 2)
+    centres = BINS[:-1] + BINS[1:]
+    count = np.bincount(place, minlength=len(centres))
+    squares = values[column].to_numpy() ** 2
+    total = np.bincount(place, squares, minlength=len(centres))
+    return centres, np.sqrt(np.divide(total, np.where(count, count, np.nan)))
 
 
 def _new(points):

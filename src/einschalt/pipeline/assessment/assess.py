@@ -5,8 +5,12 @@ from functools import singledispatch
 
 import numpy as np
 
-from einschalt.pipeline.assessment.causes import with_causes
-from einschalt.pipeline.assessment.choice import MethodChoice
+from einschalt.pipeline.assessment.causes import ranked_causes, with_causes
+from einschalt.pipeline.assessment.choice import (
+    MethodChoice,
+    better_beside,
+    is_untried,
+)
 from einschalt.pipeline.assessment.credibility import CredibleFigure
 from einschalt.pipeline.assessment.credible_heights import CredibleHeights
 from einschalt.pipeline.assessment.evidence.claim import Claim
@@ -48,8 +52,10 @@ from einschalt.pipeline.assessment.facts.precision import (
 from einschalt.pipeline.assessment.facts.precision_of_points import (
     ErrorSourceFacts,
     NeighbourFacts,
+    SpreadFacts,
     error_source_facts,
     neighbour_facts,
+    spread_facts,
 )
 from einschalt.pipeline.assessment.facts.repeated_settings import (
     RepeatedSettingFacts,
@@ -76,6 +82,10 @@ class Assessment:
     block: BlockFacts
     # with method = "auto": which way was taken, and why
     choice: MethodChoice | None
+    # the two steps, where they are known to be better than the adjustment that was made
+    better: MethodChoice | None
+    is_untried: bool  # whether one adjustment of all models may gain, and was not made
+    causes: tuple[str, ...]  # codes of findings that explain others, most of them first
     findings: tuple[Finding, ...]  # the gravest first
     credible: CredibleFigure  # the figure to believe, and why
     credible_heights: CredibleHeights | None  # None where points have no heights
@@ -83,6 +93,7 @@ class Assessment:
     # None where nothing tests it
     claim_is_supported: bool | None
     precision: TwoStepPrecision | SimultaneousPrecision  # all figures of the new points
+    spread: SpreadFacts | None  # where a few points make the figure
     claim: Claim  # tests of the stated precision against the measurements
     height_claim: Claim  # the same of heights
     known_points: KnownPointFacts
@@ -112,6 +123,8 @@ def assess(result) -> Assessment:
     return Assessment(
         block=block_facts(examined),
         choice=result.choice,
+        causes=ranked_causes(of_its_way["findings"]),
+        spread=spread_facts(result.points),
         credible=examined.credible,
         credible_heights=examined.credible_heights,
         claim_is_supported=_is_supported(examined, is_grave=is_grave),
@@ -158,6 +171,8 @@ def _(examined: TwoStepExamination):
             findings_of(examined, TWO_STEP), examined.exchanged_names, is_coupled=False
         ),
         "precision": two_step_precision(examined),
+        "better": None,
+        "is_untried": is_untried(examined),
         "control_strain": displaced_control_facts(examined),
     }
 
@@ -171,5 +186,7 @@ def _(examined: SimultaneousExamination):
             is_coupled=examined.settings.outliers == "keep",
         ),
         "precision": simultaneous_precision(examined),
+        "better": better_beside(examined),
+        "is_untried": False,
         "control_strain": suspect_control_facts(examined),
     }

@@ -4,6 +4,7 @@ A pair of exchanged names spoils residuals, coverage differences, control and ev
 figure of a block. Each of these is a finding; the pair explains them.
 """
 
+from collections import Counter
 from dataclasses import asdict, replace
 
 from einschalt.pipeline.assessment.finding import Finding
@@ -65,6 +66,16 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     )
     explained = tuple(f.code for f in marked if f.explained_by)
     return (_exchanged_names(exchanges, explained), *marked)
+
+
+def ranked_causes(findings) -> tuple[str, ...]:
+    """Codes of the findings that explain others, the one that explains most first.
+
+    Of two that explain as much the graver one, which is told first.
+    """
+    explained = Counter(found.explained_by for found in findings if found.explained_by)
+    causes = [found.code for found in findings if found.code in explained]
+    return tuple(sorted(causes, key=lambda code: -explained[code]))
 
 
 def _without_what_copies_make(findings):

@@ -123,6 +123,46 @@ def better_of(two_step, simultaneous) -> tuple[str, ChoiceReason]:
     return smaller, ChoiceReason.SMALLER
 
 
+# with these nothing speaks for the figure of the way that better_of gives
+UNDECIDED = (
+    ChoiceReason.MORE_MODELS,
+    ChoiceReason.CONTRADICTED,
+    ChoiceReason.NO_FIGURE,
+)
+
+
+def better_beside(adjusted) -> MethodChoice | None:
+    """The two steps, where they stand beside one adjustment and are known to be better.
+
+    Of the examination of a simultaneous adjustment; None where it is as good, or where
+    nothing tells.
+    """
+    if not adjusted.solution.two_step.is_possible:
+        return None
+    beside = adjusted.two_step
+    method, reason = better_of(beside, adjusted)
+    if method == SIMULTANEOUS or reason in UNDECIDED:
+        return None
+    return MethodChoice(method, reason, beside.credible, adjusted.credible, "")
+
+
+def is_untried(examined) -> bool:
+    """Whether one adjustment of all models may gain, and nobody has computed it.
+
+    Where errors are as random and as large as given, it is the estimate of least
+    variance: so where nothing contradicts the figure of the two steps.
+    """
+    settings = examined.settings
+    return (
+        settings.method == TWO_STEP
+        and examined.claim.is_supported
+        and not examined.credible.is_lower_bound
+        and bool(np.isfinite(examined.figures.mean_total))
+        and examined.own_deformation is None
+        and not _obstacle(examined.block, settings)
+    )
+
+
 def _nearer_to_left_out(both):
     """Which way control that was left out lies nearer to, and how near.
 

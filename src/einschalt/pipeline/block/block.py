@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
+from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
 from einschalt.pipeline.block.facts import FLIGHTS
@@ -26,7 +28,7 @@ from einschalt.theory.interior_orientation import Camera
 from einschalt.theory.measuring_error import m_g_of_mean
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Flight:
     """One flight: its measurements and what is known of them.
 
@@ -92,6 +94,16 @@ class Flight:
         if self.camera is not None and self.principal_distance_mm is None:
             distance = self.camera.principal_distance_mm
             object.__setattr__(self, "principal_distance_mm", distance)
+
+    def __repr__(self) -> str:
+        """Say in a line what it is; a flight that was not checked may be anything."""
+        table = self.image_points if self.has_images else self.model_points
+        what = "image points" if self.has_images else "model points"
+        rows = f"{len(table)} {what}" if isinstance(table, pd.DataFrame) else what
+        number = self.scale_number
+        said = scale(number) if isinstance(number, float | int) else str(number)
+        facts = f"{said}, {self.transformation}, m_g {self.m_g_um} µm"
+        return f"<{type(self).__name__} {facts}, {rows}>"
 
     @property
     def has_images(self) -> bool:
@@ -193,7 +205,7 @@ FIELD_KINDS = {
 }
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Block:
     """The checked tables of one survey.
 
@@ -279,6 +291,21 @@ class Block:
         notes = tuple(dict.fromkeys((*self.notes, *found.notes)))
         object.__setattr__(self, "notes", notes)
         object.__setattr__(self, "_model_problems", found.model_problems)
+
+    def __repr__(self) -> str:
+        """Say in a line what was measured."""
+        tables = (self.control_points, self.approximate_points)
+        known = [
+            f"{len(table)} {kind} points"
+            for kind, table in zip(("known", "approximate"), tables, strict=True)
+            if table is not None
+        ]
+        flights = [
+            f"{flight.n_models} models of the {name.replace('_', ' ')}"
+            for name, flight in self.flights.items()
+        ]
+        said = ", ".join([*known, *flights, self.crs or "no reference system"])
+        return f"<{type(self).__name__} {printable(self.name)!r}: {said}>"
 
     def _require_kinds(self):
         """See that every field is of its kind, the tables excepted."""

@@ -76,7 +76,12 @@ class ExpectedPrecision(Result):
     n_low_models: int
     n_control: int
 
-    def summary(self):
+    @property
+    def verdict(self) -> str:
+        """How good the new points will be, in a sentence."""
+        return _verdict(self)
+
+    def summary(self) -> str:
         """Return the expected precision beside that of the formula of 1971."""
         return _summary(self)
 
@@ -199,13 +204,22 @@ def _figures(points, values, m_0):
     )
 
 
+def _verdict(expected):
+    figures = expected.figures
+    n_new = int((expected.points["role"] == "new").sum())
+    return (
+        f"Expected precision of {count(n_new, 'new point')}: {length(figures.mean)} "
+        f"(total, {_coverages(expected.design.n_coverages)}); 95 % are better than "
+        f"{length(figures.worst)}"
+    )
+
+
 def _summary(expected):
     figures, formula = expected.figures, expected.formula
     coverages = _coverages(expected.design.n_coverages)
     of_mean = mean_of_coverages(
         formula.M_centre, formula.M_edge, expected.design.n_coverages
     )
-    n_new = int((expected.points["role"] == "new").sum())
     rows = [
         _row("one model, middle", "single_centre", figures, formula.M_centre),
         _row("one model, edge", "single_edge", figures, formula.M_edge),
@@ -217,13 +231,9 @@ def _summary(expected):
         f"{SOURCE_TEXT[source]} {length(value)}"
         for source, value in expected.parts.items()
     )
-    verdict = (
-        f"Expected precision of {count(n_new, 'new point')}: {length(figures.mean)} "
-        f"(total, {coverages}); 95 % are better than {length(figures.worst)}"
-    )
     return "\n".join(
         [
-            verdict,
+            expected.verdict,
             *_warnings(expected),
             "",
             typesetting.table(rows, header=header),

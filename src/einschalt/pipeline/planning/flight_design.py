@@ -12,7 +12,11 @@ from einschalt.pipeline.planning.arguments import (
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.noise import BlockNoise
 from einschalt.theory.planning.expected_precision import models_per_point
-from einschalt.theory.planning.kovarik_precision import planned_precision
+from einschalt.theory.planning.kovarik_precision import (
+    PlannedModel,
+    PlannedPrecision,
+    planned_precision,
+)
 
 # as at Neukirchen: 1:15000 above 1:8000, and settings that are not repeated
 HIGH_OVER_LOW_SCALE = 15_000 / 8_000
@@ -72,28 +76,29 @@ class FlightDesign:
         self.noise()
 
     @property
-    def model(self):
+    def model(self) -> PlannedModel:
         """The planned model of the low flight, its edge by the rule of 1971."""
         return flown_model(self)
 
     @property
-    def scale_of_high_flight(self):
+    def scale_of_high_flight(self) -> float:
         """Scale number of the high flight, where None has been replaced."""
         if self.high_scale_number is not None:
             return float(self.high_scale_number)
         return HIGH_OVER_LOW_SCALE * self.scale_number
 
     @property
-    def extent(self):
+    def extent(self) -> tuple[float, float]:
         """Width and height of the area, where None has been replaced [m]."""
         footprint = self.scale_of_high_flight * max(self.model.image_format)
         least, most = LEAST_ROWS * self.spacing, MOST_ROWS * self.spacing
         usual = min(max(HIGH_FOOTPRINTS * footprint, least), most)
         given = (self.width, self.height)
-        return tuple(usual if side is None else float(side) for side in given)
+        width, height = (usual if side is None else float(side) for side in given)
+        return width, height
 
     @property
-    def layout_spacing(self):
+    def layout_spacing(self) -> float:
         """Distance of the points of the layout [m].
 
         Where models hold hundreds of points it is larger than planned: fewer make the
@@ -143,7 +148,7 @@ class FlightDesign:
             low_m_g_um=float(self.m_g_um),
         )
 
-    def after_kovarik(self, m_0):
+    def after_kovarik(self, m_0: float) -> PlannedPrecision:
         """Precision after Kovarik's formula and edge.
 
         ``m_0`` is the TOTAL error of the approximate coordinates [m].

@@ -1,7 +1,7 @@
 """From the wanted precision to the cheapest flight."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -107,21 +107,23 @@ class PlanSearch(Result):
     plans: "pd.DataFrame"
 
     @property
-    def feasible(self):
+    def feasible(self) -> "pd.DataFrame":
         """The plans that reach the target, the cheapest first."""
         return self.plans[self.plans["is_feasible"]]
 
     @property
-    def nearest(self):
-        """The best plan: the cheapest that reaches the target, or what comes nearest.
-
-        Series.
-        """
+    def nearest(self) -> "pd.Series[Any]":
+        """The cheapest plan that reaches the target, or the one that comes nearest."""
         if len(self.feasible):
             return self.feasible.iloc[0]
         return self.plans.loc[self.plans["reached"].idxmin()]
 
-    def summary(self):
+    @property
+    def verdict(self) -> str:
+        """How many plans reach the target, and the best of them, in a sentence."""
+        return _verdict(self)
+
+    def summary(self) -> str:
         """Return the verdict, the cheapest plans, and what limits the others."""
         return _summary(self)
 
@@ -354,26 +356,30 @@ def _is_efficient(cost, error):
     return result
 
 
+def _verdict(search):
+    best = search.nearest
+    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
+    if len(search.feasible):
+        of_all = f"{len(search.feasible)} of {count(len(search.plans), 'plan')}"
+        return f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
+    limit = best["limited_by"]
+    return (
+        f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
+        f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
+        f"{LIMITS[limit]}. {REMEDIES[limit]}."
+    )
+
+
 def _summary(search):
     feasible, best = search.feasible, search.nearest
-    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
-    if len(feasible):
-        of_all = f"{len(feasible)} of {count(len(search.plans), 'plan')}"
-        verdict = f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
-        shown = feasible
-    else:
-        limit = best["limited_by"]
-        verdict = (
-            f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
-            f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
-            f"{LIMITS[limit]}. {REMEDIES[limit]}."
-        )
+    shown = feasible
+    if not len(feasible):
         shown = search.plans.sort_values("reached", kind="stable")
     rest = len(shown) - SHOWN
     more = [f"  and {rest} more"] if rest > 0 else []
     return "\n".join(
         [
-            wrapped(verdict, indent="  "),
+            wrapped(search.verdict, indent="  "),
             ONE_COVERAGE if best["n_coverages"] == 1 else SEVERAL_COVERAGES,
             "",
             _table(shown.head(SHOWN), search.by),

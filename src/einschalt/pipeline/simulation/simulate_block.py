@@ -72,7 +72,7 @@ PRESETS = {
 }
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SimulatedBlock(Block):
     """A block whose true coordinates are known.
 

@@ -26,7 +26,9 @@ def sections(assessment) -> dict[str, Section]:
     """Set all sections, in their order; those without rows have nothing to tell."""
     told = assessment
     return {
-        "precision": precision.section(told.precision, told.credible),
+        "precision": precision.section(
+            told.precision, told.credible, is_untried=told.is_untried
+        ),
         "ways": precision.ways(told.choice),
         "claim": claim.section(told.claim),
         "height_claim": claim.heights(told.height_claim),

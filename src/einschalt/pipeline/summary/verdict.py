@@ -24,6 +24,14 @@ DOUBTS = {
 }
 
 
+SPREAD = "; a few points dominate: median {}, 95 % below {}"
+BETTER = "; the two steps are better: {} (--method two_step)"
+CAUSES = {
+    "exchanged_names": "; first mend the exchanged names",
+    "measurements_given_twice": "; first mend the measurements that are given twice",
+}
+
+
 def verdict(assessment) -> str:
     """Say in one line how many points the block has and how good they are."""
     return f"{printable(assessment.block.name)}: {verdict_on(assessment)}"
@@ -35,11 +43,37 @@ def verdict_on(assessment) -> str:
     new = count(n_new, "new point") if n_new else "no new points"
     credible = assessment.credible
     said = f"{new}{_how_good(assessment.precision, credible)}"
+    said += f"{_spread(assessment)}{_better(assessment.better)}"
     said += f"{_heights(assessment.credible_heights)}{DOUBTS[credible.doubt]}"
+    said += _cause(assessment)
     if not block.n_failed_models:
         return said
     n_all = count(block.n_models, "model")
     return f"{said}; {block.n_failed_models} of {n_all} failed"
+
+
+def _spread(assessment):
+    """Say what most points have where a few make the figure, unless that is a bound."""
+    spread = assessment.spread
+    if spread is None or assessment.credible.is_lower_bound:
+        return ""
+    return SPREAD.format(length(spread.median), length(spread.most))
+
+
+def _better(choice):
+    """Say the figure of the other way where that is known to be the better one."""
+    if choice is None:
+        return ""
+    figure = choice.two_step
+    bound = " or worse" if figure.is_lower_bound else ""
+    return BETTER.format(f"{length(figure.value)}{bound}")
+
+
+def _cause(assessment):
+    """Say what to mend first where something contradicts the figure."""
+    if not assessment.causes or not assessment.credible.is_lower_bound:
+        return ""
+    return CAUSES[assessment.causes[0]]
 
 
 def _heights(credible):

@@ -1,11 +1,14 @@
 """Sources of error and neighbours, beside the covariances of the result."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from einschalt.pipeline.assessment.facts.precision_of_points import (
+    DOMINATED,
     error_source_facts,
     neighbour_facts,
+    spread_facts,
 )
 
 
@@ -53,3 +56,25 @@ def test_without_propagated_errors_there_are_none(
     for result in (given_approximations_result, simultaneous_result):
         assert error_source_facts(result.examination) is None
         assert neighbour_facts(result.examination) is None
+
+
+def points_with(errors):
+    return pd.DataFrame({"role": "new", "standard_error_checked": errors})
+
+
+def test_spread_is_told_where_a_few_points_make_the_figure(good_result):
+    few = np.r_[np.full(95, 0.05), np.full(5, 0.40)]
+    facts = spread_facts(points_with(few))
+    assert facts.median == 0.05
+    assert facts.most == pytest.approx(np.quantile(few, 0.95))
+    assert facts.rms == pytest.approx(np.sqrt(np.mean(few**2)))
+    # most of the squares are then beyond those of the median
+    assert np.sum(few**2 - 0.05**2) > 0.5 * np.sum(few**2)
+    assert facts.rms > DOMINATED * facts.median
+    assert spread_facts(good_result.points) is None
+    assert spread_facts(points_with(few[-19:])) is None
+    known = points_with(few).assign(role="control")
+    assert spread_facts(known) is None
+    # errors spread as Rayleigh has them are no few bad points
+    drawn = np.random.default_rng(1).rayleigh(0.05, 2000)
+    assert spread_facts(points_with(drawn)) is None

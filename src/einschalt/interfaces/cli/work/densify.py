@@ -8,12 +8,13 @@ from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.interfaces.files.ellipse_layer import require_scale
 from einschalt.interfaces.files.output_folder import held_folder
-from einschalt.interfaces.files.result_folder import output_of, write_result
+from einschalt.interfaces.files.result_folder import (
+    output_of,
+    require_printable,
+    write_result,
+)
 from einschalt.interfaces.provenance import figures_of
-from einschalt.interfaces.reports.pdf_printer import require_browser
 from einschalt.pipeline.progress import Stage, stage_reporter
-
-PAPERS = {"a4": "A4", "letter": "letter"}
 
 
 def densify(
@@ -23,6 +24,7 @@ def densify(
     *,
     ellipse_scale=None,
     pdf=None,
+    no_report=False,
     overwrite=False,
     strict=False,
     quiet=False,
@@ -30,8 +32,7 @@ def densify(
     """Compute a block, write its results and print their summary."""
     # before the work, which would be lost
     require_scale(ellipse_scale)
-    if pdf is not None:
-        require_browser()
+    require_printable(pdf, report=not no_report)
     read = python_api.read_block(block, given)
     settings = read.settings
     with (
@@ -43,14 +44,14 @@ def densify(
         report_progress(Stage.ASSESSMENT)
         result.assessment  # noqa: B018
         report_progress(Stage.WRITING)
-        paper = None if pdf is None else PAPERS[pdf]
-        options = {"ellipse_scale": ellipse_scale, "paper": paper}
-        options["overwrite"] = overwrite
+        options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+        options |= {"report": not no_report, "paper": pdf}
         write_result(result, output, **options, beside=True)
     report(output, block=read.name, **figures_of(result))
     if not quiet:
         print_out(result.summary())
-        print_out(f"Results in {output}, report in {output / 'report.html'}")
+        page = "" if no_report else f", report in {output / 'report.html'}"
+        print_out(f"Results in {output}{page}")
     supported = result.assessment.claim_is_supported
     if strict and supported is None:
         print_error("einschalt: the claim is not tested: give check points.")

@@ -6,7 +6,7 @@ function pointsOf(data) {
   const points = { n: given.n, name: data.names(given.names), role, isNew: (i) => role.code(i) === newCode };
   for (const name of ["east", "north", "height"]) points[name] = numbers(name, Float64Array);
   for (const name of ["error", "paper", "internal", "spread", "models", "coverages", "suspect", "known_east", "known_north",
-    "apart_east", "apart_north", "semi_major", "flattened", "azimuth", "w"]) points[name] = numbers(name);
+    "apart_east", "apart_north", "semi_major", "flattened", "azimuth", "w", "bins_low", "bins_high"]) points[name] = numbers(name);
   points.share = given.share;
   points.places = Uint32Array.from({ length: given.n }, (_, i) => i);
   return points;
@@ -68,7 +68,8 @@ function fill(place, head, points, models, scale, selection) {
   selection.follow(() => { for (const name of ["known", "spread"]) if (tables[name]) tables[name].show(); });
   if (plots.residuals) {
     distributionPlots(place("plot-residuals"), plots.residuals, "Residuals of the models",
-      `${counted(plots.residuals.n, "coordinate")} in standard deviations of their flight; curve: normal.`);
+      `${counted(plots.residuals.n, "coordinate")} in standard deviations of their flight; curve: normal.`,
+      points.bins_low ? { points, selection } : null);
   }
   paperPlot(place("plot-residuals"), points, claim);
   modelPlot(place("plot-models"), models, selection);

@@ -8,8 +8,9 @@ class Plot {
     this.place = element("div", { class: "plot-place" });
     this.title = title;
     this.said = element("span", {}, said);
-    host.append(element("figure", { class: wide ? "plot wide" : "plot" }, element("figcaption", {}, element("b", {}, title), " ", this.said,
-      how ? element("span", { class: "how" }, ` ${how}`) : ""), this.place));
+    this.figure = element("figure", { class: wide ? "plot wide" : "plot" }, element("figcaption", {}, element("b", {}, title), " ", this.said,
+      how ? element("span", { class: "how" }, ` ${how}`) : ""), this.place);
+    host.append(this.figure);
     scheme.listeners.push(() => this.show());
     new ResizeObserver(() => requestAnimationFrame(() => {
       if (Math.abs(Math.max(this.place.clientWidth, 240) - this.width) > 2) this.show();
@@ -100,7 +101,7 @@ function precisionPlot(host, points, scale, selection, claim) {
     }
     brush(axes, n, choose);
   } });
-  rangeFields(host, scale, n, width, choose);
+  rangeFields(host, { low: scale.low, width, n, unit: unit.name, perUnit: unit.metres }, choose);
   selection.follow((change, by) => {
     if (!("mask" in change)) return;
     if (by !== "histogram") brushed = null;
@@ -127,24 +128,47 @@ function brush(axes, n, choose) {
 }
 
 /** The same by the keyboard: from and to. */
-function rangeFields(host, scale, n, width, choose) {
+function rangeFields(host, { low, width, n, unit, perUnit }, choose) {
   const field = (title) => element("input", { type: "number", step: "any", "aria-label": title, placeholder: title });
-  const from = field(`from [${unit.name}]`), to = field(`to [${unit.name}]`);
-  const bin = (text, otherwise) => text === "" ? otherwise : Math.min(Math.max(Math.floor((Number(text) * unit.metres - scale.low) / width), 0), n - 1);
+  const from = field(`from [${unit}]`), to = field(`to [${unit}]`);
+  const bin = (text, otherwise) => text === "" ? otherwise : Math.min(Math.max(Math.floor((Number(text) * perUnit - low) / width), 0), n - 1);
   const act = () => choose(bin(from.value, 0), bin(to.value, n - 1));
   host.append(element("p", { class: "range" }, "Highlight points ", from, " ", to, " ",
     element("button", { type: "button", class: "quiet", onclick: act }, "Highlight")));
 }
 
-function distributionPlots(host, given, title, said) {
-  const most = Math.max(...given.counts) * 1.08, width = given.edges[1] - given.edges[0];
+/** Histogram and Q–Q plot; with `linked` its bars highlight the points that have such a residual. */
+function distributionPlots(host, given, title, said, linked = null) {
+  const most = Math.max(...given.counts) * 1.08, width = given.edges[1] - given.edges[0], n = given.counts.length;
   const bell = (x) => (given.n * width * Math.exp((-x * x) / 2)) / Math.sqrt(2 * Math.PI);
   const far = given.n_far ? ` ${counted(given.n_far, "value")} beyond ±5, drawn at the ends.` : "";
-  new Plot(host, { title, said: `${said}${far}`, draw: (axes) => {
+  let brushed = null;
+  const choose = (low, high) => {
+    brushed = [low, high];
+    const { points, selection } = linked, half = n / 2, masks = [0, 0];
+    for (let k = low; k <= high; k++) masks[k < half ? 0 : 1] |= 1 << k % half;
+    const from = fixed(given.edges[low], 2), to = fixed(given.edges[high + 1], 2);
+    // what is farther out stands in the outer bars
+    const said = !low ? `up to ${to}` : high === n - 1 ? `${from} or more` : `${from} to ${to}`;
+    selection.highlight(points.n, (i) => (points.bins_low[i] & masks[0]) | (points.bins_high[i] & masks[1]),
+      `with a residual of ${!low && high === n - 1 ? "any" : said} standard deviations`, "residuals");
+  };
+  const how = linked ? "Drag over the bars to highlight their points." : "";
+  const plot = new Plot(host, { title, said: `${said}${far}`, how, draw: (axes) => {
     axes.range([-5, 5], [0, Math.max(most, bell(0) * 1.05)]).axes("standard deviations", "values");
-    given.counts.forEach((c, k) => axes.add("rect", { x: axes.x(given.edges[k]) + 0.5, y: axes.y(c), width: axes.x(given.edges[k + 1]) - axes.x(given.edges[k]) - 1, height: axes.bottom - axes.y(c), class: "bar" }));
+    given.counts.forEach((c, k) => axes.add("rect", { x: axes.x(given.edges[k]) + 0.5, y: axes.y(c), width: axes.x(given.edges[k + 1]) - axes.x(given.edges[k]) - 1, height: axes.bottom - axes.y(c), 
+      class: brushed && (k < brushed[0] || k > brushed[1]) ? "bar faded" : "bar" }));
     axes.line(Array.from({ length: 81 }, (_, k) => [-5 + k / 8, bell(-5 + k / 8)]), "curve");
+    if (linked) brush(axes, n, choose);
   } });
+  if (linked) {
+    rangeFields(plot.figure, { low: given.edges[0], width, n, unit: "σ", perUnit: 1 }, choose);
+    linked.selection.follow((change, by) => {
+      if (!("mask" in change)) return;
+      if (by !== "residuals") brushed = null;
+      plot.show();
+    });
+  }
   const end = Math.max(...given.expected) * 1.05, reach = Math.max(end, Math.min(Math.max(...given.observed.map(Math.abs)) * 1.05, 8));
   new Plot(host, { title: "Normal Q–Q", said: "Points on the line where errors are normal; tails that bend away hold gross errors.", draw: (axes) => {
     axes.range([-end, end], [-reach, reach]).axes("normal", "observed");

@@ -1,8 +1,25 @@
-"""Where the error of the new points comes from, and what neighbours share of it."""
+"""How the errors of the new points are spread, where they come from, what is shared."""
 
 from dataclasses import dataclass
 
 import numpy as np
+
+DOMINATED = 1.5
+"""Root mean square over median from which on a few points make the figure: more than
+half of the sum of squares (1 - 1/1.5² = 56 %) is then beyond what it would be if all
+points were as good as the median. Where all are alike the ratio is 1; of errors spread
+as Rayleigh has them it is 1.2."""
+FEWEST_SPREAD = 20
+"""Points of which a 95 % quantile can be told: one is worse."""
+
+
+@dataclass(frozen=True)
+class SpreadFacts:
+    """Standard errors of the new points where a few of them make the figure."""
+
+    rms: float  # TOTAL [m], as are the others
+    median: float
+    most: float  # 95 % of the points are better
 
 
 @dataclass(frozen=True)
@@ -33,6 +50,25 @@ class NeighbourFacts:
     # propagated, and if points shared no error; TOTAL, RMS [m]
     total: float
     total_if_independent: float
+
+
+def spread_facts(points) -> SpreadFacts | None:
+    """Tell how errors are spread where a few points dominate; None elsewhere.
+
+    ``points`` are judged: the errors to believe.
+    """
+    if "standard_error_checked" not in points:
+        return None
+    is_new = points["role"] == "new"
+    errors = points.loc[is_new, "standard_error_checked"].to_numpy(dtype=float)
+    errors = errors[np.isfinite(errors)]
+    if len(errors) < FEWEST_SPREAD:
+        return None
+    median, most = np.quantile(errors, [0.5, 0.95])
+    rms = float(np.sqrt(np.mean(errors**2)))
+    if not rms > DOMINATED * median:
+        return None
+    return SpreadFacts(rms, float(median), float(most))
 
 
 def error_source_facts(examined) -> ErrorSourceFacts | None:

@@ -117,19 +117,25 @@ WHY = {
     ChoiceReason.ONLY_FIGURE: "the size of an error of the other one is not known",
     ChoiceReason.NO_FIGURE: "sizes of errors are not known in either way",
 }
+UNTRIED = (
+    "One adjustment of all models may be more precise where nothing contradicts the "
+    "sizes of errors: --method auto computes both ways, and keeps the better one."
+)
 BLIND = "It does not see errors that all models share: look at the model deformation"
 
 
-def section(facts, credible) -> Section:
+def section(facts, credible, *, is_untried=False) -> Section:
     """Set the figures of the new points."""
     header, rows = table(facts)
     said = (*_belief(facts, credible), caution(facts), *remarks(facts))
+    said += (UNTRIED,) if is_untried else ()
     return Section(TITLE, header, rows if facts.n_new else (), said)
 
 
-def all_remarks(facts, credible) -> tuple[str, ...]:
+def all_remarks(facts, credible, *, is_untried=False) -> tuple[str, ...]:
     """Say which figure to believe, and what each means, the kind of error included."""
     said = (*_belief(facts, credible), TOTAL, *remarks(facts))
+    said += (UNTRIED,) if is_untried else ()
     return tuple(dict.fromkeys(said))
 
 

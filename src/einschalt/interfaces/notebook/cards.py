@@ -1,0 +1,115 @@
+"""What a notebook shows of a result, a block or a plan: short, its headline first.
+
+Plain HTML in the colours of the page around it; no script, nothing from elsewhere.
+"""
+
+from html import escape
+
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.typesetting import count, number, scale
+from einschalt.interfaces.reports.title_block import system_text
+from einschalt.pipeline.summary.sections import known_points, precision
+from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
+from einschalt.pipeline.summary.verdict import verdict
+
+MOST_PROBLEMS = 3
+STYLE = "max-width: 50rem; line-height: 1.45"
+SMALL = "margin: .4em 0 0; font-size: .9em; opacity: .75"
+CELL = "padding: .1em 1em .1em 0; text-align: "
+
+
+def result_card(result) -> str:
+    """Verdict, the first problems, and the figures of the new and the known points."""
+    told = result.assessment
+    suggestions = suggestions_of(told.findings)
+    figures = (
+        precision.section(told.precision, told.credible),
+        known_points.section(told.known_points),
+    )
+    tables = [_table((s.title, *s.header[1:]), s.rows) for s in figures if s.rows]
+    return _card(
+        verdict(told),
+        _problems(suggestions),
+        *tables,
+        _remark("More: print(result), result.plot.map(), result.report('report.html')"),
+    )
+
+
+def block_card(block) -> str:
+    """What was measured, in numbers, and what was noted while it was read."""
+    header = ("", "scale", "fit", "models", "coverages", "points", "m_g")
+    rows = [_flight(name, flight) for name, flight in block.flights.items()]
+    system = f"Reference system: {printable(system_text(block.crs))}."
+    return _card(
+        f"{block.name}: {'; '.join(known_counts(block)) or 'no known points'}",
+        _table(header, rows),
+        _remark(system),
+        _items([printable(note) for note in block.notes], "note"),
+    )
+
+
+def known_counts(block) -> list[str]:
+    """How many points of which kind are given."""
+    said = []
+    control, given = block.control_points, block.approximate_points
+    if control is not None:
+        n_check = int((control["role"] == "check").sum()) if "role" in control else 0
+        said.append(count(len(control) - n_check, "control point"))
+        said += [count(n_check, "check point")] if n_check else []
+    if given is not None:
+        said.append(count(len(given), "approximate point"))
+    return said
+
+
+def _flight(name, flight):
+    n_points = flight.model_table()["point_id"].nunique()
+    counts = (flight.n_models, flight.n_coverages, n_points)
+    fit = flight.transformation.replace("_", " ")
+    m_g = f"{number(flight.m_g_um)} µm"
+    texts = [scale(flight.scale_number), fit, *map(str, counts), m_g]
+    return (name.replace("_", " "), *texts)
+
+
+def plan_card(plan) -> str:
+    """Verdict of a plan, and its first table as it is printed."""
+    _, _, rest = plan.summary().partition("\n\n")
+    return _card(plan.verdict, f"<pre>{escape(rest)}</pre>")
+
+
+def _card(headline, *parts):
+    head = f'<p style="margin: 0; font-weight: 600">{escape(printable(headline))}</p>'
+    return f'<div style="{STYLE}">{head}{"".join(parts)}</div>'
+
+
+def _problems(suggestions):
+    return _items([str(suggestion) for suggestion in suggestions], "problem")
+
+
+def _items(texts, noun):
+    """The first of many texts as a list, and how many more there are."""
+    if not texts:
+        return ""
+    shown = [*texts[:MOST_PROBLEMS]]
+    if len(texts) > MOST_PROBLEMS:
+        shown.append(f"and {count(len(texts) - MOST_PROBLEMS, f'more {noun}')}")
+    items = "".join(f"<li>{escape(text)}</li>" for text in shown)
+    return f'<ul style="margin: .4em 0">{items}</ul>'
+
+
+def _table(header, rows):
+    """Table whose first column is words, the others numbers."""
+    head = "".join(_cell("th", k, text) for k, text in enumerate(header))
+    body = "".join(
+        f"<tr>{''.join(_cell('td', k, text) for k, text in enumerate(row))}</tr>"
+        for row in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(tag, column, text):
+    style = f"{CELL}{'right' if column else 'left'}"
+    return f'<{tag} style="{style}">{escape(printable(text))}</{tag}>'
+
+
+def _remark(text):
+    return f'<p style="{SMALL}">{escape(text)}</p>'

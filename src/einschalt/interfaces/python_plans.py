@@ -1,0 +1,132 @@
+"""The Python interface of planning: plans that draw themselves."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from einschalt.interfaces.notebook.cards import plan_card
+from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
+from einschalt.pipeline.block.block import plain_fields
+from einschalt.pipeline.planning import expected_precision, search
+from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.search import PlanChoices, PlanFrame
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExpectedPrecision(expected_precision.ExpectedPrecision):
+    """What a planned block will be worth, with figures."""
+
+    @property
+    def plot(self) -> ExpectedPlots:
+        """Figures on axes of matplotlib: ``map()``, ``profile()``, ``sources()``."""
+        return ExpectedPlots(self)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        return plan_card(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlanSearch(search.PlanSearch):
+    """All plans, the cheapest that reach the target first, with figures."""
+
+    @property
+    def plot(self) -> SearchPlots:
+        """Figures on axes of matplotlib: ``costs()``."""
+        return SearchPlots(self)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        return plan_card(self)
+
+
+def expect_precision(
+    design: FlightDesign,
+    *,
+    coverage_mean: Literal["all", "most_central"] = "all",
+    seed: int = 0,
+) -> ExpectedPrecision:
+    """Compute the precision of a planned block by propagation on its layout.
+
+    Parameters
+    ----------
+    design : FlightDesign
+        Both flights, the spacing of the points and the control.
+    coverage_mean : {"all", "most_central"}
+        As in :class:`einschalt.Settings`.
+    seed : int
+        Of the layout: points are displaced at random about a lattice.
+
+    Returns
+    -------
+    ExpectedPrecision
+        ``points``, ``values``, ``figures``, ``parts`` [m, TOTAL]; ``plot.map()``,
+        ``plot.profile()``, ``plot.sources()``.
+
+    Raises
+    ------
+    EinschaltError
+        Models would hold too few points.
+
+    Examples
+    --------
+    >>> design = FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    >>> expected = expect_precision(design)
+    >>> expected.figures.paper_mean < expected.figures.mean
+    True
+    """
+    found = expected_precision.expect_precision(
+        design, coverage_mean=coverage_mean, seed=seed
+    )
+    return ExpectedPrecision(**plain_fields(found))
+
+
+def find_plans(
+    target: float,
+    choices: PlanChoices,
+    frame: PlanFrame | None = None,
+    *,
+    where: Literal["everywhere", "edge", "centre"] = "everywhere",
+    by: Literal["expected", "paper"] = "expected",
+) -> PlanSearch:
+    """Find the flights that reach a precision, the cheapest first.
+
+    Parameters
+    ----------
+    target : float
+        TOTAL error that the delivered coordinates may have [m].
+    choices : PlanChoices
+        What the planner is free to choose; all values are combined.
+    frame : PlanFrame, optional
+        What is at hand: camera, transformation, control, costs. Aerial film with
+        affine models where left out.
+    where : {"everywhere", "edge", "centre"}
+        Place in the models at which the target holds; it matters with one coverage.
+    by : {"expected", "paper"}
+        Errors with what points share, or by the formula of 1971, which is too good.
+
+    Returns
+    -------
+    PlanSearch
+        ``plans``, ``feasible``, ``nearest`` (the cheapest that reaches the target, or
+        what comes nearest); ``plot.costs()``.
+
+    Raises
+    ------
+    EinschaltError
+        A value is not sensible, or no combination has enough points in its models.
+
+    Examples
+    --------
+    >>> choices = PlanChoices(
+    ...     scale_number=(6000, 8000, 10000), spacing=(200, 300), m_g_um=(5,)
+    ... )
+    >>> found = find_plans(0.05, choices)
+    >>> bool((found.feasible["expected_mean"] <= 0.05).all())
+    True
+    """
+    found = search.find_plans(target, choices, frame, where=where, by=by)
+    return PlanSearch(**plain_fields(found))
