@@ -27,8 +27,11 @@ CameraName = Literal[
     "film_super_wide",
     "ultracam_eagle",
     "dmc_3",
+    "ultracam_xp",
+    "dmc_ii_250",
     "uav_full_frame",
     "uav_one_inch",
+    "uav_four_thirds",
 ]
 
 
@@ -104,8 +107,9 @@ def plan(
         str,
         typer.Option(
             metavar="NAME=COST,…",
-            help="Target: what plans are ranked by, in any currency; the cost of the "
-            "other things stays as it is.",
+            help="Target: your prices in any currency: of an image flown, a model "
+            "oriented, a point set once, a control point surveyed; plans are ranked by "
+            "them. What is not named has the default.",
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
@@ -121,6 +125,13 @@ def plan(
     control_standard_error: Annotated[
         float, typer.Option(help="Target, expect: total error of control [m].")
     ] = 0.03,
+    max_height: Annotated[
+        float | None,
+        typer.Option(
+            show_default="120 for UAVs, else none",
+            help="Target: both flights stay below it, above ground [m].",
+        ),
+    ] = None,
     expect: Annotated[
         bool,
         typer.Option(

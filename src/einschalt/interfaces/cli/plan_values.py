@@ -21,7 +21,8 @@ QUESTIONS = ("tables", "target", "expect")
 COUNTS_FOR = {
     **dict.fromkeys(("m_0", "edge"), ("tables",)),
     **dict.fromkeys(
-        ("where", "by", "costs", "high_over_low", "n_settings"), ("target",)
+        ("where", "by", "costs", "high_over_low", "n_settings", "max_height"),
+        ("target",),
     ),
     **dict.fromkeys(
         ("n_coverages", "control_per_model", "control_standard_error"),
@@ -140,6 +141,7 @@ class Asked:
     options: dict  # values of all options by name
     flight: PlannedFlight
     unused: tuple[str, ...] = ()  # written, and do not count for this question
+    typed: tuple[str, ...] = ()  # written at all
 
     def __getitem__(self, name):
         """Value of an option."""
@@ -168,4 +170,4 @@ def asked_of(options, typed) -> Asked:
     if options["target"] is not None:
         question = "target"
     unused = [name for name in typed if question not in COUNTS_FOR.get(name, QUESTIONS)]
-    return Asked(question, options, flight_of(options), tuple(unused))
+    return Asked(question, options, flight_of(options), tuple(unused), tuple(typed))

@@ -17,6 +17,11 @@ from einschalt.pipeline.planning.arguments import (
     flown_model,
     require_reasonable_size,
 )
+from einschalt.pipeline.planning.cameras import (
+    describe_heights,
+    flown_columns,
+    within_height,
+)
 from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
@@ -98,8 +103,10 @@ class PlanSearch(Result):
     by: str  # "expected", "paper"
     model: PlannedModel
     # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
-    # control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
-    # Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
+    # control_per_model, flying_height and high_flying_height above ground, gsd and
+    # high_gsd (NaN where no size of a pixel is known), n_points, m_0, M_centre,
+    # M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_mean
+    # (shared errors counted),
     # reached_expected, reached_paper (at the place of the target), reached (the one
     # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
     # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
@@ -130,6 +137,10 @@ ALLOWED_IN_FRAME = {
     "control_standard_error": Range(0, 10, "metres"),
     "high_over_low_m_g": Range(0.01, 100),
 }
+ALLOWED_WHERE_GIVEN = {
+    "max_height": Range(5, 20_000, "metres above ground"),
+    "sampled_um": Range(0.3, 100, "micrometres in the image"),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,10 +156,15 @@ class PlanFrame:
     # measuring error of the high flight over that of the low flight
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
+    # both flights stay below it, above ground; None has no limit [m]
+    max_height: float | None = None
+    # size of a pixel in the image, of which gsd is the size on the ground [µm]
+    sampled_um: float | None = None
 
     def __post_init__(self):
         """Check what no planned model knows."""
-        raise_problems(problems_in(self, ALLOWED_IN_FRAME))
+        given = {n: a for n, a in ALLOWED_WHERE_GIVEN.items() if getattr(self, n)}
+        raise_problems(problems_in(self, ALLOWED_IN_FRAME | given))
 
 
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
@@ -229,6 +245,8 @@ def _precisions(given, frame, model):
     columns = {name: values[is_possible] for name, values in given.items()}
     high_over_low = columns.pop("high_over_low")
     columns["high_scale_number"] = high_over_low * columns["scale_number"]
+    columns = within_height(columns, distance, frame.max_height)
+    n_points = model.n_points(columns["scale_number"], columns["spacing"])
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
     planned = planned_precision(
@@ -237,8 +255,8 @@ def _precisions(given, frame, model):
     n_coverages = columns["n_coverages"]
     mean = mean_of_coverages(planned.M_centre, planned.M_edge, n_coverages)
     columns |= {
-        "flying_height": distance * columns["scale_number"],
-        "n_points": n_points[is_possible],
+        **flown_columns(columns, distance, frame.sampled_um),
+        "n_points": n_points,
         "m_0": parts.approximate,
         "M_centre": planned.M_centre,
         "M_edge": planned.M_edge,
@@ -359,14 +377,14 @@ def _summary(search):
     aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
     if len(feasible):
         of_all = f"{len(feasible)} of {count(len(search.plans), 'plan')}"
-        verdict = f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
+        verdict = f"{of_all} reach {aim}, by the closed estimate; the cheapest:"
         shown = feasible
     else:
         limit = best["limited_by"]
         verdict = (
             f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
             f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
-            f"{LIMITS[limit]}. {REMEDIES[limit]}."
+            f"{LIMITS[limit]}. {REMEDIES[limit]}. {describe_heights(best)}."
         )
         shown = search.plans.sort_values("reached", kind="stable")
     rest = len(shown) - SHOWN
@@ -378,7 +396,8 @@ def _summary(search):
             "",
             _table(shown.head(SHOWN), search.by),
             *more,
-            "  cost, images and control for each km²; errors are total, in cm",
+            "  up to: the high flight above ground; cost, images and control for each",
+            "  km²; errors are total, in cm",
         ]
     )
 
@@ -403,6 +422,7 @@ def _table(plans, by):
         [
             scale(plan.scale_number),
             scale(plan.high_scale_number),
+            f"{plan.high_flying_height:.0f} m",
             f"{plan.spacing:g} m",
             f"{plan.n_coverages:.0f}",
             f"{plan.n_settings:.0f} x {plan.m_g_um:g} µm",
@@ -416,6 +436,16 @@ def _table(plans, by):
         for plan in plans.itertuples()
     ]
     name = "formula" if by == "expected" else "expected"
-    header = ["scale", "high", "spacing", "cov.", "settings", "control", "error", name]
+    header = [
+        "scale",
+        "high",
+        "up to",
+        "spacing",
+        "cov.",
+        "settings",
+        "control",
+        "error",
+        name,
+    ]
     header += ["images", "c. points", "cost"]
     return typesetting.table(rows, header=header, align="r" * len(header))

@@ -56,7 +56,9 @@ def _answer(asked):
 
 
 def _headline(answer):
-    """The first row of the first table: of a search the cheapest flight."""
+    """What was recommended, or the first row of the first table."""
+    if answer.headline is not None:
+        return answer.headline
     table = next(iter(answer.tables().values()))
     return {} if table.empty else table.iloc[0].to_dict()
 
@@ -94,6 +96,8 @@ def _write(answer, output, place):
 
     def write(new):
         plan_folder.write_plan(new, answer.tables(), figures, answer.text)
+        if answer.files is not None:
+            answer.files(new)
 
     table_output.write_tables_of(place, output, write)
 
