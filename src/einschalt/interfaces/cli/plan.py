@@ -14,6 +14,7 @@ EXAMPLES = (
     "einschalt plan --scale-number 6000:12000:1000 --spacing 200,300 --m-0 0.10",
     "einschalt plan --camera ultracam_eagle --edge lattice --output plan.csv",
     "einschalt plan --target 0.05 --spacing 300 --output out/plan",
+    "einschalt plan --target 5cm --area area.gpkg --output out/plan",
     "einschalt plan --expect --scale-number 8000 --spacing 300 --output out/plan",
     "einschalt plan --scale-number 6000,8000 --terrain heights.csv",
 )
@@ -143,6 +144,25 @@ def plan(
     high_m_g_um: _expect("measuring error in the high flight [µm].") = None,
     width: _expect("extent of the area from west to east [m].") = None,
     height: _expect("extent of the area from south to north [m].") = None,
+    area: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --target: polygon of the area (GeoPackage, GeoJSON, shapefile): "
+            "gives flight lines, photographs and control over it, validated; with "
+            "--output FOLDER flight_plan.gpkg and flight_plan.kml."
+        ),
+    ] = None,
+    area_layer: optional("Area", str, "layer of a GeoPackage with several.") = None,
+    crs: optional(
+        "Area", str, "plane system of the plan, such as EPSG:31255; that of the area."
+    ) = None,
+    ground_heights: Annotated[
+        Path | None,
+        typer.Option(
+            help="Area: heights of the terrain, GeoTIFF or XYZ or a table easting, "
+            "northing, height; gives altitudes, and says where overlaps end."
+        ),
+    ] = None,
     terrain: Annotated[
         Path | None,
         typer.Option(

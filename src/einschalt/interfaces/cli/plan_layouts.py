@@ -35,15 +35,9 @@ def search(asked: Asked) -> Answer:
         said = wrapped(
             f"No plan is recommended: the best cannot be laid out: {error}", indent="  "
         )
-        tables, scales = {"plans": found.plans}, _scales_of(found.nearest)
+        tables, scales = {"plans": found.plans}, scales_of(found.nearest)
         text = f"{said}\n\n{found.summary()}"
         return Answer(text, lambda: tables, lambda: _figure_of(found), scales)
-
-    def figures():
-        return {
-            **_figure_of(found, checked),
-            "precision_map": _map_of(checked.expected),
-        }
 
     parts = [
         f"{checked.verdict()}\n{said_of_frame(asked)}",
@@ -52,11 +46,16 @@ def search(asked: Asked) -> Answer:
     ]
     return Answer(
         "\n\n".join(parts),
-        lambda: {"plans": found.plans, **_of_layout(checked.expected)},
-        figures,
-        _scales_of(checked.plan),
+        lambda: {"plans": found.plans, **tables_of_layout(checked.expected)},
+        lambda: figures_of(found, checked),
+        scales_of(checked.plan),
         headline=headline_of(checked),
     )
+
+
+def figures_of(found, checked):
+    """Draw the plans of a search, and the precision of the one that was checked."""
+    return {**_figure_of(found, checked), "precision_map": _map_of(checked.expected)}
 
 
 def headline_of(checked):
@@ -97,7 +96,8 @@ def max_height_of(asked):
     return asked.flight.preset.max_height if given is None else given
 
 
-def _scales_of(plan):
+def scales_of(plan):
+    """Scale numbers of both flights of a plan, for the terrain."""
     return [float(plan["scale_number"]), float(plan["high_scale_number"])]
 
 
@@ -172,7 +172,7 @@ def layout(asked: Asked) -> Answer:
         text += f"\n  With coverages that are not shifted: {same}."
     return Answer(
         text,
-        lambda: _of_layout(expected),
+        lambda: tables_of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
         [expected.design.scale_number, expected.design.scale_of_high_flight],
     )
@@ -219,5 +219,6 @@ def _whole(value):
     return int(value) if float(value).is_integer() else value
 
 
-def _of_layout(expected):
+def tables_of_layout(expected):
+    """Tables of a layout that was propagated."""
     return {"expected_points": expected.points, "expected_values": expected.values}

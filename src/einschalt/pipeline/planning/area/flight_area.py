@@ -79,6 +79,13 @@ class FlightArea:
 
         return shapely.transform(self.shape, self.to_local)
 
+    @property
+    def border(self):
+        """Easting, northing of its corners (n, 2) [m]."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        return shapely.get_coordinates(self.shape)
+
     def to_local(self, ground):
         """Bring easting, northing (n, 2) into local axes [m]."""
         centre, direction, _ = self._frame

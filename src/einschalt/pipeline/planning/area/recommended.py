@@ -107,11 +107,17 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
         return expect_of_block(_block_of(layout), layout.design)
 
     checked = check_plans(search, frame, judge=judge, progress=progress)
-    given = (frame, heights, follows)
-    layout, flown, said = _whole(area, checked.plan, laid, *given)
-    other = checked.next_best
-    next_flown = None if other is None else _whole(area, other.plan, laid, *given)[1]
-    part = laid[checked.plan.name]
+    given = (laid, frame, heights, follows)
+    kept = [one for one in (checked, checked.next_best) if one is not None]
+    wholes = [_whole(area, one.plan, *given) for one in kept]
+    # by what the area takes, not by what a square kilometre does
+    ranked = sorted(zip(kept, wholes, strict=True), key=lambda pair: pair[1][1].cost)
+    (best, (layout, flown, said)), *others = [
+        (_priced(one, whole[1].cost / area.square_km), whole) for one, whole in ranked
+    ]
+    other, next_flown = (others[0][0], others[0][1][1]) if others else (None, None)
+    best = replace(best, dropped=checked.dropped, next_best=other)
+    part = laid[best.plan.name]
     notes = [said] if said else []
     if part.is_part:
         length, width = part.layout.area.extent
@@ -120,8 +126,14 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
             "with borders of its own: the whole has too many models."
         )
     checked_on = part.layout.area
-    parts = (area, search, checked, layout, checked_on, flown, next_flown)
+    parts = (area, search, best, layout, checked_on, flown, next_flown)
     return AreaPlan(*parts, tuple(notes))
+
+
+def _priced(checked, cost_per_km2):
+    plan = checked.plan.copy()
+    plan["cost"] = cost_per_km2
+    return replace(checked, plan=plan, next_best=None)
 
 
 def _whole(area, plan, laid, frame, heights, follows):
