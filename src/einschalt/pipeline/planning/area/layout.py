@@ -257,7 +257,7 @@ def _completed(geometry, layout, position, chosen, near_enough):
         for place in range(len(places)):
             reach = distance[:, place]
             nearest = int(np.argmin(reach))
-            allowed = max(near_enough, reach[nearest] + near_enough / 2.0)
+            allowed = max(near_enough, reach[nearest] + near_enough)
             old = np.flatnonzero(is_chosen[held] & (reach <= allowed))
             one = old[np.argmin(reach[old])] if len(old) else nearest
             distance[one] += BUSY  # it serves at one place of a model

@@ -104,7 +104,7 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
             flown = flight_plan(layout, plan, frame, heights, follows=follows)
             require_overlap(flown, plan, layout, heights)
         laid[plan.name] = found
-        return expect_of_block(_block_of(layout), layout.design)
+        return propagate(layout)
 
     checked = check_plans(search, frame, judge=judge, progress=progress)
     given = (laid, frame, heights, follows)
@@ -192,6 +192,11 @@ def _require_held(layout):
             expected="all of them",
             remedy="Give a smaller --spacing, or smaller image scales",
         )
+
+
+def propagate(layout):
+    """Compute the precision that a layout will have; an ExpectedPrecision."""
+    return expect_of_block(_block_of(layout), layout.design)
 
 
 def _block_of(layout):
