@@ -101,23 +101,15 @@ def _of_layer(path, layer, source):
 
 def _of_json(path, _layer, source):
     """Read GeoJSON: a FeatureCollection, a Feature or a geometry."""
-    import shapely  # noqa: PLC0415 - loaded when a file is read
-
     data = read_once(path, source).data
     try:
         given = json.loads(data.decode("utf-8-sig"))
         features = given.get("features", [given])
         parts = [one.get("geometry", one) for one in features[: MOST_AREAS + 1]]
-        shapes = [
-            None if one is None else shapely.from_geojson(json.dumps(one))
-            for one in parts
-        ]
+        shapes = [_json_shape(one) for one in parts]
         named = given.get("crs")
         crs = WGS_84 if named is None else str(named["properties"]["name"])
-    except (
-        *(ValueError, KeyError, TypeError, AttributeError, RecursionError),
-        shapely.errors.ShapelyError,
-    ) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise FileError(
             f"is no GeoJSON of polygons: {shortened(str(error), 80)}",
             expected="a polygon, or a FeatureCollection of polygons",
@@ -125,6 +117,17 @@ def _of_json(path, _layer, source):
             file=source,
         ) from error
     return _Drawn(_polygons(shapes, source), crs)
+
+
+def _json_shape(geometry):
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    if geometry is None:
+        return None
+    try:
+        return shapely.from_geojson(json.dumps(geometry, allow_nan=False))
+    except (shapely.errors.ShapelyError, ValueError):
+        raise ValueError("a geometry is damaged, or none") from None
 
 
 def _polygons(shapes, source):
@@ -166,7 +169,7 @@ def _as_area(drawn, crs):
 
 def _target(drawn, crs):
     """Name the system of the plan, and say why it is another than the file's."""
-    if drawn.crs is None:
+    if drawn.crs is None or read_source_crs(drawn.crs).is_engineering:
         if crs is None:
             return None, [NO_SYSTEM]
         return crs, [f"The area names no system; it is taken as {label_of(crs)}."]
@@ -193,8 +196,18 @@ def _utm_zone(drawn):
 
     xy = np.concatenate([shapely.get_coordinates(one) for one in drawn.shapes])
     source = read_source_crs(drawn.crs)
+    if source.is_geographic and (np.abs(xy) > [360.0, 90.0]).any():
+        east, north = xy[np.argmax(np.abs(xy).max(axis=1))]
+        raise ProjectionError(
+            f"a corner is {east:.10g}, {north:.10g} in {label_of(drawn.crs)}",
+            expected="longitude and latitude in degrees",
+            remedy="Export the area with its system; GeoJSON without one has degrees",
+        )
     demand = Demand(1e5, "since a zone is looked for")
-    degrees = reproject(xy, source, read_source_crs(WGS_84), demand)[0]
+    return _zone_of(reproject(xy, source, read_source_crs(WGS_84), demand)[0])
+
+
+def _zone_of(degrees):
     low, high = degrees.min(axis=0), degrees.max(axis=0)
     is_on_earth = np.isfinite(degrees).all() and (np.abs(degrees) <= [180, 90]).all()
     if not is_on_earth or low[1] < FARTHEST_SOUTH or high[1] > FARTHEST_NORTH:
@@ -218,8 +231,8 @@ def _utm_zone(drawn):
 def _moved(shape, source, target):
     import shapely  # noqa: PLC0415 - loaded when a file is read
 
-    if source is None:
-        return shape
+    if source is None or read_source_crs(source).is_engineering:
+        return shape  # it names none: taken as it is
     demand = Demand(GOOD_ENOUGH, "since it is the border of an area")
     systems = read_source_crs(source), read_crs(target)
     return shapely.transform(

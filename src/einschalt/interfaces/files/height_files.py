@@ -122,7 +122,9 @@ def _cells(file):
                 if len(image.getbands()) != 1:
                     raise _damaged("has several bands", file.source)
                 return tags, np.array(image)
-        except (UnidentifiedImageError, OSError, ValueError, SyntaxError) as error:
+        except UnidentifiedImageError as error:
+            raise _damaged("is no TIFF, or ends in its tags", file.source) from error
+        except (OSError, ValueError, SyntaxError) as error:
             raise _damaged(f"cannot be read: {str(error)[:60]}", file.source) from error
         except (KeyError, TypeError, Image.DecompressionBombError) as error:
             raise _damaged("its tags are damaged", file.source) from error

@@ -94,7 +94,7 @@ def require_kind(file):
         raise FileError(
             f"is no {suffix} file, whatever its name says",
             expected=f"a file that begins as {suffix} files do",
-            remedy="Export the points again",
+            remedy="Export it again",
             file=file.source,
         )
 

@@ -77,7 +77,7 @@ def lay_out(area, design, *, seed=0) -> AreaLayout:
     GeometryError where the area is smaller than a model, or the models are too many.
     """
     geometry = _geometry(area, design)
-    _require_size(area, design, geometry)
+    require_size(area, design)
     everywhere = scatter_points(geometry, np.random.default_rng(seed))
     position = everywhere[area.holds(everywhere)]
     if len(position) < FEWEST_POINTS:
@@ -106,7 +106,9 @@ def _geometry(area, design):
         ) from None
 
 
-def _require_size(area, design, geometry):
+def require_size(area, design):
+    """Refuse an area that is smaller than a model, or takes too many of them."""
+    geometry = design.geometry()
     low = design.scale_number * np.array(geometry.usable_model)
     least = float(low.min())
     if min(area.extent) < least / 2.0 or area.shape.area < low.prod() / 2.0:
@@ -117,6 +119,14 @@ def _require_size(area, design, geometry):
             expected="an area of several models",
             remedy="Give larger image scales (smaller scale numbers); control alone "
             "does for less",
+        )
+    wanted = area.shape.area / design.spacing**2
+    if min(area.extent) < 3.0 * design.spacing or wanted < FEWEST_POINTS:
+        raise GeometryError(
+            f"points {design.spacing:g} m apart are too few for an area of "
+            f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",
+            expected=f"at least 3 rows of them, and {FEWEST_POINTS}",
+            remedy="Give a smaller --spacing",
         )
     neat = np.prod(geometry.neat_model) * design.scale_number**2
     n_models = design.n_coverages * area.shape.area / neat

@@ -18,6 +18,7 @@ from einschalt.pipeline.planning.area.layout import (
     SHORTEST_SIDE,
     AreaLayout,
     lay_out,
+    require_size,
 )
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import expect_of_block
@@ -94,7 +95,7 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
-    laid = {}
+    laid, search = {}, _that_fit(area, search, frame)
 
     def judge(plan):
         found = _laid_out(area, plan, frame)
@@ -130,6 +131,24 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
     return AreaPlan(*parts, tuple(notes))
 
 
+def _that_fit(area, search, frame):
+    """Leave out the plans whose models or spacings are too large for an area."""
+    plans, problem = search.plans, None
+    fits = {}
+    for _, plan in plans.drop_duplicates(["scale_number", "spacing"]).iterrows():
+        key = plan["scale_number"], plan["spacing"]
+        try:
+            require_size(area, design_of(plan, frame))
+            fits[key] = True
+        except GeometryError as error:
+            fits[key], problem = False, error
+    keys = zip(plans["scale_number"], plans["spacing"], strict=True)
+    is_fit = np.array([fits[key] for key in keys])
+    if not is_fit.any():
+        raise problem
+    return replace(search, plans=plans[is_fit].reset_index(drop=True))
+
+
 def _priced(checked, cost_per_km2):
     plan = checked.plan.copy()
     plan["cost"] = cost_per_km2
@@ -161,6 +180,7 @@ def _over(area, design, most_work) -> FlightDesign:
 
 def _laid_out(area, plan, frame):
     usual = design_of(plan, frame)
+    require_size(area, usual)
     design = _over(area, usual, usual.most_work)
     model = np.prod(design.geometry().usable_model) * design.scale_number**2
     if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
