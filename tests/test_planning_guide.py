@@ -17,6 +17,8 @@ SECTIONS = dict(
     for part in (ROOT / "docs" / "planning.md").read_text("utf-8").split("\n## ")[1:]
 )
 FENCED = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+# what a block of the page is the content of
+FILES = {"csv": "heights.csv", "json": "area.geojson", "xyz": "ground.xyz"}
 # a scale, or a length with its unit, as prose and tables write them
 FIGURE = re.compile(r"1:\d+|\d+(?:\.\d+)?(?= (?:cm|mm|µm|m)\b)")
 
@@ -41,8 +43,8 @@ def test_commands_print_what_stands_below_them(title, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     everything = printed = ""
     for language, text in FENCED.findall(SECTIONS[title]):
-        if language == "csv":
-            Path("heights.csv").write_text(text, encoding="utf-8")
+        if language in FILES:
+            Path(FILES[language]).write_text(text, encoding="utf-8")
         elif language == "text":
             for excerpt in text.split("…\n"):
                 assert excerpt in printed
@@ -59,4 +61,4 @@ def test_commands_print_what_stands_below_them(title, tmp_path, monkeypatch):
 
 
 def test_every_camera_of_the_guide_has_its_example():
-    assert {"Aerial film", "Large-format digital", "UAV"} <= set(SECTIONS)
+    assert {"Aerial film", "Large-format digital", "UAV", "Cameras"} <= set(SECTIONS)

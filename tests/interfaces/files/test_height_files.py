@@ -54,7 +54,7 @@ def test_cells_lie_where_the_tags_say(tmp_path):
 
 def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):
     whole = write(tmp_path / "a.tif", GROUND.astype("int16"))
-    assert read_heights(whole, UTM).over(AREA).range[0] == 550
+    assert read_heights(whole, UTM).over(AREA).range == (531, 684)  # and 15 % beside it
     outside = write(tmp_path / "b.tif", with_gap(-9999, slice(0, 3)), nodata="-9999")
     assert np.isfinite(read_heights(outside, UTM).over(AREA).height).all()
 
@@ -96,16 +96,22 @@ def test_files_that_are_damaged_are_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "text"),
+    ("name", "header", "line"),
     [
-        ("a.xyz", "{e} {n} 612.5\n{e} {m} 613.5\n"),
-        ("a.csv", "northing,easting,height\n{n},{e},612.5\n{m},{e},613.5\n"),
-        ("b.csv", "easting;northing;height\n{e};{n};612,5\n{e};{m};613,5\n"),
+        ("a.xyz", "", "{e} {n} {h}"),
+        ("a.csv", "northing,easting,height\n", "{n},{e},{h}"),
+        ("b.csv", "easting;northing;height\n", "{e};{n};{c}"),
     ],
 )
-def test_lists_and_tables(name, text, tmp_path):
-    given = text.format(e=EAST + 2000, n=NORTH + 2000, m=NORTH + 2100)
-    (tmp_path / name).write_text(given, "utf-8")
+def test_lists_and_tables(name, header, line, tmp_path):
+    places = [(EAST + e, NORTH + n) for e in (1500, 3500) for n in (1500, 2500)]
+    lines = [
+        line.format(e=e, n=n, h=f"{k}.5", c=f"{k},5") for k, (e, n) in enumerate(places)
+    ]
+    (tmp_path / name).write_text(header + "\n".join(lines) + "\n", "utf-8")
     heights = read_heights(tmp_path / name).over(AREA)
-    assert heights.range == (612.5, 613.5)
-    assert heights.plane[0].tolist() == [EAST + 2000, NORTH + 2000]
+    assert heights.range == (0.5, 3.5)
+    assert heights.plane[1].tolist() == [EAST + 1500, NORTH + 2500]
+    (tmp_path / name).write_text(header + "\n".join(lines[:2]) + "\n", "utf-8")
+    with pytest.raises(EinschaltError, match="2 of 2 heights lies in the area"):
+        read_heights(tmp_path / name).over(AREA)

@@ -24,11 +24,8 @@ from einschalt.pipeline.planning.search import find_plans
 def over_area(asked: Asked) -> Answer:
     """Answer with the flight plan that keeps the target over an area."""
     area = read_area(asked["area"], layer=asked["area_layer"], crs=asked["crs"])
-    heights = None
-    if asked["ground_heights"] is not None:
-        heights = read_heights(asked["ground_heights"], area.crs).over(area)
-        heights.require_cover(area.border)
-    frame = frame_of(asked)
+    heights = _heights_of(asked, area)
+    frame = replace(frame_of(asked), shares_control=True)
     found = find_plans(
         *(asked["target"], choices_of(asked), frame),
         where=asked["where"],
@@ -42,32 +39,39 @@ def over_area(asked: Asked) -> Answer:
             follows=max_height_of(asked) is not None,
             progress=progress,
         )
-    text = "\n\n".join(
-        [
-            f"{plan.verdict()}\n{said_of_frame(asked)}",
-            plan.checked.expected.summary(),
-            plan.search.summary(),
-        ]
-    )
-    flown = plan.flown
-
-    def tables():
-        return {
-            "flight_lines": flown.flight_lines,
-            "photographs": flown.photographs,
-            "control": flown.control,
-            "effort": flown.effort,
-            "plans": found.plans,
-            **tables_of_layout(plan.checked.expected),
-        }
-
-    answer = Answer(
-        *(text, tables),
-        lambda: figures_of(found, plan.checked),
+    parts = [
+        f"{plan.verdict()}\n{said_of_frame(asked)}",
+        plan.checked.expected.summary(),
+        plan.search.summary(),
+    ]
+    return Answer(
+        "\n\n".join(parts),
+        lambda: _tables_of(plan),
+        lambda: figures_of(plan.search, plan.checked),
         scales_of(plan.checked.plan),
-        headline={**headline_of(plan.checked), "cost_of_area": flown.cost},
+        headline={**headline_of(plan.checked), "cost_of_area": plan.flown.cost},
+        files=lambda folder: _write_maps(plan, folder),
     )
-    return replace(answer, files=lambda folder: _write_maps(plan, folder))
+
+
+def _heights_of(asked, area):
+    if asked["ground_heights"] is None:
+        return None
+    heights = read_heights(asked["ground_heights"], area.crs).over(area)
+    heights.require_cover(area.border)
+    return heights
+
+
+def _tables_of(plan):
+    flown = plan.flown
+    return {
+        "flight_lines": flown.flight_lines,
+        "photographs": flown.photographs,
+        "control": flown.control,
+        "effort": flown.effort,
+        "plans": plan.search.plans,
+        **tables_of_layout(plan.checked.expected),
+    }
 
 
 def _write_maps(plan, folder):

@@ -56,6 +56,9 @@ M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
 has its own, since flights do not repeat to the metre."""
+NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
+"""Of a lattice of control so dense that a model of the high flight, its whole overlap,
+holds enough of it wherever it lies."""
 LIMITS = {
     "measuring": "measuring in the low flight",
     "noise": "noise of the approximate coordinates",
@@ -160,6 +163,9 @@ class PlanFrame:
     max_height: float | None = None
     # size of a pixel in the image, of which gsd is the size on the ground [µm]
     sampled_um: float | None = None
+    # control lies where it serves most models, as an area plan sets it, and not at the
+    # corners of every neat model; matters where images overlap much
+    shares_control: bool = False
 
     def __post_init__(self):
         """Check what no planned model knows."""
@@ -326,7 +332,13 @@ def _work(columns, frame, model):
     values = 2.0 * models_per_point(model) * coverages
     settings = points * values * columns["n_settings"]
     five, nine = CONTROL_PER_NEAT_MODEL.values()
-    control = np.where(columns["control_per_model"] == 9, nine, five) * high
+    is_nine = columns["control_per_model"] == 9
+    control = np.where(is_nine, nine, five) * high
+    if frame.shares_control:
+        five, nine = NODES_IN_A_MODEL.values()
+        ground = columns["high_scale_number"] ** 2 / M2_PER_KM2
+        whole = model.forward_overlap * along * across * ground
+        control = np.minimum(control, np.where(is_nine, nine, five) / whole)
     costs = frame.costs
     return {
         "images": low + high,

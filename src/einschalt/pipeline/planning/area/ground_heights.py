@@ -9,6 +9,8 @@ from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.typesetting import count, number
 
 LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
+FEWEST = 4  # heights in an area
+MARGIN = 0.15  # of the area's extent, in which heights beside it are kept
 MOST_KEPT = 250_000
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 
@@ -28,18 +30,19 @@ class GroundHeights:
         of the Earth's.
         """
         low, high = np.array(area.shape.bounds).reshape(2, 2)
-        is_near = ((self.plane >= low) & (self.plane <= high)).all(axis=1)
+        margin = MARGIN * (high - low)
+        is_near = ((self.plane >= low - margin) & (self.plane <= high + margin)).all(1)
         is_in = np.zeros(len(self.plane), dtype=bool)
         is_in[is_near] = area.holds(area.to_local(self.plane[is_near]))
-        found, height = int(is_in.sum()), self.height[is_in]
-        if found == 0:
+        found = int(is_in.sum())
+        if found < FEWEST:
             raise GeometryError(
-                f"{self.source}: none of {count(len(self.plane), 'height')} lies in "
-                "the area",
+                f"{self.source}: {found or 'none'} of "
+                f"{count(len(self.plane), 'height')} lies in the area",
                 expected="heights of the whole area, in its system",
                 remedy="Export the heights of this area in the system of the plan",
             )
-        missing = int(np.isnan(height).sum())
+        missing = int(np.isnan(self.height[is_in]).sum())
         if missing:
             raise GeometryError(
                 f"{self.source}: {missing} of {count(found, 'place')} in the area have "
@@ -47,9 +50,12 @@ class GroundHeights:
                 expected="a height everywhere in the area",
                 remedy="Fill the gaps, as QGIS does with 'Fill nodata'",
             )
-        self._require_land(height)
-        step = max(1, found // MOST_KEPT)
-        return GroundHeights(self.plane[is_in][::step], height[::step], self.source)
+        self._require_land(self.height[is_in])
+        # those beside it as well, where they are sound: cameras look there, too
+        is_sound = (self.height >= LOWEST) & (self.height <= HIGHEST)
+        kept = np.flatnonzero(is_in | (is_near & is_sound))
+        kept = kept[:: max(1, len(kept) // MOST_KEPT)]
+        return GroundHeights(self.plane[kept], self.height[kept], self.source)
 
     def _require_land(self, height):
         worst = height[np.argmax(np.abs(height - (LOWEST + HIGHEST) / 2.0))]
@@ -69,8 +75,6 @@ class GroundHeights:
     @cached_property
     def spacing(self) -> float:
         """Usual distance of a height from the next [m]."""
-        if len(self.plane) < 2:
-            return np.inf
         step = max(1, len(self.plane) // 1000)
         return float(np.median(self._tree.query(self.plane[::step], k=2)[0][:, 1]))
 
@@ -79,7 +83,7 @@ class GroundHeights:
         away = self._tree.query(ground)[0]
         most = FARTHEST_CELLS * max(self.spacing, 1.0)
         apart = number(self.spacing, 2)
-        if len(self.plane) > 1 and away.max() > most:
+        if away.max() > most:
             east, north = ground[int(np.argmax(away))]
             raise GeometryError(
                 f"{self.source}: the nearest height to {east:.0f}, {north:.0f} in the "

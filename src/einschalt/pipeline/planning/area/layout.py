@@ -6,6 +6,7 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number
+from einschalt.pipeline.planning.search import NODES_IN_A_MODEL
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     CONTROL_PLACES,
@@ -23,7 +24,6 @@ MOST_MODELS = 20_000
 REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7
-NODES_PER_AXIS = {5: 2.5, 9: 3.0}  # of a lattice of control, in a model
 BUSY = 100.0  # half models
 LEAST_POINTS = 4
 FEWEST_POINTS = 12
@@ -238,7 +238,7 @@ def _on_lattice(geometry, layout, position):
     """Points nearest to the nodes of a lattice, several of which are in every model."""
     from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
 
-    per_axis = NODES_PER_AXIS[geometry.control_per_model]
+    per_axis = np.sqrt(NODES_IN_A_MODEL[geometry.control_per_model])
     step = layout.scale_number * np.array(geometry.usable_model) / per_axis
     low, high = position.min(axis=0), position.max(axis=0)
     axes = [
