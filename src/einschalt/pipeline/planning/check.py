@@ -19,7 +19,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 
 MOST_TRIED = 6
 WORK_OF_CHECK = 6e6
-"""Of one layout, as ``FlightDesign.most_work``: well below a second each."""
+"""Of one layout, as ``FlightDesign.most_work``: a second at most."""
 RECOMMENDED = 2  # the plan that is recommended, and the next best
 
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FEWEST_IN_A_MODEL = 8
 """Points that a model of the checked layout holds at least; else a part is checked."""
+WORK_OF_LAYOUT = 6e6  # as FlightDesign.most_work: about a second
 MOST_POINTS = 200_000
 MOST_LEFT_OUT = 0.002
 ITEM_TEXT = {
@@ -181,13 +182,13 @@ def _over(area, design, most_work) -> FlightDesign:
 def _laid_out(area, plan, frame):
     usual = design_of(plan, frame)
     require_size(area, usual)
-    design = _over(area, usual, usual.most_work)
+    design = _over(area, usual, WORK_OF_LAYOUT)
     model = np.prod(design.geometry().usable_model) * design.scale_number**2
     if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
         return _LaidOut(lay_out(area, design), is_part=False)
     # a part as large as the layouts of a search
     part = _part_of(area, usual.extent)
-    return _LaidOut(lay_out(part, _over(part, usual, usual.most_work)), is_part=True)
+    return _LaidOut(lay_out(part, _over(part, usual, WORK_OF_LAYOUT)), is_part=True)
 
 
 def _part_of(area, extent):
