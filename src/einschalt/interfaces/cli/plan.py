@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import typer
 
@@ -77,9 +77,13 @@ def plan(
             "geometry with points evenly spread or on a lattice."
         ),
     ] = "kovarik",
-    camera: Annotated[CameraName, typer.Option(help="Camera and usual flight.")] = (
-        "film_wide"
-    ),
+    camera: Annotated[
+        CameraName,
+        typer.Option(
+            metavar="CAMERA",
+            help=f"Camera and usual flight: {', '.join(get_args(CameraName))}.",
+        ),
+    ] = "film_wide",
     image_format: Annotated[
         str | None,
         typer.Option(

@@ -8,6 +8,7 @@ from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
 from einschalt.interfaces.cli.progress import late_progress
+from einschalt.pipeline.planning.arguments import RANGES
 from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.effort import describe_effort
 from einschalt.pipeline.planning.expected_precision import expect_precision
@@ -154,12 +155,14 @@ def _usual_scales(asked):
         low = min(low, high / OF_THE_HIGHEST)
     ratio = (high / low) ** (1.0 / (SEARCHED_SCALES - 1))
     # downward: the highest stays below the limit
-    return tuple(_rounded_down(low * ratio**i) for i in range(SEARCHED_SCALES))
+    scales = (_rounded_down(low * ratio**i) for i in range(SEARCHED_SCALES))
+    return tuple(dict.fromkeys(scales))
 
 
 def _rounded_down(scale_number):
     step = 100.0 if scale_number >= 2000.0 else 10.0
-    return max(step * math.floor(scale_number / step + 1e-9), step)
+    least = RANGES["scale_number"].low
+    return max(step * math.floor(scale_number / step + 1e-9), least)
 
 
 def layout(asked: Asked) -> Answer:

@@ -25,6 +25,11 @@ from einschalt.pipeline.planning.cameras import (
 from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
+from einschalt.pipeline.planning.text import (
+    ONE_COVERAGE,
+    REMEDIES,
+    SEVERAL_COVERAGES,
+)
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 from einschalt.theory.planning.expected_precision import (
@@ -65,20 +70,7 @@ LIMITS = {
     "transformation": "the transformations of the high flight",
     "control": "the errors of control",
 }
-REMEDIES = {
-    "measuring": "Set points more often, fly lower, or with more coverages",
-    "noise": "Fly the high flight lower, or with more coverages",
-    "transformation": "Fly the high flight lower, measure it better, or give its "
-    "models nine control points",
-    "control": "Survey the control better, or give nine points to each model",
-}
 SHOWN = 10
-SEVERAL_COVERAGES = (
-    "  With several coverages it is the error of their mean, alike at every place."
-)
-ONE_COVERAGE = """\
-  One coverage has no other to be compared with: gross errors stay unseen, and only
-  control says how good it was. Two: --n-coverages 2"""
 
 
 @dataclass(frozen=True, kw_only=True)
