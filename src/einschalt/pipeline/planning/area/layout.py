@@ -10,7 +10,6 @@ from einschalt.pipeline.planning.search import NODES_IN_A_MODEL
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     CONTROL_PLACES,
-    FIRST_POINT,
     FlightLayout,
     flight_rasters,
     scatter_points,
@@ -50,17 +49,13 @@ class AreaLayout:
     def oriented(self, flight) -> FlightLayout:
         """The models of a flight that hold enough points to be oriented."""
         layout = self.flights[flight]
-        least = LEAST_POINTS
-        if flight == "high_flight":
-            least = self.geometry.control_per_model
-            layout_control = np.isin(layout.point, self.control)
-            n_control = np.bincount(
-                layout.model[layout_control], minlength=layout.n_models
-            )
-        else:
-            n_control = np.full(layout.n_models, least)
         n_points = np.bincount(layout.model, minlength=layout.n_models)
-        return _only(layout, (n_points >= least) & (n_control >= LEAST_POINTS))
+        if flight == "low_flight":
+            return _only(layout, n_points >= LEAST_POINTS)
+        is_control = self.is_control[layout.point]
+        n_control = np.bincount(layout.model[is_control], minlength=layout.n_models)
+        is_enough = n_points >= self.geometry.control_per_model
+        return _only(layout, is_enough & (n_control >= LEAST_POINTS))
 
     @property
     def n_left_out(self):
@@ -273,9 +268,3 @@ def _completed(geometry, layout, position, chosen, near_enough):
             distance[one] += BUSY  # it serves at one place of a model
             is_chosen[held[one]] = True
     return np.flatnonzero(is_chosen)
-
-
-def names_of(layout):
-    """Names of the points of an area layout, as its block has them."""
-    numbers = np.arange(FIRST_POINT, FIRST_POINT + len(layout.position))
-    return numbers.astype(str).astype(object)

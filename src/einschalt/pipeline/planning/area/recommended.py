@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.errors import EinschaltError, GeometryError
 from einschalt.foundations.typesetting import fixed, number, table, wrapped
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
@@ -141,7 +141,7 @@ def _that_fit(area, search, frame):
         try:
             require_size(area, design_of(plan, frame))
             fits[key] = True
-        except GeometryError as error:
+        except EinschaltError as error:
             fits[key], problem = False, error
     keys = zip(plans["scale_number"], plans["spacing"], strict=True)
     is_fit = np.array([fits[key] for key in keys])
