@@ -7,7 +7,7 @@ from pathlib import Path
 PAGE = Path(__file__).parents[3] / "docs" / "truth.md"
 PARTS = (
     *("precision", "spatial", "components", "gross", "claim", "blunders"),
-    *("simultaneous", "deformation", "real_life", "planning"),
+    *("simultaneous", "deformation", "real_life", "planning", "area_plans"),
 )
 OPENING = """\
 # Is what is claimed what is so?
@@ -37,6 +37,7 @@ SHOWN = (
     ("given points that share errors", "real_life", "shared_errors"),
     ("relative orientation", "–", "relative_orientation"),
     ("precision that planning expects", "planning", "expected_precision"),
+    ("flight plans over areas", "area_plans", "area_plans"),
 )
 
 

@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import typer
 
@@ -14,6 +14,7 @@ EXAMPLES = (
     "einschalt plan --scale-number 6000:12000:1000 --spacing 200,300 --m-0 0.10",
     "einschalt plan --camera ultracam_eagle --edge lattice --output plan.csv",
     "einschalt plan --target 0.05 --spacing 300 --output out/plan",
+    "einschalt plan --target 5cm --area area.gpkg --output out/plan",
     "einschalt plan --expect --scale-number 8000 --spacing 300 --output out/plan",
     "einschalt plan --scale-number 6000,8000 --terrain heights.csv",
 )
@@ -27,8 +28,11 @@ CameraName = Literal[
     "film_super_wide",
     "ultracam_eagle",
     "dmc_3",
+    "ultracam_xp",
+    "dmc_ii_250",
     "uav_full_frame",
     "uav_one_inch",
+    "uav_four_thirds",
 ]
 
 
@@ -73,9 +77,13 @@ def plan(
             "geometry with points evenly spread or on a lattice."
         ),
     ] = "kovarik",
-    camera: Annotated[CameraName, typer.Option(help="Camera and usual flight.")] = (
-        "film_wide"
-    ),
+    camera: Annotated[
+        CameraName,
+        typer.Option(
+            metavar="CAMERA",
+            help=f"Camera and usual flight: {', '.join(get_args(CameraName))}.",
+        ),
+    ] = "film_wide",
     image_format: Annotated[
         str | None,
         typer.Option(
@@ -104,8 +112,9 @@ def plan(
         str,
         typer.Option(
             metavar="NAME=COST,…",
-            help="Target: what plans are ranked by, in any currency; the cost of the "
-            "other things stays as it is.",
+            help="Target: your prices in any currency: of an image flown, a model "
+            "oriented, a point set once, a control point surveyed; plans are ranked by "
+            "them. What is not named has the default.",
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
@@ -121,6 +130,13 @@ def plan(
     control_standard_error: Annotated[
         float, typer.Option(help="Target, expect: total error of control [m].")
     ] = 0.03,
+    max_height: Annotated[
+        float | None,
+        typer.Option(
+            show_default="120 for UAVs, else none",
+            help="Target: both flights stay below it, above ground [m].",
+        ),
+    ] = None,
     expect: Annotated[
         bool,
         typer.Option(
@@ -132,6 +148,25 @@ def plan(
     high_m_g_um: _expect("measuring error in the high flight [µm].") = None,
     width: _expect("extent of the area from west to east [m].") = None,
     height: _expect("extent of the area from south to north [m].") = None,
+    area: Annotated[
+        Path | None,
+        typer.Option(
+            help="With --target: polygon of the area (GeoPackage, GeoJSON, shapefile): "
+            "gives flight lines, photographs and control over it, validated; with "
+            "--output FOLDER flight_plan.gpkg and flight_plan.kml."
+        ),
+    ] = None,
+    area_layer: optional("Area", str, "layer of a GeoPackage with several.") = None,
+    crs: optional(
+        "Area", str, "plane system of the plan, such as EPSG:31255; that of the area."
+    ) = None,
+    ground_heights: Annotated[
+        Path | None,
+        typer.Option(
+            help="Area: heights of the terrain, GeoTIFF or XYZ or a table easting, "
+            "northing, height; gives altitudes, and says where overlaps end."
+        ),
+    ] = None,
     terrain: Annotated[
         Path | None,
         typer.Option(

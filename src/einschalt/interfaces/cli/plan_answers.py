@@ -29,6 +29,10 @@ class Answer:
     tables: Callable
     figures: Callable
     scale_numbers: Sequence[float]  # in question, for the terrain
+    # what programs are told; the first row of the first table where left out
+    headline: dict | None = None
+    # writes further files into the folder of the answer
+    files: Callable | None = None
 
 
 def tables(asked: Asked) -> Answer:

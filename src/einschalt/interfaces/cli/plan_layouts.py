@@ -1,11 +1,14 @@
 """Answers of ``einschalt plan`` that lay blocks out: a target, and one layout."""
 
+import math
 from dataclasses import replace
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
+from einschalt.interfaces.cli.progress import late_progress
+from einschalt.pipeline.planning.arguments import RANGES
 from einschalt.pipeline.planning.check import check_plans
 from einschalt.pipeline.planning.effort import describe_effort
 from einschalt.pipeline.planning.expected_precision import expect_precision
@@ -14,40 +17,88 @@ from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plan
 
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
+OF_THE_HIGHEST = 5.0  # where a limit of height is far below what is usual
 
 
 def search(asked: Asked) -> Answer:
-    """Answer with the plans that reach a precision, the best laid out as a check."""
-    frame = _frame_of(asked)
+    """Answer with the plan that keeps a precision on its own layout."""
+    frame = frame_of(asked)
     found = find_plans(
-        *(asked["target"], _choices_of(asked), frame),
+        *(asked["target"], choices_of(asked), frame),
         where=asked["where"],
         by=asked["by"],
     )
     try:
-        checked = check_plans(found, frame)
+        with late_progress() as progress:
+            checked = check_plans(found, frame, progress=progress)
     except EinschaltError as error:
         # the plans are what was asked for; the check of the best comes on top
-        said = wrapped(f"The best plan cannot be laid out: {error}", indent="  ")
-        tables, scales = {"plans": found.plans}, _scales_of(found.nearest)
-        text = f"{found.summary()}\n\n{said}"
+        said = wrapped(
+            f"No plan is recommended: the best cannot be laid out: {error}", indent="  "
+        )
+        tables, scales = {"plans": found.plans}, scales_of(found.nearest)
+        text = f"{said}\n\n{found.summary()}"
         return Answer(text, lambda: tables, lambda: _figure_of(found), scales)
 
-    def figures():
-        return {
-            **_figure_of(found, checked),
-            "precision_map": _map_of(checked.expected),
-        }
-
+    parts = [
+        f"{checked.verdict()}\n{said_of_frame(asked)}",
+        found.summary(),
+        checked.expected.summary(),
+    ]
     return Answer(
-        f"{found.summary()}\n\n{checked.summary()}",
-        lambda: {"plans": found.plans, **_of_layout(checked.expected)},
-        figures,
-        _scales_of(checked.plan),
+        "\n\n".join(parts),
+        lambda: {"plans": found.plans, **tables_of_layout(checked.expected)},
+        lambda: figures_of(found, checked),
+        scales_of(checked.plan),
+        headline=headline_of(checked),
     )
 
 
-def _scales_of(plan):
+def figures_of(found, checked):
+    """Draw the plans of a search, and the precision of the one that was checked."""
+    return {**_figure_of(found, checked), "precision_map": _map_of(checked.expected)}
+
+
+def headline_of(checked):
+    """Row of the plan that was checked, for programs, and whether it holds."""
+    return {
+        **checked.plan.to_dict(),
+        "reached_on_layout": checked.reached,
+        "is_recommended": checked.is_kept,
+    }
+
+
+def said_of_frame(asked):
+    """Say which limits and prices are no choice of the planner's."""
+    said = []
+    limit = max_height_of(asked)
+    if limit is None:
+        said.append("Flying heights have no limit (--max-height).")
+    elif asked["max_height"] is None:
+        said.append(f"Up to {limit:g} m above ground, as usual for it (--max-height).")
+    else:
+        said.append(f"Up to {limit:g} m above ground.")
+    costs = costs_of(asked["costs"])
+    each = ", ".join(
+        f"{getattr(costs, name):g} {name.replace('_', ' ')}"
+        for name in costs.__dataclass_fields__
+    )
+    default = " (defaults, not yours: --costs)" if "costs" not in asked.typed else ""
+    said.append(f"Prices{default}: {each}.")
+    if asked.flight.preset.pixel_um is None:
+        sampled = asked.flight.preset.sampled_um
+        said.append(f"GSD: of film that is scanned at {sampled:g} µm.")
+    return wrapped(" ".join(said), first="  ", indent="    ")
+
+
+def max_height_of(asked):
+    """Limit above ground: what was given, or what is usual for the camera [m]."""
+    given = asked["max_height"]
+    return asked.flight.preset.max_height if given is None else given
+
+
+def scales_of(plan):
+    """Scale numbers of both flights of a plan, for the terrain."""
     return [float(plan["scale_number"]), float(plan["high_scale_number"])]
 
 
@@ -58,7 +109,8 @@ def _figure_of(found, checked=None):
     return {"plans": plans_figure(found, checked)}
 
 
-def _frame_of(asked):
+def frame_of(asked) -> PlanFrame:
+    """Put what is at hand together."""
     model = asked.flight.model
     return PlanFrame(
         kind=model.kind,
@@ -68,15 +120,20 @@ def _frame_of(asked):
         side_overlap=model.side_overlap,
         control_standard_error=asked["control_standard_error"],
         costs=costs_of(asked["costs"]),
+        max_height=max_height_of(asked),
+        sampled_um=asked.flight.preset.sampled_um,
     )
 
 
-def _choices_of(asked):
+def choices_of(asked) -> PlanChoices:
+    """Put down what is free to be chosen: as asked, or as is usual."""
     preset = asked.flight.preset
     usual = PlanChoices(
-        scale_number=_usual_scales(preset),
+        scale_number=_usual_scales(asked),
         spacing=preset.spacings,
         m_g_um=preset.m_g_um[:1],
+        # one coverage shows no gross error
+        n_coverages=(2, 3),
     )
     return PlanChoices(
         **{
@@ -86,12 +143,26 @@ def _choices_of(asked):
     )
 
 
-def _usual_scales(preset):
-    """Scales from half of the preset's smallest to thrice its largest, rounded."""
+def _usual_scales(asked):
+    """Scales about those of the preset, rounded; so low as the limit asks for."""
+    scales = asked.flight.preset.scale_numbers
     half, thrice = HALF_TO_THRICE
-    low, high = half * min(preset.scale_numbers), thrice * max(preset.scale_numbers)
+    low, high = half * min(scales), thrice * max(scales)
+    limit = max_height_of(asked)
+    if limit is not None:
+        lowest = min(asked.numbers("high_over_low", PlanChoices.high_over_low))
+        high = min(high, limit / asked.flight.principal_distance / lowest)
+        low = min(low, high / OF_THE_HIGHEST)
     ratio = (high / low) ** (1.0 / (SEARCHED_SCALES - 1))
-    return tuple(round(low * ratio**i, -2) for i in range(SEARCHED_SCALES))
+    # downward: the highest stays below the limit
+    scales = (_rounded_down(low * ratio**i) for i in range(SEARCHED_SCALES))
+    return tuple(dict.fromkeys(scales))
+
+
+def _rounded_down(scale_number):
+    step = 100.0 if scale_number >= 2000.0 else 10.0
+    least = RANGES["scale_number"].low
+    return max(step * math.floor(scale_number / step + 1e-9), least)
 
 
 def layout(asked: Asked) -> Answer:
@@ -104,7 +175,7 @@ def layout(asked: Asked) -> Answer:
         text += f"\n  With coverages that are not shifted: {same}."
     return Answer(
         text,
-        lambda: _of_layout(expected),
+        lambda: tables_of_layout(expected),
         lambda: {"precision_map": _map_of(expected, unshifted)},
         [expected.design.scale_number, expected.design.scale_of_high_flight],
     )
@@ -151,5 +222,6 @@ def _whole(value):
     return int(value) if float(value).is_integer() else value
 
 
-def _of_layout(expected):
+def tables_of_layout(expected):
+    """Tables of a layout that was propagated."""
     return {"expected_points": expected.points, "expected_values": expected.values}

@@ -17,19 +17,21 @@ from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.theory.planning.kovarik_precision import PlannedModel
 
 MOST_STEPS = 1_000_000
-QUESTIONS = ("tables", "target", "expect")
+QUESTIONS = ("tables", "target", "area", "expect")
 COUNTS_FOR = {
     **dict.fromkeys(("m_0", "edge"), ("tables",)),
     **dict.fromkeys(
-        ("where", "by", "costs", "high_over_low", "n_settings"), ("target",)
+        ("where", "by", "costs", "high_over_low", "n_settings", "max_height"),
+        ("target", "area"),
     ),
     **dict.fromkeys(
         ("n_coverages", "control_per_model", "control_standard_error"),
-        ("target", "expect"),
+        ("target", "area", "expect"),
     ),
     **dict.fromkeys(
         ("expect", "high_scale_number", "high_m_g_um", "width", "height"), ("expect",)
     ),
+    **dict.fromkeys(("area", "area_layer", "crs", "ground_heights"), ("area",)),
 }
 """Options that do not count for every question."""
 COSTS = "costs as image=10,model=20,setting=0.5,control_point=100"
@@ -140,6 +142,7 @@ class Asked:
     options: dict  # values of all options by name
     flight: PlannedFlight
     unused: tuple[str, ...] = ()  # written, and do not count for this question
+    typed: tuple[str, ...] = ()  # written at all
 
     def __getitem__(self, name):
         """Value of an option."""
@@ -166,6 +169,12 @@ def asked_of(options, typed) -> Asked:
     """Find out which question is asked, and what was typed that does not count."""
     question = "expect" if options["expect"] else "tables"
     if options["target"] is not None:
-        question = "target"
+        question = "target" if options["area"] is None else "area"
+    elif options["area"] is not None:
+        raise SettingsError(
+            "--area without --target",
+            expected="the total error that the points over it may have",
+            remedy="Write --target 5cm as well",
+        )
     unused = [name for name in typed if question not in COUNTS_FOR.get(name, QUESTIONS)]
-    return Asked(question, options, flight_of(options), tuple(unused))
+    return Asked(question, options, flight_of(options), tuple(unused), tuple(typed))

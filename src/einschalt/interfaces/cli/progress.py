@@ -1,16 +1,32 @@
 """Progress of a computation on standard error: a bar on a terminal, lines elsewhere."""
 
 import sys
+import time
 from contextlib import contextmanager
 from datetime import datetime, timedelta
 
 from einschalt.foundations.display_names import printable
 from einschalt.interfaces.cli.exits import print_error
 
+PATIENCE = 1.0  # seconds without a word
+
 
 def stage_progress(*, is_quiet):
     """Give what shows the title of a stage and the fraction that is done."""
     return _shown(_line, is_quiet=is_quiet)
+
+
+@contextmanager
+def late_progress():
+    """Give what shows a title and a fraction once a second has passed."""
+    begin = time.monotonic()
+    with stage_progress(is_quiet=False) as show:
+
+        def late(title, fraction):
+            if time.monotonic() - begin > PATIENCE:
+                show(title, fraction)
+
+        yield late
 
 
 @contextmanager

@@ -46,9 +46,6 @@ def write_geopackage(result, path, *, ellipse_scale=None):
 
     Without ``ellipse_scale`` a round factor makes the confidence ellipses visible.
     """
-    # imported when a file is written: GDAL takes its time
-    import pyogrio  # noqa: PLC0415
-
     positions = _positions(result)
     layers = [
         _models_layer(result, positions),
@@ -56,8 +53,23 @@ def write_geopackage(result, path, *, ellipse_scale=None):
         ellipse_layer(result, ellipse_scale),
         _points_layer(result),
     ]
-    name = result.crs
-    crs = LOCAL_SYSTEM if name is None else read_crs(name).to_wkt()
+    columns = {one.name: distinct_names(one.attributes) for one in layers}
+
+    def finish(file):
+        add_styles(file, DATE, columns, claim_of(result))
+
+    write_layers(layers, result.crs, path, finish)
+
+
+def write_layers(layers, crs_name, path, finish=None):
+    """Write layers as GeoPackage, whole or not at all.
+
+    ``crs_name``: None for a local system. ``finish(file)`` adds to the file.
+    """
+    # imported when a file is written: GDAL takes its time
+    import pyogrio  # noqa: PLC0415
+
+    crs = LOCAL_SYSTEM if crs_name is None else read_crs(crs_name).to_wkt()
     with (
         replacing(path) as hidden,
         _said_as_file_error(path),
@@ -78,8 +90,8 @@ def write_geopackage(result, path, *, ellipse_scale=None):
                 # readers of 2018 open it as well, such as QGIS 3.22
                 dataset_options={"VERSION": "1.2"},
             )
-        columns = {one.name: distinct_names(one.attributes) for one in layers}
-        add_styles(file, DATE, columns, claim_of(result))
+        if finish is not None:
+            finish(file)
 
 
 @contextmanager

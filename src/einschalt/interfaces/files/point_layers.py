@@ -79,10 +79,7 @@ def read_layer(path, said, source, beside=()) -> PointLayer:
             file=source,
         )
     with opened(parts, source) as (pyogrio, copy):
-        names = [str(name) for name, _ in pyogrio.list_layers(copy)]
-        name = _chosen(names, said.layer, source)
-        if suffix == ".gpkg":
-            _refuse_view(copy, name, source)
+        name = choose_layer(copy, said.layer, source)
         # one row more than is allowed, which is then refused; none takes no byte
         n_columns = len(pyogrio.read_info(copy, layer=name)["fields"]) + 1
         most = min(len(file.data), MOST_VALUES // n_columns + 1)
@@ -97,12 +94,24 @@ def require_kind(file):
         raise FileError(
             f"is no {suffix} file, whatever its name says",
             expected=f"a file that begins as {suffix} files do",
-            remedy="Export the points again",
+            remedy="Export it again",
             file=file.source,
         )
 
 
-def _chosen(names, layer, source):
+def choose_layer(copy, layer, source, option='layer = "{}" in block.toml'):
+    """Name the layer that is meant; refused where it is a view, or one of several."""
+    # imported when a file is read: GDAL takes its time
+    import pyogrio  # noqa: PLC0415
+
+    names = [str(name) for name, _ in pyogrio.list_layers(copy)]
+    name = _chosen(names, layer, source, option)
+    if Path(copy).suffix == ".gpkg":
+        _refuse_view(copy, name, source)
+    return name
+
+
+def _chosen(names, layer, source, option):
     if layer is None and len(names) == 1:
         return names[0]
     if layer in names:
@@ -111,7 +120,7 @@ def _chosen(names, layer, source):
     raise FileError(
         found,
         expected=name_some(names, 8),
-        remedy=f'Say which: layer = "{names[0]}" in block.toml' if names else "",
+        remedy=f"Say which: {option.format(names[0])}" if names else "",
         file=source,
     )
 

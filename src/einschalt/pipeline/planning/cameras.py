@@ -1,11 +1,21 @@
-"""Cameras with their usual flights: what a planner need not look up."""
+"""Cameras with their usual flights: what a planner need not look up.
+
+And how high a flight with them is above ground, and how large a pixel is there.
+"""
 
 from dataclasses import dataclass
+
+import numpy as np
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.typesetting import length, number
+from einschalt.foundations.units import METRES_PER_UM
 
 FILM_SCALES = (6_000.0, 8_000.0, 10_000.0, 12_000.0)
 FILM_SPACINGS = (200.0, 300.0, 400.0)
 FILM_M_G_UM = (10.0, 5.0)
 FILM_M_0 = (0.10, 0.20)
+SCANNED_UM = 15.0  # of film, as photogrammetric scanners do
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,6 +26,10 @@ class CameraPreset:
     image_format: tuple[float, float]  # of the image along and across the strip [m]
     principal_distance: float  # [m]
     pixel_um: float | None = None  # size of a pixel; None for film
+    # what a ground sampling distance is of: for film the usual scan
+    sampled_um: float = SCANNED_UM
+    # that the camera's carrier may usually fly above ground [m]
+    max_height: float | None = None
     forward_overlap: float = 0.60
     side_overlap: float = 0.30
     # usual errors of approximate coordinates, TOTAL: for film those of Kovarik 1971,
@@ -44,6 +58,7 @@ def _digital(title, pixels, pixel_um, principal_distance, **usual):
         image_format=(along, across),
         principal_distance=principal_distance,
         pixel_um=pixel_um,
+        sampled_um=pixel_um,
         m_g_um=(round(0.3 * 2.0**0.5 * pixel_um, 1),),
         **usual,
     )
@@ -53,8 +68,14 @@ LARGE_FORMAT = {
     "m_0": (0.05, 0.10),
     "scale_numbers": (15_000.0, 20_000.0, 25_000.0, 30_000.0),
 }
-UAV = {"forward_overlap": 0.80, "side_overlap": 0.60, "m_0": (0.02, 0.05)}
-"""Flown up to 120 m above ground, where most countries end the open category."""
+OPEN_CATEGORY = 120.0
+"""Metres above ground: EU Regulation 2019/947, UAS.OPEN.010; other states are alike."""
+UAV = {
+    "forward_overlap": 0.80,
+    "side_overlap": 0.60,
+    "m_0": (0.02, 0.05),
+    "max_height": OPEN_CATEGORY,
+}
 CAMERAS = {
     "film_wide": _film("aerial film 23 cm, wide angle", 0.152),
     "film_normal": _film("aerial film 23 cm, normal angle", 0.305),
@@ -63,6 +84,12 @@ CAMERAS = {
         "UltraCam Eagle Mark 3", (17_004, 26_460), 4.0, 0.100, **LARGE_FORMAT
     ),
     "dmc_3": _digital("Leica DMC III", (14_592, 25_728), 3.9, 0.092, **LARGE_FORMAT),
+    "ultracam_xp": _digital(
+        "UltraCam Xp", (11_310, 17_310), 6.0, 0.1005, **LARGE_FORMAT
+    ),
+    "dmc_ii_250": _digital(
+        "Z/I DMC II 250", (14_656, 17_216), 5.6, 0.112, **LARGE_FORMAT
+    ),
     "uav_full_frame": _digital(
         "UAV, 45 megapixels of 36 mm x 24 mm, as DJI P1",
         (5_460, 8_192),
@@ -81,5 +108,62 @@ CAMERAS = {
         spacings=(10.0, 15.0, 20.0),
         **UAV,
     ),
+    "uav_four_thirds": _digital(
+        "UAV, 20 megapixels of 17 mm x 13 mm, as DJI Mavic 3 Enterprise",
+        (3_956, 5_280),
+        3.3,
+        0.0123,
+        scale_numbers=(5_000.0, 6_500.0, 8_000.0, 9_700.0),
+        spacings=(5.0, 10.0, 15.0),
+        **UAV,
+    ),
 }
 """By the name that the command line takes. Sizes after the makers' data sheets."""
+
+
+def flown_columns(columns, principal_distance, sampled_um) -> dict:
+    """Heights above ground and ground sampling distances of both flights [m].
+
+    ``columns`` has scale_number and high_scale_number. Without ``sampled_um``, the size
+    of a pixel in the image, the sampling distances are NaN.
+    """
+    low, high = columns["scale_number"], columns["high_scale_number"]
+    pixel = np.nan if sampled_um is None else sampled_um * METRES_PER_UM
+    return {
+        "flying_height": principal_distance * low,
+        "high_flying_height": principal_distance * high,
+        "gsd": pixel * low,
+        "high_gsd": pixel * high,
+    }
+
+
+def within_height(columns, principal_distance, max_height) -> dict:
+    """Leave out combinations whose high flight is flown too high above ground.
+
+    GeometryError where none is left.
+    """
+    if max_height is None:
+        return columns
+    height = principal_distance * columns["high_scale_number"]
+    is_below = height <= max_height * (1.0 + 1e-9)
+    if not is_below.any():
+        raise GeometryError(
+            f"the lowest high flight is flown {number(height.min(), 3)} m above ground",
+            expected=f"at most {max_height:g} m",
+            remedy="Give larger image scales (smaller scale numbers), high flights "
+            "nearer to the low ones (--high-over-low), or a greater --max-height",
+        )
+    return {name: values[is_below] for name, values in columns.items()}
+
+
+def describe_heights(plan) -> str:
+    """Say how high both flights are above ground, and how large a pixel is there.
+
+    ``plan`` has flying_height, high_flying_height, gsd and high_gsd [m].
+    """
+    low, high = plan["flying_height"], plan["high_flying_height"]
+    said = [f"Low flight {low:.0f} m above ground", f"high flight {high:.0f} m"]
+    gsd = plan["gsd"], plan["high_gsd"]
+    if np.isfinite(gsd).all():
+        said = [f"{s}, GSD {length(g)}" for s, g in zip(said, gsd, strict=True)]
+    return "; ".join(said)

@@ -7,6 +7,7 @@ import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.typesetting import wrapped
+from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
     expect_precision,
@@ -17,6 +18,9 @@ from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 
 MOST_TRIED = 6
+WORK_OF_CHECK = 6e6
+"""Of one layout, as ``FlightDesign.most_work``: a second at most."""
+RECOMMENDED = 2  # the plan that is recommended, and the next best
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,64 +32,145 @@ class CheckedPlan(Result):
     reached: float  # error at the place of the target [m]
     target: float  # [m]
     # cheaper plans that do not keep it, with what they come to
-    dropped: tuple[str, ...]
+    dropped: tuple[str, ...] = ()
+    next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
 
     @property
     def is_kept(self):
         """Whether the target is reached on the layout too."""
         return bool(self.reached <= self.target)
 
-    def summary(self):
-        """Return which plan holds, and its expected precision."""
-        found = f"{_in_cm(self.reached)} with {describe_plan(self.plan)}"
-        verdict = f"Checked by propagation on a layout: {found}."
-        if not self.is_kept:
-            verdict += f" That is more than {_in_cm(self.target)}."
-        dropped = [
+    def verdict(self):
+        """Return which plan holds, the next best, and what does not hold."""
+        lines = [wrapped(self._verdict(), indent="  ")]
+        lines.append(f"  {describe_heights(self.plan)}")
+        if self.next_best is not None:
+            other = self.next_best
+            said = (
+                f"Next best: {_in_cm(other.reached)} with {describe_plan(other.plan)}; "
+                f"{_dearer(other.plan['cost'] / self.plan['cost'])}."
+            )
+            lines.append(wrapped(said, first="  ", indent="    "))
+        dropped = (
             wrapped(f"Not kept: {text}", first="  ", indent="    ")
             for text in self.dropped
-        ]
-        lines = [wrapped(verdict, indent="  "), *dropped]
-        return "\n".join([*lines, "", self.expected.summary()])
+        )
+        return "\n".join([*lines, *dropped])
+
+    def _verdict(self):
+        found = f"{_in_cm(self.reached)} with {describe_plan(self.plan)}"
+        if self.is_kept:
+            return f"Recommended: {found}. Checked by propagation on a layout."
+        return (
+            f"No plan is recommended. Checked by propagation on a layout: {found}. "
+            f"That is more than {_in_cm(self.target)}."
+        )
+
+    def summary(self):
+        """Return which plan holds, and its expected precision."""
+        return f"{self.verdict()}\n\n{self.expected.summary()}"
 
 
-def check_plans(search, frame, *, most=MOST_TRIED) -> CheckedPlan:
+def check_plans(
+    search, frame, *, most=MOST_TRIED, judge=None, progress=None
+) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
 
-    So many as ``most`` are tried, in growing precision and cost; where none is kept,
-    the best of these. EinschaltError where not one can be laid out.
+    So many as ``most`` are tried, the cheapest first; what a layout is worse than the
+    closed estimate is asked of the next ones as well. Where none is kept, it is the
+    best of these. With one coverage gross errors stay unseen: such plans are tried
+    only where the search has no others. EinschaltError where not one can be laid out.
+
+    ``judge(plan)`` gives the expected precision of a row of the search, by default
+    that of a square layout; ``progress(title, fraction)`` is told.
     """
-    tried, dropped, problem = [], [], None
-    for _, plan in _candidates(search, most).iterrows():
+    judge = judge or (lambda plan: expect_precision(design_of(plan, frame)))
+    tried, dropped, problem = [], {}, None
+    trials = _Trials(_to_be_tried(search), search.target)
+    for k in range(most):
+        plan = trials.next(is_one_kept=any(one.is_kept for one in tried))
+        if plan is None:
+            break
+        if progress is not None:
+            progress("laying out plans", k / most)
         try:
-            expected = expect_precision(design_of(plan, frame))
+            expected = judge(plan)
         except EinschaltError as error:
             problem = error
-            dropped.append(f"{describe_plan(plan)}: {error}")
+            dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {error}"
             continue
         reached = _at_place(expected, search.where)
-        found = CheckedPlan(plan, expected, reached, search.target, tuple(dropped))
+        trials.learn(plan, reached)
+        found = CheckedPlan(plan, expected, reached, search.target)
         tried.append(found)
-        # the nearest plan need not be looked for any further
-        if found.is_kept or not len(search.feasible):
-            return found
-        dropped.append(f"{describe_plan(plan)}: {_in_cm(reached)}")
+        if not found.is_kept:
+            name = describe_plan(plan)
+            dropped[name] = f"{name}: {_in_cm(reached)}"
+        if sum(one.is_kept for one in tried) == RECOMMENDED or not trials.promise:
+            break
     if not tried:
         raise problem
-    best = min(tried, key=lambda found: found.reached)
-    others = (text for text in dropped if describe_plan(best.plan) not in text)
-    return replace(best, dropped=tuple(others))
+    return _best_of(tried, dropped)
 
 
-def _candidates(search, most):
-    """Give the cheapest plan, then in steps of precision the cheapest of each step."""
-    if not len(search.feasible):
-        return search.plans.sort_values("reached", kind="stable").head(most)
-    plans = search.feasible
-    steps = search.target * (1.0 - 0.05 * np.arange(most))
-    are_within = [plans["reached"].to_numpy() <= step for step in steps]
-    places = [int(np.argmax(within)) for within in are_within if within.any()]
-    return plans.iloc[list(dict.fromkeys(places))]
+def _best_of(tried, dropped):
+    """Put the cheapest that is kept, the next and the dropped ones together."""
+    kept = sorted((t for t in tried if t.is_kept), key=lambda t: t.plan["cost"])
+    best = kept[0] if kept else min(tried, key=lambda found: found.reached)
+    dropped.pop(describe_plan(best.plan), None)
+    others = kept[1] if len(kept) > 1 else None
+    return replace(best, dropped=tuple(dropped.values()), next_best=others)
+
+
+@dataclass
+class _Trials:
+    """The plans that are left to be tried, the cheapest first."""
+
+    plans: pd.DataFrame
+    target: float
+
+    def __post_init__(self):
+        self.is_left = np.ones(len(self.plans), dtype=bool)
+        self.limit = np.inf  # of the closed estimate
+
+    def next(self, *, is_one_kept):
+        """Give the cheapest below the limit that is left.
+
+        Where there is none, the most precise, unless one is kept already.
+        """
+        reached = self.plans["reached"].to_numpy()
+        is_good = self.is_left & (reached <= self.limit)
+        if not self.is_left.any() or (is_one_kept and not is_good.any()):
+            return None
+        place = int(np.argmin(np.where(self.is_left, reached, np.inf)))
+        if is_good.any():
+            place = int(np.argmax(is_good))
+        self.is_left[place] = False
+        return self.plans.iloc[place]
+
+    @property
+    def promise(self):
+        """Whether the closed estimate has plans that reach the target.
+
+        The nearest plan need not be looked for any further.
+        """
+        return bool(self.plans["is_feasible"].any())
+
+    def learn(self, plan, reached):
+        """Ask of the next ones what this one was worse than its estimate."""
+        if reached > self.target:
+            self.limit = min(self.limit, self.target * plan["reached"] / reached)
+
+
+def _to_be_tried(search):
+    """Give plans that see gross errors, the cheapest or else the nearest first."""
+    plans = search.plans
+    several = plans[plans["n_coverages"] > 1]
+    plans = several if len(several) else plans
+    feasible = plans[plans["is_feasible"]]
+    if len(feasible):
+        return feasible
+    return plans.sort_values("reached", kind="stable")
 
 
 def design_of(plan, frame) -> FlightDesign:
@@ -105,7 +190,12 @@ def design_of(plan, frame) -> FlightDesign:
         high_m_g_um=frame.high_over_low_m_g * m_g_um,
         control_standard_error=frame.control_standard_error,
         control_per_model=int(plan["control_per_model"]),
+        most_work=WORK_OF_CHECK,
     )
+
+
+def _dearer(ratio):
+    return f"{100.0 * (ratio - 1.0):.0f} % dearer" if ratio >= 1.005 else "as dear"
 
 
 def _in_cm(metres):

@@ -113,6 +113,11 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
             remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
         )
     block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
+    return expect_of_block(block, design, coverage_mean=coverage_mean)
+
+
+def expect_of_block(block, design, *, coverage_mean="all") -> ExpectedPrecision:
+    """Compute the precision of a simulated block: of a design, on a layout of its."""
     # a layout has neither gross errors nor deformed models to look for
     asked = {"screening": "off", "model_deformation": "ignored", "weighting": "plain"}
     settings = Settings(coverage_mean=coverage_mean, **asked)
@@ -286,7 +291,9 @@ def _layout_text(expected):
 
 
 def _warnings(expected):
-    share = expected.n_control / len(expected.points)
+    design = expected.design
+    thinned = (design.layout_spacing / design.spacing) ** 2
+    share = expected.n_control / (thinned * len(expected.points))
     if share <= MOST_ON_THE_GROUND:
         return []
     said = (

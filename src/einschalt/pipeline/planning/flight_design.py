@@ -56,6 +56,8 @@ class FlightDesign:
     # extent of the area [m]; where left out enough for three high-flight images
     width: float | None = None
     height: float | None = None
+    # values times what each depends on, of the layout: beyond it points are thinned
+    most_work: float = MOST_WORK
 
     def __post_init__(self):
         """Check the values that the simulation does not know by these names."""
@@ -111,7 +113,7 @@ class FlightDesign:
         in_model = float(whole.n_points(self.scale_number, self.spacing))
         n_values = self.n_coverages * models_per_point(self.model)
         work = n_points * in_model * n_values**2
-        return float(self.spacing) * max(1.0, work / MOST_WORK) ** 0.25
+        return float(self.spacing) * max(1.0, work / self.most_work) ** 0.25
 
     def geometry(self) -> BlockGeometry:
         """Return the layout of both flights over the area."""

@@ -17,9 +17,19 @@ from einschalt.pipeline.planning.arguments import (
     flown_model,
     require_reasonable_size,
 )
+from einschalt.pipeline.planning.cameras import (
+    describe_heights,
+    flown_columns,
+    within_height,
+)
 from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
+from einschalt.pipeline.planning.text import (
+    ONE_COVERAGE,
+    REMEDIES,
+    SEVERAL_COVERAGES,
+)
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 from einschalt.theory.planning.expected_precision import (
@@ -51,26 +61,16 @@ M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
 has its own, since flights do not repeat to the metre."""
+NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
+"""Of a lattice of control so dense that a model of the high flight, its whole overlap,
+holds enough of it wherever it lies."""
 LIMITS = {
     "measuring": "measuring in the low flight",
     "noise": "noise of the approximate coordinates",
     "transformation": "the transformations of the high flight",
     "control": "the errors of control",
 }
-REMEDIES = {
-    "measuring": "Set points more often, fly lower, or with more coverages",
-    "noise": "Fly the high flight lower, or with more coverages",
-    "transformation": "Fly the high flight lower, measure it better, or give its "
-    "models nine control points",
-    "control": "Survey the control better, or give nine points to each model",
-}
 SHOWN = 10
-SEVERAL_COVERAGES = (
-    "  With several coverages it is the error of their mean, alike at every place."
-)
-ONE_COVERAGE = """\
-  One coverage has no other to be compared with: gross errors stay unseen, and only
-  control says how good it was. Two: --n-coverages 2"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,8 +98,10 @@ class PlanSearch(Result):
     by: str  # "expected", "paper"
     model: PlannedModel
     # scale_number, spacing, m_g_um, high_scale_number, n_settings, n_coverages,
-    # control_per_model, flying_height, n_points, m_0, M_centre, M_edge, M_mean (after
-    # Kovarik), expected_centre, expected_edge, expected_mean (shared errors counted),
+    # control_per_model, flying_height and high_flying_height above ground, gsd and
+    # high_gsd (NaN where no size of a pixel is known), n_points, m_0, M_centre,
+    # M_edge, M_mean (after Kovarik), expected_centre, expected_edge, expected_mean
+    # (shared errors counted),
     # reached_expected, reached_paper (at the place of the target), reached (the one
     # that is asked for) [m, TOTAL], images, models, settings, control_points (for each
     # km²), cost (for each km²), is_feasible, is_efficient (no other plan is cheaper and
@@ -132,6 +134,10 @@ ALLOWED_IN_FRAME = {
     "control_standard_error": Range(0, 10, "metres"),
     "high_over_low_m_g": Range(0.01, 100),
 }
+ALLOWED_WHERE_GIVEN = {
+    "max_height": Range(5, 20_000, "metres above ground"),
+    "sampled_um": Range(0.3, 100, "micrometres in the image"),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,10 +153,18 @@ class PlanFrame:
     # measuring error of the high flight over that of the low flight
     high_over_low_m_g: float = 1.0
     costs: PlanCosts = field(default_factory=PlanCosts)
+    # both flights stay below it, above ground; None has no limit [m]
+    max_height: float | None = None
+    # size of a pixel in the image, of which gsd is the size on the ground [µm]
+    sampled_um: float | None = None
+    # control lies where it serves most models, as an area plan sets it, and not at the
+    # corners of every neat model; matters where images overlap much
+    shares_control: bool = False
 
     def __post_init__(self):
         """Check what no planned model knows."""
-        raise_problems(problems_in(self, ALLOWED_IN_FRAME))
+        given = {n: a for n, a in ALLOWED_WHERE_GIVEN.items() if getattr(self, n)}
+        raise_problems(problems_in(self, ALLOWED_IN_FRAME | given))
 
 
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
@@ -231,6 +245,8 @@ def _precisions(given, frame, model):
     columns = {name: values[is_possible] for name, values in given.items()}
     high_over_low = columns.pop("high_over_low")
     columns["high_scale_number"] = high_over_low * columns["scale_number"]
+    columns = within_height(columns, distance, frame.max_height)
+    n_points = model.n_points(columns["scale_number"], columns["spacing"])
     m_g = m_g_of_mean(columns["m_g_um"], columns["n_settings"]) * METRES_PER_UM
     parts = _expected(columns, m_g, frame, model)
     planned = planned_precision(
@@ -239,8 +255,8 @@ def _precisions(given, frame, model):
     n_coverages = columns["n_coverages"]
     mean = mean_of_coverages(planned.M_centre, planned.M_edge, n_coverages)
     columns |= {
-        "flying_height": distance * columns["scale_number"],
-        "n_points": n_points[is_possible],
+        **flown_columns(columns, distance, frame.sampled_um),
+        "n_points": n_points,
         "m_0": parts.approximate,
         "M_centre": planned.M_centre,
         "M_edge": planned.M_edge,
@@ -310,7 +326,13 @@ def _work(columns, frame, model):
     values = 2.0 * models_per_point(model) * coverages
     settings = points * values * columns["n_settings"]
     five, nine = CONTROL_PER_NEAT_MODEL.values()
-    control = np.where(columns["control_per_model"] == 9, nine, five) * high
+    is_nine = columns["control_per_model"] == 9
+    control = np.where(is_nine, nine, five) * high
+    if frame.shares_control:
+        five, nine = NODES_IN_A_MODEL.values()
+        ground = columns["high_scale_number"] ** 2 / M2_PER_KM2
+        whole = model.forward_overlap * along * across * ground
+        control = np.minimum(control, np.where(is_nine, nine, five) / whole)
     costs = frame.costs
     return {
         "images": low + high,
@@ -361,12 +383,15 @@ def _verdict(search):
     aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
     if len(search.feasible):
         of_all = f"{len(search.feasible)} of {count(len(search.plans), 'plan')}"
-        return f"{of_all} reach {aim}; the cheapest: {describe_plan(best)}"
+        return (
+            f"{of_all} reach {aim}, by the closed estimate; the cheapest: "
+            f"{describe_plan(best)}"
+        )
     limit = best["limited_by"]
     return (
         f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
         f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
-        f"{LIMITS[limit]}. {REMEDIES[limit]}."
+        f"{LIMITS[limit]}. {REMEDIES[limit]}. {describe_heights(best)}."
     )
 
 
@@ -384,7 +409,8 @@ def _summary(search):
             "",
             _table(shown.head(SHOWN), search.by),
             *more,
-            "  cost, images and control for each km²; errors are total, in cm",
+            "  up to: the high flight above ground; cost, images and control for each",
+            "  km²; errors are total, in cm",
         ]
     )
 
@@ -409,6 +435,7 @@ def _table(plans, by):
         [
             scale(plan.scale_number),
             scale(plan.high_scale_number),
+            f"{plan.high_flying_height:.0f} m",
             f"{plan.spacing:g} m",
             f"{plan.n_coverages:.0f}",
             f"{plan.n_settings:.0f} x {plan.m_g_um:g} µm",
@@ -422,6 +449,16 @@ def _table(plans, by):
         for plan in plans.itertuples()
     ]
     name = "formula" if by == "expected" else "expected"
-    header = ["scale", "high", "spacing", "cov.", "settings", "control", "error", name]
+    header = [
+        "scale",
+        "high",
+        "up to",
+        "spacing",
+        "cov.",
+        "settings",
+        "control",
+        "error",
+        name,
+    ]
     header += ["images", "c. points", "cost"]
     return typesetting.table(rows, header=header, align="r" * len(header))

@@ -18,6 +18,19 @@ TOO_GOOD = (
     "of neighbours, for independent of each other; they are not, and the mean of two "
     "coverages is worse than it says."
 )
+REMEDIES = {
+    "measuring": "Set points more often, fly lower, or with more coverages",
+    "noise": "Fly the high flight lower, or with more coverages",
+    "transformation": "Fly the high flight lower, measure it better, or give its "
+    "models nine control points",
+    "control": "Survey the control better, or give nine points to each model",
+}
+SEVERAL_COVERAGES = (
+    "  With several coverages it is the error of their mean, alike at every place."
+)
+ONE_COVERAGE = """\
+  One coverage has no other to be compared with: gross errors stay unseen, and only
+  control says how good it was. Two: --n-coverages 2"""
 
 
 def describe_table(table, best) -> str:

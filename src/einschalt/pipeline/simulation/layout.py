@@ -211,16 +211,13 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
     """
     is_high = flight == "high_flight"
     scale = geometry.high_scale_number if is_high else geometry.low_scale_number
-    is_cross = geometry.high_cross_flight if is_high else geometry.low_cross_flight
     least = geometry.least_points_per_model
     if is_high:
         least = max(least, geometry.control_per_model)
-    rasters, parts = [], []
-    for coverage in range(geometry.n_coverages):
-        raster = _lay_raster(geometry, scale, coverage, is_cross and coverage % 2 == 1)
+    rasters, parts = flight_rasters(geometry, flight), []
+    for raster in rasters:
         half_size = scale * np.array(geometry.usable_model) / 2.0
         centre, point = raster.holding(position, half_size)
-        rasters.append(raster)
         parts.append(_with_enough(centre, point, least))
         if not len(parts[-1][0]):
             raise SettingsError(
@@ -242,6 +239,17 @@ def lay_flight(geometry, flight, position) -> FlightLayout:
         model=np.concatenate(numbers),
         point=np.concatenate(points),
     )
+
+
+def flight_rasters(geometry, flight) -> list[Raster]:
+    """Lay the model centres of each coverage of a flight over the whole rectangle."""
+    is_high = flight == "high_flight"
+    scale = geometry.high_scale_number if is_high else geometry.low_scale_number
+    is_cross = geometry.high_cross_flight if is_high else geometry.low_cross_flight
+    return [
+        _lay_raster(geometry, scale, coverage, is_cross and coverage % 2 == 1)
+        for coverage in range(geometry.n_coverages)
+    ]
 
 
 def _lay_raster(geometry, scale_number, coverage, is_across):

@@ -138,9 +138,30 @@ def simulate_block(
     noise = chosen.noise if noise is None else noise
     _require_kinds(geometry=(geometry, BlockGeometry), noise=(noise, BlockNoise))
     scene = _set_scene(geometry, noise, _streams(seed))
+    return _measured_block(chosen.title, scene, seed)
+
+
+def simulate_layouts(layouts, position, is_control, *, geometry, noise, seed=0):
+    """Simulate flights that were laid out elsewhere, over points of theirs.
+
+    ``layouts``: a FlightLayout for "high_flight" and one for "low_flight"; ``position``
+    (n_points, 2) from the centre of the area [m]; ``is_control`` (n_points,). The rest
+    of ``geometry`` and ``noise`` is that of :func:`simulate_block`.
+    """
+    streams = _streams(seed)
+    terrain = shape_terrain(geometry, streams["terrain"])
+    cartesian = _cartesian(geometry, position, terrain)
+    ground = Ground(name_points(len(position)), position, terrain, cartesian)
+    is_check = np.zeros(len(position), dtype=bool)
+    parts = (geometry, noise, streams, ground, layouts, is_control, is_check)
+    return _measured_block("Planned (simulated)", _Scene(*parts), seed)
+
+
+def _measured_block(name, scene, seed):
     measured = {flight: scene.measure(flight) for flight in FLIGHTS}
+    geometry, noise = scene.geometry, scene.noise
     return SimulatedBlock(
-        name=chosen.title,
+        name=name,
         crs=geometry.crs,
         control_points=scene.given_points(),
         high_flight=_flight("high", measured["high_flight"], scene),

@@ -8,7 +8,12 @@ from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report
 from einschalt.interfaces.cli.plan_values import asked_of
 
-QUESTION = {"tables": "the tables", "target": "--target", "expect": "--expect"}
+QUESTION = {
+    "tables": "the tables",
+    "target": "--target",
+    "area": "--area",
+    "expect": "--expect",
+}
 
 
 def plan(context, **options):
@@ -44,9 +49,13 @@ def _answer(asked):
         given = plan_answers.tables(asked)
     else:
         # imported when they are asked for: propagation takes numba along
-        from einschalt.interfaces.cli import plan_layouts  # noqa: PLC0415
+        from einschalt.interfaces.cli import plan_area, plan_layouts  # noqa: PLC0415
 
-        ways = {"target": plan_layouts.search, "expect": plan_layouts.layout}
+        ways = {
+            "target": plan_layouts.search,
+            "area": plan_area.over_area,
+            "expect": plan_layouts.layout,
+        }
         given = ways[asked.question](asked)
     if not asked.unused:
         return given
@@ -56,7 +65,9 @@ def _answer(asked):
 
 
 def _headline(answer):
-    """The first row of the first table: of a search the cheapest flight."""
+    """What was recommended, or the first row of the first table."""
+    if answer.headline is not None:
+        return answer.headline
     table = next(iter(answer.tables().values()))
     return {} if table.empty else table.iloc[0].to_dict()
 
@@ -71,7 +82,8 @@ def _place(options):
 
     apart = {"output", "figure", "overwrite"}
     asked = {name: value for name, value in options.items() if name not in apart}
-    files = [options["terrain"]] if options["terrain"] is not None else []
+    given = (options[name] for name in ("terrain", "area", "ground_heights"))
+    files = [file for file in given if file is not None]
     names, overwrite = ("summary.txt", "provenance.json"), options["overwrite"]
     place = output_of_question("plan", asked, names, files, overwrite=overwrite)
     if options["output"] is not None and not options["output"].suffix:
@@ -94,6 +106,8 @@ def _write(answer, output, place):
 
     def write(new):
         plan_folder.write_plan(new, answer.tables(), figures, answer.text)
+        if answer.files is not None:
+            answer.files(new)
 
     table_output.write_tables_of(place, output, write)
 

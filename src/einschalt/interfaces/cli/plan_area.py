@@ -1,0 +1,85 @@
+"""An answer of ``einschalt plan``: the flight plan over an area."""
+
+from dataclasses import replace
+
+from einschalt.interfaces.cli.plan_answers import Answer
+from einschalt.interfaces.cli.plan_layouts import (
+    choices_of,
+    figures_of,
+    frame_of,
+    headline_of,
+    max_height_of,
+    said_of_frame,
+    scales_of,
+    tables_of_layout,
+)
+from einschalt.interfaces.cli.plan_values import Asked
+from einschalt.interfaces.cli.progress import late_progress
+from einschalt.interfaces.files.area_files import read_area
+from einschalt.interfaces.files.height_files import read_heights
+from einschalt.pipeline.planning.area.recommended import plan_area
+from einschalt.pipeline.planning.search import find_plans
+
+
+def over_area(asked: Asked) -> Answer:
+    """Answer with the flight plan that keeps the target over an area."""
+    area = read_area(asked["area"], layer=asked["area_layer"], crs=asked["crs"])
+    heights = _heights_of(asked, area)
+    frame = replace(frame_of(asked), shares_control=True)
+    found = find_plans(
+        *(asked["target"], choices_of(asked), frame),
+        where=asked["where"],
+        by=asked["by"],
+    )
+    with late_progress() as progress:
+        plan = plan_area(
+            *(area, found, frame),
+            heights=heights,
+            # what is limited above ground follows it
+            follows=max_height_of(asked) is not None,
+            progress=progress,
+        )
+    parts = [
+        f"{plan.verdict()}\n{said_of_frame(asked)}",
+        plan.checked.expected.summary(),
+        plan.search.summary(),
+    ]
+    return Answer(
+        "\n\n".join(parts),
+        lambda: _tables_of(plan),
+        lambda: figures_of(plan.search, plan.checked),
+        scales_of(plan.checked.plan),
+        headline={**headline_of(plan.checked), "cost_of_area": plan.flown.cost},
+        files=lambda folder: _write_maps(plan, folder),
+    )
+
+
+def _heights_of(asked, area):
+    if asked["ground_heights"] is None:
+        return None
+    heights = read_heights(asked["ground_heights"], area.crs).over(area)
+    heights.require_cover(area.border)
+    return heights
+
+
+def _tables_of(plan):
+    flown = plan.flown
+    return {
+        "flight_lines": flown.flight_lines,
+        "photographs": flown.photographs,
+        "control": flown.control,
+        "effort": flown.effort,
+        "plans": plan.search.plans,
+        **tables_of_layout(plan.checked.expected),
+    }
+
+
+def _write_maps(plan, folder):
+    # imported when they are written: GDAL takes its time
+    from einschalt.interfaces.files import flight_plan_map  # noqa: PLC0415
+    from einschalt.interfaces.programs import flight_plan_kml  # noqa: PLC0415
+
+    flight_plan_map.write_flight_plan(plan, folder / flight_plan_map.FILE)
+    if plan.area.crs is not None:
+        kml = folder / flight_plan_kml.FILE
+        flight_plan_kml.write_flight_plan_kml(plan, kml)

@@ -1,0 +1,240 @@
+"""The area of a flight plan: polygons of GeoPackage, shapefile and GeoJSON.
+
+Areas in degrees, or in another plane system than is asked for, are brought into one in
+metres: that of ``--crs``, or else the zone of UTM.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from einschalt.foundations.coordinate_operations import Demand
+from einschalt.foundations.display_names import shortened
+from einschalt.foundations.errors import EinschaltError, FileError, ProjectionError
+from einschalt.foundations.projections import (
+    WGS_84,
+    label_of,
+    read_crs,
+    read_source_crs,
+    reproject,
+)
+from einschalt.interfaces.files.gdal_files import opened
+from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.point_layers import SUFFIXES, choose_layer, require_kind
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+
+JSON_SUFFIXES = (".geojson", ".json")
+KINDS = ("Polygon", "MultiPolygon")
+MOST_AREAS = 10_000
+GOOD_ENOUGH = 5.0  # metres: of the border of an area
+UTM_NORTH, UTM_SOUTH = 32600, 32700
+FARTHEST_NORTH, FARTHEST_SOUTH = 84.0, -80.0  # degrees, of UTM
+NO_SYSTEM = (
+    "The area has no reference system (--crs): the plan is a local one, without KML."
+)
+WIDEST = 30.0  # degrees of longitude: beyond it the area lies over the antimeridian
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """Polygons as a file has them."""
+
+    shapes: list
+    crs: str | None
+
+
+def read_area(path, *, layer=None, crs=None) -> FlightArea:
+    """Read the polygons of a file as one area, in a plane system in metres.
+
+    ``layer`` names that of a GeoPackage with several; ``crs`` the system of the plan.
+    FileError, GeometryError or ProjectionError where no flight can be planned over it.
+    """
+    source = Path(path).name
+    suffix = Path(path).suffix.lower()
+    if suffix not in (*SUFFIXES, *JSON_SUFFIXES):
+        raise FileError(
+            f"the suffix {suffix!r} is none of an area",
+            expected=", ".join((*SUFFIXES, ".json")),
+            remedy="Export the polygon as GeoPackage or GeoJSON",
+            file=source,
+        )
+    read = _of_json if suffix in JSON_SUFFIXES else _of_layer
+    drawn = read(path, layer, source)
+    try:
+        return _as_area(drawn, crs)
+    except EinschaltError as error:
+        raise error.with_facts(file=source) from None
+
+
+def _of_layer(path, layer, source):
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    file = read_once(path, source)
+    require_kind(file)
+    parts = {file.path.suffix.lower(): file.data}
+    if file.path.suffix.lower() == ".shp":
+        beside = companions(file.path)
+        parts |= {one.suffix.lower(): one.read_bytes() for one in beside}
+        if ".shx" not in parts:
+            raise FileError(
+                "the file .shx is not beside it",
+                expected="all files of a shapefile",
+                remedy="Copy them as well",
+                file=source,
+            )
+    with opened(parts, source) as (pyogrio, copy):
+        name = choose_layer(copy, layer, source, "--area-layer {}")
+        meta, table = pyogrio.read_arrow(
+            copy, layer=name, columns=[], max_features=MOST_AREAS + 1
+        )
+    of_geometry = meta["geometry_name"] or "wkb_geometry"
+    if of_geometry not in table.column_names:
+        raise _no_polygon("no geometry", source)
+    try:
+        shapes = shapely.from_wkb(table[of_geometry].to_pylist())
+    except (shapely.errors.ShapelyError, TypeError) as error:
+        raise _no_polygon("a damaged geometry", source) from error
+    return _Drawn(_polygons(list(shapes), source), meta["crs"])
+
+
+def _of_json(path, _layer, source):
+    """Read GeoJSON: a FeatureCollection, a Feature or a geometry."""
+    data = read_once(path, source).data
+    try:
+        given = json.loads(data.decode("utf-8-sig"))
+        features = given.get("features", [given])
+        parts = [one.get("geometry", one) for one in features[: MOST_AREAS + 1]]
+        shapes = [_json_shape(one) for one in parts]
+        named = given.get("crs")
+        crs = WGS_84 if named is None else str(named["properties"]["name"])
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise FileError(
+            f"is no GeoJSON of polygons: {shortened(str(error), 80)}",
+            expected="a polygon, or a FeatureCollection of polygons",
+            remedy="Export the area again",
+            file=source,
+        ) from error
+    return _Drawn(_polygons(shapes, source), crs)
+
+
+def _json_shape(geometry):
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    if geometry is None:
+        return None
+    try:
+        return shapely.from_geojson(json.dumps(geometry, allow_nan=False))
+    except (shapely.errors.ShapelyError, ValueError):
+        raise ValueError("a geometry is damaged, or none") from None
+
+
+def _polygons(shapes, source):
+    if len(shapes) > MOST_AREAS:
+        raise _no_polygon(f"more than {MOST_AREAS} geometries", source)
+    shapes = [one for one in shapes if one is not None and not one.is_empty]
+    if not shapes:
+        raise _no_polygon("no polygon: the layer is empty", source)
+    other = [one.geom_type for one in shapes if one.geom_type not in KINDS]
+    if other:
+        raise _no_polygon(f"a {other[0]}", source)
+    return shapes
+
+
+def _no_polygon(found, source):
+    return FileError(
+        f"holds {found}",
+        expected="the area as a polygon, or several",
+        remedy="Draw its border as a polygon, and export that alone",
+        file=source,
+    )
+
+
+def _as_area(drawn, crs):
+    """Join the polygons, in the system of the plan."""
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    target, notes = _target(drawn, crs)
+    shapes = [shapely.force_2d(one) for one in drawn.shapes]
+    if target is not None and target != drawn.crs:
+        shapes = [_moved(one, drawn.crs, target) for one in shapes]
+    for one in shapes:
+        FlightArea(one)  # each must be sound before they are joined
+    if len(shapes) > 1:
+        notes.append(f"{len(shapes)} polygons of the file are one area.")
+        shapes = [shapely.union_all(shapes)]
+    return FlightArea(shapes[0], target, tuple(notes))
+
+
+def _target(drawn, crs):
+    """Name the system of the plan, and say why it is another than the file's."""
+    if drawn.crs is None or read_source_crs(drawn.crs).is_engineering:
+        if crs is None:
+            return None, [NO_SYSTEM]
+        return crs, [f"The area names no system; it is taken as {label_of(crs)}."]
+    source = read_source_crs(drawn.crs)
+    if crs is not None:
+        read_crs(crs)
+        said = f"The area was brought from {label_of(drawn.crs)} to {label_of(crs)}."
+        is_same = read_crs(crs) == source
+        return (drawn.crs, []) if is_same else (crs, [said])
+    try:
+        read_crs(drawn.crs)
+    except ProjectionError:
+        zone = _utm_zone(drawn)
+        said = (
+            f"The area is in {label_of(drawn.crs)}, which has no metres; the plan is "
+            f"in {label_of(zone)} (another one: --crs)."
+        )
+        return zone, [said]
+    return drawn.crs, []
+
+
+def _utm_zone(drawn):
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    xy = np.concatenate([shapely.get_coordinates(one) for one in drawn.shapes])
+    source = read_source_crs(drawn.crs)
+    if source.is_geographic and (np.abs(xy) > [360.0, 90.0]).any():
+        east, north = xy[np.argmax(np.abs(xy).max(axis=1))]
+        raise ProjectionError(
+            f"a corner is {east:.10g}, {north:.10g} in {label_of(drawn.crs)}",
+            expected="longitude and latitude in degrees",
+            remedy="Export the area with its system; GeoJSON without one has degrees",
+        )
+    demand = Demand(1e5, "since a zone is looked for")
+    return _zone_of(reproject(xy, source, read_source_crs(WGS_84), demand)[0])
+
+
+def _zone_of(degrees):
+    low, high = degrees.min(axis=0), degrees.max(axis=0)
+    is_on_earth = np.isfinite(degrees).all() and (np.abs(degrees) <= [180, 90]).all()
+    if not is_on_earth or low[1] < FARTHEST_SOUTH or high[1] > FARTHEST_NORTH:
+        raise ProjectionError(
+            f"the area reaches from {low[1]:g}° to {high[1]:g}° of latitude and from "
+            f"{low[0]:g}° to {high[0]:g}° of longitude",
+            expected=f"{FARTHEST_SOUTH:g}° to {FARTHEST_NORTH:g}°, where UTM is",
+            remedy="Name the plane system of the plan: --crs",
+        )
+    if high[0] - low[0] > WIDEST:
+        raise ProjectionError(
+            f"the area reaches over {high[0] - low[0]:.0f}° of longitude",
+            expected="an area that one flight covers",
+            remedy="Plan in parts, or name a plane system that holds it: --crs",
+        )
+    longitude, latitude = (low + high) / 2.0
+    zone = min(int((longitude + 180.0) // 6.0) + 1, 60)
+    return f"EPSG:{(UTM_NORTH if latitude >= 0.0 else UTM_SOUTH) + zone}"
+
+
+def _moved(shape, source, target):
+    import shapely  # noqa: PLC0415 - loaded when a file is read
+
+    if source is None or read_source_crs(source).is_engineering:
+        return shape  # it names none: taken as it is
+    demand = Demand(GOOD_ENOUGH, "since it is the border of an area")
+    systems = read_source_crs(source), read_crs(target)
+    return shapely.transform(
+        shape, lambda xy: reproject(xy, *systems, demand)[0][:, :2]
+    )

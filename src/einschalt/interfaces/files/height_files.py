@@ -1,0 +1,174 @@
+"""Heights of the terrain: GeoTIFF, or a table or list of easting, northing, height."""
+
+import io
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from einschalt.foundations import tables
+from einschalt.foundations.errors import FileError, raise_problems
+from einschalt.foundations.projections import label_of, read_crs
+from einschalt.interfaces.files.input_files import read_once, require_text
+from einschalt.interfaces.files.tables_by_suffix import read_table
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+
+TIFF_SUFFIXES = (".tif", ".tiff")
+LIST_SUFFIXES = (".xyz", ".csv", ".txt", ".parquet")
+HEIGHTS = tables.Schema(
+    "heights",
+    tuple(
+        tables.Column(name, unit="metres", may_be_missing=name == "height")
+        for name in ("easting", "northing", "height")
+    ),
+    key=(),
+)
+CELL_SIZE, TIE_POINTS, MATRIX, GEO_KEYS, NODATA = 33550, 33922, 34264, 34735, 42113
+MODEL_TYPE, RASTER_TYPE, PROJECTED = 1024, 1025, 3072
+IN_DEGREES, PIXEL_IS_POINT, USER_DEFINED = 2, 2, 32767
+MOST_CELLS = 100_000_000
+SEPARATORS = re.compile(r"[;,\s]+")
+
+
+def read_heights(path, crs=None) -> GroundHeights:
+    """Read heights [m] in the system of the plan, ``crs``.
+
+    FileError where the file holds none, or has another system.
+    """
+    source = Path(path).name
+    suffix = Path(path).suffix.lower()
+    if suffix in TIFF_SUFFIXES:
+        return _of_tiff(read_once(path, source), crs)
+    if suffix not in LIST_SUFFIXES:
+        raise FileError(
+            f"the suffix {suffix!r} is none of heights",
+            expected=", ".join((*TIFF_SUFFIXES, *LIST_SUFFIXES)),
+            remedy="Export the terrain as GeoTIFF, or as XYZ",
+            file=source,
+        )
+    if suffix != ".parquet" and (found := _bare_numbers(path, source)) is not None:
+        return found
+    checked = tables.check_table(read_table(path, HEIGHTS), HEIGHTS, source=source)
+    raise_problems(checked.problems)
+    values = checked.frame[["easting", "northing", "height"]].to_numpy(dtype=float)
+    return GroundHeights(values[:, :2], values[:, 2], source)
+
+
+def _bare_numbers(path, source):
+    """Heights of a list without a header; None where the first line is one."""
+    text = require_text(read_once(path, source).data, source).decode("utf-8")
+    lines = [line for line in text.splitlines() if line.strip()]
+    try:
+        first = [float(cell) for cell in SEPARATORS.split(lines[0].strip())]
+    except ValueError:
+        return None
+    for number, line in enumerate(lines, start=1):
+        if len(SEPARATORS.split(line.strip())) != len(first) or len(first) != 3:
+            raise FileError(
+                f"the line has {len(SEPARATORS.split(line.strip()))} numbers",
+                expected="easting, northing and height, or a header",
+                remedy="Export the heights as XYZ",
+                file=source,
+                row=number,
+            )
+    try:
+        values = np.array([SEPARATORS.split(line.strip()) for line in lines], float)
+    except ValueError as error:
+        raise FileError(
+            f"holds what is no number: {error}",
+            expected="easting, northing and height in every line",
+            remedy="Export the heights as XYZ",
+            file=source,
+        ) from error
+    return GroundHeights(values[:, :2], values[:, 2], source)
+
+
+def _of_tiff(file, crs):
+    tags, cells = _cells(file)
+    keys = np.array(tags.get(GEO_KEYS, ()), dtype=int)
+    keys = keys[: len(keys) // 4 * 4].reshape(-1, 4)[1:]
+    keys = {int(key): int(value) for key, place, _, value in keys if place == 0}
+    _require_system(keys, crs, file.source)
+    east, north, step_east, step_north = _corner(tags, file.source)
+    shift = 0.0 if keys.get(RASTER_TYPE) == PIXEL_IS_POINT else 0.5
+    rows, columns = cells.shape
+    x = east + (np.arange(columns) + shift) * step_east
+    y = north - (np.arange(rows) + shift) * step_north
+    height = cells.astype(float)
+    height[~np.isfinite(height)] = np.nan
+    if NODATA in tags:
+        try:
+            height[height == float(str(tags[NODATA]).strip("\0 "))] = np.nan
+        except ValueError as error:
+            raise _damaged("its nodata is no number", file.source) from error
+    plane = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return GroundHeights(plane, height.ravel(), file.source)
+
+
+def _cells(file):
+    """Tags and heights of the first band."""
+    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - seldom needed
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its size, which is asked for below
+        try:
+            with Image.open(io.BytesIO(file.data), formats=("TIFF",)) as image:
+                tags = dict(image.tag_v2)
+                if image.width * image.height > MOST_CELLS:
+                    raise _damaged(
+                        f"has {image.width} x {image.height} cells", file.source
+                    )
+                if len(image.getbands()) != 1:
+                    raise _damaged("has several bands", file.source)
+                return tags, np.array(image)
+        except UnidentifiedImageError as error:
+            raise _damaged("is no TIFF, or ends in its tags", file.source) from error
+        except (OSError, ValueError, SyntaxError) as error:
+            raise _damaged(f"cannot be read: {str(error)[:60]}", file.source) from error
+        except (KeyError, TypeError, Image.DecompressionBombError) as error:
+            raise _damaged("its tags are damaged", file.source) from error
+
+
+def _damaged(found, source):
+    return FileError(
+        found,
+        expected="a GeoTIFF of one band of heights, not compressed or by deflate or "
+        "LZW",
+        remedy="Export it again for the area, or save the heights as XYZ",
+        file=source,
+    )
+
+
+def _corner(tags, source):
+    """North-west corner and size of the cells [m]."""
+    size, ties = tags.get(CELL_SIZE), tags.get(TIE_POINTS)
+    if MATRIX in tags:
+        m = np.array(tags[MATRIX], dtype=float)
+        if len(m) == 16 and m[1] == m[4] == 0.0:
+            return m[3], m[7], m[0], -m[5]
+    if size is None or ties is None or len(ties) != 6 or len(size) < 2:
+        raise _damaged("says not where it lies, or is turned", source)
+    column, row, _, east, north, _ = ties
+    return east - column * size[0], north + row * size[1], size[0], size[1]
+
+
+def _require_system(keys, crs, source):
+    code = keys.get(PROJECTED)
+    if keys.get(MODEL_TYPE) == IN_DEGREES:
+        raise FileError(
+            "its cells are in degrees",
+            expected=f"the system of the plan, {label_of(crs) if crs else 'in metres'}",
+            remedy="Reproject the raster, as QGIS does with 'Warp'",
+            file=source,
+        )
+    if crs is None or code in (None, USER_DEFINED):
+        return
+    found = read_crs(f"EPSG:{code}")
+    if found.to_2d() != read_crs(crs).to_2d():
+        raise FileError(
+            f"its cells are in {label_of(f'EPSG:{code}')}",
+            expected=f"the system of the plan, {label_of(crs)}",
+            remedy=f"Plan with --crs EPSG:{code}, or reproject the raster",
+            file=source,
+        )

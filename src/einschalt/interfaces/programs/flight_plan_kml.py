@@ -1,0 +1,126 @@
+"""A flight plan as KML: area, flight lines, photographs, control, on the globe."""
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from einschalt.foundations.coordinate_operations import Demand
+from einschalt.foundations.projections import (
+    WGS_84,
+    read_crs,
+    read_source_crs,
+    reproject,
+)
+from einschalt.interfaces.files.atomic import write_bytes
+from einschalt.interfaces.programs.kml import ICON, NAMESPACE
+from einschalt.interfaces.programs.plain_xml import xml_bytes
+
+FILE = "flight_plan.kml"
+GOOD_ENOUGH = 10.0  # metres: the imagery below is no better
+HIGH, LOW, CONTROL, BORDER = "ffb27200", "ff009ee6", "ff005ed5", "ffffffff"
+FLIGHTS = {"high_flight": HIGH, "low_flight": LOW}
+
+
+def write_flight_plan_kml(plan, path):
+    """Write an AreaPlan; cameras at their altitudes where heights are known."""
+    import shapely  # noqa: PLC0415 - loaded when a file is written
+
+    flown, area = plan.flown, plan.area
+    to_degrees = _turned(area.crs)
+    root = ET.Element("kml", xmlns=NAMESPACE)
+    document = ET.SubElement(root, "Document")
+    ET.SubElement(document, "name").text = "Flight plan"
+    for flight, colour in FLIGHTS.items():
+        _style(document, flight, colour, "placemark_circle", 0.4)
+    _style(document, "control", CONTROL, "triangle", 0.9)
+    _style(document, "area", BORDER, "shaded_dot", 0.4)
+    border = _folder(document, "Area")
+    for part in shapely.get_parts(area.shape):
+        _area(_mark(border, "Area", "area"), part, to_degrees)
+    lines = _folder(document, "Flight lines")
+    for row in flown.flight_lines.itertuples():
+        ends = [row.start_easting, row.start_northing, row.altitude]
+        ends = np.array([ends, [row.end_easting, row.end_northing, row.altitude]])
+        mark = _mark(lines, row.line_id, row.flight)
+        _shape(mark, "LineString", to_degrees(ends))
+    table = flown.photographs
+    places = to_degrees(table[["easting", "northing", "altitude"]].to_numpy(float))
+    for name in FLIGHTS:
+        of_flight = _folder(document, f"Photographs, {name.replace('_', ' ')}")
+        for k in np.flatnonzero(table["flight"] == name):
+            mark = _mark(of_flight, table["photo_id"].iat[k], name)
+            _shape(mark, "Point", places[k : k + 1])
+    control = _folder(document, "Control")
+    places = to_degrees(
+        flown.control[["easting", "northing", "height"]].to_numpy(float)
+    )
+    for name, place in zip(flown.control["point_id"], places, strict=True):
+        # on the ground, whatever its height
+        _shape(_mark(control, name, "control"), "Point", place[None, :2])
+    write_bytes(path, xml_bytes(root))
+
+
+def _turned(crs):
+    flat, target = read_crs(crs).to_2d(), read_source_crs(WGS_84)
+    demand = Demand(GOOD_ENOUGH, "since KML is for a look at the plan")
+
+    def to_degrees(xyz):
+        degrees = reproject(xyz[:, :2], flat, target, demand)[0][:, :2]
+        return np.column_stack([degrees, xyz[:, 2:]])
+
+    return to_degrees
+
+
+def _folder(document, name):
+    folder = ET.SubElement(document, "Folder")
+    ET.SubElement(folder, "name").text = name
+    return folder
+
+
+def _mark(folder, name, style):
+    mark = ET.SubElement(folder, "Placemark")
+    ET.SubElement(mark, "name").text = str(name)
+    ET.SubElement(mark, "styleUrl").text = f"#{style}"
+    return mark
+
+
+def _shape(mark, kind, places):
+    """Write places (n, 2) on the ground, or (n, 3) at their altitudes."""
+    shape = ET.SubElement(mark, kind)
+    has_altitude = places.shape[1] == 3 and np.isfinite(places[:, 2]).all()
+    if has_altitude:
+        ET.SubElement(shape, "altitudeMode").text = "absolute"
+    ET.SubElement(shape, "coordinates").text = _text(places, has_altitude)
+
+
+def _text(places, has_altitude=False):
+    return " ".join(
+        f"{p[0]:.9f},{p[1]:.9f}" + (f",{p[2]:.1f}" if has_altitude else "")
+        for p in places
+    )
+
+
+def _area(mark, polygon, to_degrees):
+    import shapely  # noqa: PLC0415 - loaded when a file is written
+
+    shape = ET.SubElement(mark, "Polygon")
+    for name, ring in [
+        ("outerBoundaryIs", polygon.exterior),
+        *(("innerBoundaryIs", hole) for hole in polygon.interiors),
+    ]:
+        border = ET.SubElement(ET.SubElement(shape, name), "LinearRing")
+        places = to_degrees(shapely.get_coordinates(ring))
+        ET.SubElement(border, "coordinates").text = _text(places)
+
+
+def _style(document, name, colour, icon, scale):
+    style = ET.SubElement(document, "Style", id=name)
+    shown = ET.SubElement(style, "IconStyle")
+    ET.SubElement(shown, "color").text = colour
+    ET.SubElement(shown, "scale").text = f"{scale}"
+    ET.SubElement(ET.SubElement(shown, "Icon"), "href").text = ICON.format(icon)
+    ET.SubElement(ET.SubElement(style, "LabelStyle"), "scale").text = "0.5"
+    line = ET.SubElement(style, "LineStyle")
+    ET.SubElement(line, "color").text = colour
+    ET.SubElement(line, "width").text = "2"
+    ET.SubElement(ET.SubElement(style, "PolyStyle"), "fill").text = "0"

@@ -1,0 +1,157 @@
+"""The area that a flight plan covers, in the axes of its strips."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.typesetting import count, number
+from einschalt.pipeline.simulation.layout import turn
+
+if TYPE_CHECKING:
+    import shapely
+
+LONGEST = 500_000.0  # metres
+FARTHEST = 1e8  # metres from the origin: beyond it numbers are no coordinates
+LEAST_AREA = 1.0  # m²
+M2_PER_KM2 = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class FlightArea:
+    """A polygon, or several, in a plane system [m].
+
+    Strips run along the longer side of the narrowest rectangle around it. *Local* is:
+    from the centre of that rectangle, along the strips and to the left of them.
+    """
+
+    shape: "shapely.Polygon | shapely.MultiPolygon"
+    crs: str | None = None
+    # what was done to it before, in sentences
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        """Check what no flight can be planned over."""
+        _check(self.shape)
+
+    @cached_property
+    def _frame(self):
+        """Centre (2,), direction of the strips [rad], half extent (2,)."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        around = shapely.minimum_rotated_rectangle(self.shape)
+        corners = shapely.get_coordinates(around)[:4]
+        sides = np.diff(corners[:3], axis=0)
+        lengths = np.hypot(*sides.T)
+        longer = sides[int(np.argmax(lengths))]
+        direction = float(np.arctan2(longer[1], longer[0]))
+        # the same strips, flown from the west or from the south
+        direction = (direction + np.pi / 2 - 1e-9) % np.pi - np.pi / 2 + 1e-9
+        half = np.array([lengths.max(), lengths.min()]) / 2.0
+        return corners.mean(axis=0), direction, half
+
+    @property
+    def direction(self) -> float:
+        """Direction of the strips, from the east to the left [rad]."""
+        return self._frame[1]
+
+    @property
+    def azimuth(self) -> float:
+        """Direction of the strips, from the north to the right [degrees]."""
+        return float(np.degrees(np.pi / 2 - self.direction) % 360.0)
+
+    @property
+    def extent(self):
+        """Length along the strips, and width across them [m]."""
+        return tuple(2.0 * self._frame[2])
+
+    @property
+    def square_km(self) -> float:
+        """Size [km²]."""
+        return float(self.shape.area) / M2_PER_KM2
+
+    @cached_property
+    def local_shape(self):
+        """The polygon in local axes."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        return shapely.transform(self.shape, self.to_local)
+
+    @property
+    def border(self):
+        """Easting, northing of its corners (n, 2) [m]."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        return shapely.get_coordinates(self.shape)
+
+    def to_local(self, ground):
+        """Bring easting, northing (n, 2) into local axes [m]."""
+        centre, direction, _ = self._frame
+        return turn(np.asarray(ground, dtype=float) - centre, -direction)
+
+    def to_ground(self, local):
+        """Bring local positions (n, 2) to easting, northing [m]."""
+        centre, direction, _ = self._frame
+        return turn(np.asarray(local, dtype=float), direction) + centre
+
+    def holds(self, local):
+        """Tell which local positions (n, 2) lie in the area or on its border."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        shapely.prepare(self.local_shape)
+        return shapely.intersects_xy(self.local_shape, *np.asarray(local).T)
+
+    def describe(self):
+        """Say how large it is, and what it is made of."""
+        import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+        parts = shapely.get_parts(self.shape)
+        n_holes = int(shapely.get_num_interior_rings(parts).sum())
+        length, width = self.extent
+        said = f"Area of {number(self.square_km, 3)} km², within "
+        said += f"{number(length, 3)} x {number(width, 3)} m"
+        if len(parts) > 1:
+            said += f", in {count(len(parts), 'part')}"
+        if n_holes:
+            said += f", with {count(n_holes, 'hole')} where no point is wanted"
+        return f"{said}; strips at an azimuth of {self.azimuth:.0f}°."
+
+
+def _check(shape):
+    import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+    kind = "nothing" if shape is None else shape.geom_type
+    if kind not in {"Polygon", "MultiPolygon"} or shape.is_empty:
+        raise GeometryError(
+            f"the area is {'empty' if kind.endswith('Polygon') else f'a {kind}'}",
+            expected="a polygon, or several",
+            remedy="Draw the border of the area as a polygon",
+        )
+    xy = shapely.get_coordinates(shape)
+    if not np.isfinite(xy).all() or np.abs(xy).max() > FARTHEST:
+        raise GeometryError(
+            "the area has corners that are no coordinates in metres",
+            expected=f"numbers up to {FARTHEST:g} m",
+            remedy="Export the area again",
+        )
+    if not shape.is_valid:
+        raise GeometryError(
+            f"the border of the area is faulty: {shapely.is_valid_reason(shape)}",
+            expected="rings that neither cross nor touch themselves",
+            remedy="Mend it in QGIS with 'Fix geometries', or draw it again",
+        )
+    longest = float(np.ptp(xy, axis=0).max())
+    if longest > LONGEST:
+        raise GeometryError(
+            f"the area is {number(longest / 1e3, 3)} km long",
+            expected=f"at most {LONGEST / 1e3:g} km",
+            remedy="Plan it in parts; or is its system another one?",
+        )
+    if shape.area < LEAST_AREA:
+        raise GeometryError(
+            f"the area is {number(shape.area, 2)} m² large",
+            expected="an area for several photographs, in metres",
+            remedy="Is it given in kilometres or degrees? Name its system with --crs",
+        )

@@ -1,0 +1,222 @@
+"""A layout as what is flown and measured: lines, photographs, control, effort."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.typesetting import number
+from einschalt.pipeline.planning.area.layout import FLIGHTS, AreaLayout
+
+LETTER = {"high_flight": "H", "low_flight": "L"}
+WHOLE = 1e-9
+RIM_OF_OVERLAP = 0.5  # a model needs more than half of an image
+
+
+@dataclass(frozen=True, eq=False)
+class FlightPlan:
+    """What is flown and measured; easting, northing in the system of the area."""
+
+    # line_id, flight, coverage, n_photographs, length, azimuth [degrees],
+    # start_easting, start_northing, end_easting, end_northing, flying_height (above
+    # ground), gsd, ground (mean height below) and altitude (of the camera in the
+    # height system; NaN without heights) [m]
+    flight_lines: pd.DataFrame
+    # photo_id, line_id, flight, coverage, easting, northing, azimuth [degrees],
+    # flying_height, ground, altitude [m]
+    photographs: pd.DataFrame
+    # point_id, easting, northing, height (NaN without heights), n_models (of the high
+    # flight), standard_error_m (TOTAL, that is asked of it)
+    control: pd.DataFrame
+    # item, amount, price, cost
+    effort: pd.DataFrame
+
+    @property
+    def cost(self) -> float:
+        """What the whole area costs, in the currency of the prices."""
+        return float(self.effort["cost"].sum())
+
+
+def flight_plan(layout: AreaLayout, plan, frame, heights=None, *, follows=False):
+    """Make the tables of a layout.
+
+    ``plan`` is the row of the search, ``heights`` a GroundHeights over the area. With
+    ``follows`` every photograph keeps its height above the ground below, otherwise
+    every line that above the mean of the ground below it.
+    """
+    photographs = pd.concat(
+        [_photographs(layout, flight) for flight in FLIGHTS], ignore_index=True
+    )
+    photographs = _flown(photographs, plan, layout, heights, follows=follows)
+    lines = _lines(photographs, plan)
+    control = _control(layout, frame, heights)
+    effort = _effort(layout, plan, frame, photographs, control)
+    return FlightPlan(lines, photographs, control, effort)
+
+
+def _photographs(layout, flight):
+    """Photographs of all models that are flown, line by line."""
+    flown, tables = layout.flights[flight], []
+    letter = LETTER[flight]
+    for k, raster in enumerate(flown.rasters):
+        n_along, _ = raster.shape
+        strip, place = np.divmod(flown.place[flown.coverage == k], n_along)
+        # a model is made by the photograph at its place and the next
+        both = np.concatenate(
+            [np.column_stack([strip, place]), np.column_stack([strip, place + 1])]
+        )
+        strip, place = np.unique(both, axis=0).T
+        centres = raster.images().centres()[strip * (n_along + 1) + place]
+        is_new = np.ones(len(strip), dtype=bool)
+        is_new[1:] = (np.diff(strip) != 0) | (np.diff(place) != 1)
+        line = np.cumsum(is_new)
+        ground = layout.area.to_ground(centres)
+        tables.append(
+            pd.DataFrame(
+                {
+                    "line_id": [f"{letter}{k + 1}-{one:02d}" for one in line],
+                    "flight": flight,
+                    "coverage": str(k + 1),
+                    "easting": ground[:, 0],
+                    "northing": ground[:, 1],
+                    "azimuth": layout.area.azimuth,
+                }
+            )
+        )
+    table = pd.concat(tables, ignore_index=True)
+    n_before = table.groupby("line_id", sort=False).cumcount() + 1
+    photo_id = table["line_id"] + "-" + n_before.astype(str).str.zfill(3)
+    table.insert(0, "photo_id", photo_id)
+    return table
+
+
+def _flown(photographs, plan, layout, heights, *, follows):
+    """Join heights above ground, of the ground and of the cameras [m]."""
+    is_high = photographs["flight"] == "high_flight"
+    above = np.where(is_high, plan["high_flying_height"], plan["flying_height"])
+    ground = np.full(len(photographs), np.nan)
+    if heights is not None:
+        plane = photographs[["easting", "northing"]].to_numpy()
+        model = np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0
+        for flag, scale in (
+            (True, plan["high_scale_number"]),
+            (False, plan["scale_number"]),
+        ):
+            rows = (is_high == flag).to_numpy()
+            ground[rows] = heights.mean_around(plane[rows], float(model * scale))
+        if not follows:
+            lines = photographs["line_id"].to_numpy()
+            of_line = pd.Series(ground).groupby(lines).transform("mean")
+            ground = of_line.to_numpy()
+    return photographs.assign(
+        flying_height=above, ground=ground, altitude=ground + above
+    )
+
+
+def _lines(photographs, plan):
+    by_line = photographs.groupby("line_id", sort=False)
+    first, last = by_line.first(), by_line.last()
+    shift = [last[name] - first[name] for name in ("easting", "northing")]
+    is_high = first["flight"] == "high_flight"
+    lines = pd.DataFrame(
+        {
+            "flight": first["flight"],
+            "coverage": first["coverage"],
+            "n_photographs": by_line.size(),
+            "length": np.hypot(*shift),
+            "azimuth": first["azimuth"],
+            "start_easting": first["easting"],
+            "start_northing": first["northing"],
+            "end_easting": last["easting"],
+            "end_northing": last["northing"],
+            "flying_height": first["flying_height"],
+            "gsd": np.where(is_high, plan["high_gsd"], plan["gsd"]),
+            "ground": by_line["ground"].mean(),
+            "altitude": by_line["altitude"].mean(),
+        }
+    )
+    return lines.reset_index()
+
+
+def _control(layout, frame, heights):
+    places = layout.control
+    ground = layout.area.to_ground(layout.position[places])
+    high = layout.oriented("high_flight")
+    n_models = np.bincount(high.point, minlength=len(layout.position))[places]
+    height = np.full(len(places), np.nan)
+    if heights is not None:
+        height = heights.mean_around(ground, heights.spacing)
+    return pd.DataFrame(
+        {
+            "point_id": [f"C{k + 1}" for k in range(len(places))],
+            "easting": ground[:, 0],
+            "northing": ground[:, 1],
+            "height": height,
+            "n_models": n_models,
+            "standard_error_m": frame.control_standard_error,
+        }
+    )
+
+
+def _effort(layout, plan, frame, photographs, control):
+    """Amounts over the whole area; settings by the points that are wanted."""
+    values = sum(len(layout.oriented(flight).point) for flight in FLIGHTS)
+    denser = (layout.geometry.point_spacing / float(plan["spacing"])) ** 2
+    settings = round(values * denser * int(plan["n_settings"]))
+    models = sum(layout.flights[flight].n_models for flight in FLIGHTS)
+    amounts = {
+        "image": len(photographs),
+        "model": models,
+        "setting": settings,
+        "control_point": len(control),
+    }
+    prices = [float(getattr(frame.costs, item)) for item in amounts]
+    table = pd.DataFrame(
+        {"item": list(amounts), "amount": list(amounts.values()), "price": prices}
+    )
+    return table.assign(cost=table["amount"] * table["price"])
+
+
+def require_overlap(flown, plan, layout, heights):
+    """Refuse ground so high that photographs do not overlap on it.
+
+    Returns what is to be said of overlaps on the highest ground, or "".
+    """
+    if heights is None:
+        return ""
+    geometry, said = layout.geometry, []
+    lowest, highest = heights.range
+    for flight, name in zip(
+        FLIGHTS, ("high_flying_height", "flying_height"), strict=True
+    ):
+        above = float(plan[name])
+        of_flight = flown.photographs[flown.photographs["flight"] == flight]
+        rise = _rise(of_flight, heights, layout, flight)
+        left = 1.0 - rise / above
+        forward = 1.0 - (1.0 - geometry.forward_overlap) / max(left, 1e-6)
+        side = 1.0 - (1.0 - geometry.side_overlap) / max(left, 1e-6)
+        if left <= 0.0 or forward < RIM_OF_OVERLAP or side < 0.0:
+            raise GeometryError(
+                f"the ground rises {number(rise, 2)} m above what the "
+                f"{flight.replace('_', ' ')}, {above:.0f} m above it, is laid out for: "
+                f"overlaps of {100 * forward:.0f} and {100 * side:.0f} % are left",
+                expected="more than 50 % forward and 0 % to the side",
+                remedy="Give larger overlaps or a greater flying height",
+            )
+        said.append(
+            f"{flight.replace('_', ' ')} {100 * forward:.0f} and {100 * side:.0f} %"
+        )
+    return (
+        f"Ground from {lowest:.0f} to {highest:.0f} m; overlaps left on the highest: "
+        f"{', '.join(said)}."
+    )
+
+
+def _rise(photographs, heights, layout, flight):
+    """How far the ground rises above that for which a photograph is flown [m]."""
+    scale = layout.flights[flight].scale_number
+    half = scale * np.sqrt(np.prod(layout.geometry.usable_model)) / 2.0
+    plane = photographs[["easting", "northing"]].to_numpy()
+    peaks = heights.highest_around(plane, float(half))
+    return float(np.max(peaks - photographs["ground"].to_numpy(), initial=0.0))

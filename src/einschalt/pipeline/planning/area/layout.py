@@ -1,0 +1,270 @@
+"""Both flights over an area: which models are flown, and where control is wanted."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.typesetting import number
+from einschalt.pipeline.planning.search import NODES_IN_A_MODEL
+from einschalt.pipeline.simulation.geometry import BlockGeometry
+from einschalt.pipeline.simulation.layout import (
+    CONTROL_PLACES,
+    FlightLayout,
+    flight_rasters,
+    scatter_points,
+)
+
+FLIGHTS = ("high_flight", "low_flight")
+LEAST_SHARE = 0.25
+"""Of the model in the area: smaller ones are flown only where nothing else covers."""
+LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
+MOST_MODELS = 20_000
+REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
+NEAR_ENOUGH = 0.35  # a point serves as well, in half models
+NEAR_ENOUGH_TO_LATTICE = 0.7
+BUSY = 100.0  # half models
+LEAST_POINTS = 4
+FEWEST_POINTS = 12
+SHORTEST_SIDE = 100.0  # metres, of the rectangle that is laid out
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLayout:
+    """A design laid out over an area; positions are local [m]."""
+
+    area: object  # FlightArea
+    design: object  # FlightDesign
+    geometry: BlockGeometry
+    position: np.ndarray  # (n_points, 2)
+    # by flight: all models that are flown, and the points that they hold
+    flights: dict[str, FlightLayout]
+    is_control: np.ndarray  # (n_points,)
+
+    @property
+    def control(self):
+        """Places of the control points among the points."""
+        return np.flatnonzero(self.is_control)
+
+    def oriented(self, flight) -> FlightLayout:
+        """The models of a flight that hold enough points to be oriented."""
+        layout = self.flights[flight]
+        n_points = np.bincount(layout.model, minlength=layout.n_models)
+        if flight == "low_flight":
+            return _only(layout, n_points >= LEAST_POINTS)
+        is_control = self.is_control[layout.point]
+        n_control = np.bincount(layout.model[is_control], minlength=layout.n_models)
+        is_enough = n_points >= self.geometry.control_per_model
+        return _only(layout, is_enough & (n_control >= LEAST_POINTS))
+
+    @property
+    def n_left_out(self):
+        """How many points no model holds that can be oriented."""
+        held = [np.unique(self.oriented(f).point) for f in FLIGHTS]
+        return len(self.position) - len(np.intersect1d(*held))
+
+
+def lay_out(area, design, *, seed=0) -> AreaLayout:
+    """Lay both flights of a design over an area.
+
+    Every coverage covers all of it. Control is set where the high flight's models want
+    it: near their corners and middles, each point serving as many models as it can.
+    GeometryError where the area is smaller than a model, or the models are too many.
+    """
+    geometry = _geometry(area, design)
+    require_size(area, design)
+    everywhere = scatter_points(geometry, np.random.default_rng(seed))
+    position = everywhere[area.holds(everywhere)]
+    if len(position) < FEWEST_POINTS:
+        raise GeometryError(
+            f"{len(position)} points, {design.layout_spacing:g} m apart, lie in the "
+            "area",
+            expected=f"at least {FEWEST_POINTS}",
+            remedy="Give a smaller --spacing, or a larger area",
+        )
+    flights = {f: _lay_flight(area, geometry, f, position) for f in FLIGHTS}
+    is_control = np.zeros(len(position), dtype=bool)
+    is_control[choose_control(geometry, flights["high_flight"], position)] = True
+    return AreaLayout(area, design, geometry, position, flights, is_control)
+
+
+def _geometry(area, design):
+    """Geometry of the rectangle around the area; its lattice reaches the border."""
+    spacing = design.layout_spacing
+    longest = (max(side, SHORTEST_SIDE) for side in area.extent)
+    sides = [spacing * (np.ceil(side / spacing) + 1.0) for side in longest]
+    try:
+        return replace(design.geometry(), width=float(sides[0]), height=float(sides[1]))
+    except SettingsError as error:
+        raise GeometryError(
+            f"the area is {area.extent[0]:.0f} x {area.extent[1]:.0f} m: {error}",
+        ) from None
+
+
+def require_size(area, design):
+    """Refuse an area that is smaller than a model, or takes too many of them."""
+    geometry = design.geometry()
+    low = design.scale_number * np.array(geometry.usable_model)
+    least = float(low.min())
+    if min(area.extent) < least / 2.0 or area.shape.area < low.prod() / 2.0:
+        raise GeometryError(
+            f"the area, {number(area.extent[0], 3)} x {number(area.extent[1], 3)} m, "
+            f"is smaller than one model of the low flight, {number(low[0], 3)} x "
+            f"{number(low[1], 3)} m",
+            expected="an area of several models",
+            remedy="Give larger image scales (smaller scale numbers); control alone "
+            "does for less",
+        )
+    wanted = area.shape.area / design.spacing**2
+    if min(area.extent) < 3.0 * design.spacing or wanted < FEWEST_POINTS:
+        raise GeometryError(
+            f"points {design.spacing:g} m apart are too few for an area of "
+            f"{number(area.extent[0], 3)} x {number(area.extent[1], 3)} m",
+            expected=f"at least 3 rows of them, and {FEWEST_POINTS}",
+            remedy="Give a smaller --spacing",
+        )
+    neat = np.prod(geometry.neat_model) * design.scale_number**2
+    n_models = design.n_coverages * area.shape.area / neat
+    if n_models > MOST_MODELS:
+        raise GeometryError(
+            f"the area would take {n_models:.0f} models of the low flight",
+            expected=f"at most {MOST_MODELS}",
+            remedy="Give smaller image scales (larger scale numbers), or plan in parts",
+        )
+
+
+def _lay_flight(area, geometry, flight, position):
+    """Lay the models of one flight that hold a part of the area worth flying."""
+    is_high = flight == "high_flight"
+    scale = geometry.high_scale_number if is_high else geometry.low_scale_number
+    half = scale * np.array(geometry.usable_model) / 2.0
+    rasters = flight_rasters(geometry, flight)
+    kept = [_models_worth_flying(area.local_shape, r.centres(), half) for r in rasters]
+    coverage = np.repeat(np.arange(len(kept)), [len(k) for k in kept])
+    centre = np.concatenate(
+        [r.centres()[k] for r, k in zip(rasters, kept, strict=True)]
+    )
+    layout = FlightLayout(
+        scale,
+        tuple(rasters),
+        coverage=coverage,
+        place=np.concatenate(kept),
+        centre=centre,
+        model=np.empty(0, dtype=int),
+        point=np.empty(0, dtype=int),
+    )
+    return _holding(layout, position, half)
+
+
+def _holding(layout, position, half):
+    parts, number_of = [], 0
+    for k, raster in enumerate(layout.rasters):
+        places = layout.place[layout.coverage == k]
+        number = np.full(int(np.prod(raster.shape)), -1)
+        number[places] = np.arange(number_of, number_of + len(places))
+        centre, point = raster.holding(position, half)
+        is_kept = number[centre] >= 0
+        parts.append((number[centre[is_kept]], point[is_kept]))
+        number_of += len(places)
+    model, point = (np.concatenate(part) for part in zip(*parts, strict=True))
+    order = np.argsort(model, kind="stable")
+    return replace(layout, model=model[order], point=point[order])
+
+
+def _models_worth_flying(shape, centres, half):
+    """Places of the models that hold enough of the area, and of those that fill gaps.
+
+    Models whose part of the area is small are added, the largest parts first, where
+    the others leave some of it uncovered.
+    """
+    import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+    low, high = centres - half, centres + half
+    footprints = shapely.box(*low.T, *high.T)
+    shapely.prepare(shape)
+    is_touching = shapely.intersects(shape, footprints)
+    share = np.zeros(len(centres))
+    parts = shapely.intersection(shape, footprints[is_touching])
+    whole = float(np.prod(2.0 * half))
+    share[is_touching] = shapely.area(parts) / whole
+    kept = share >= LEAST_SHARE
+    left = shapely.difference(shape, shapely.union_all(footprints[kept]))
+    for place in np.argsort(-share, kind="stable"):
+        if left.area <= LEFT_OVER * whole:
+            break
+        if kept[place] or share[place] == 0.0:
+            continue
+        rest = shapely.difference(left, footprints[place])
+        if left.area - rest.area > LEFT_OVER * whole:
+            kept[place], left = True, rest
+    return np.flatnonzero(kept)
+
+
+def _only(layout, is_kept):
+    """Return the models that are kept, numbered anew."""
+    number = np.cumsum(is_kept) - 1
+    rows = is_kept[layout.model]
+    return replace(
+        layout,
+        coverage=layout.coverage[is_kept],
+        place=layout.place[is_kept],
+        centre=layout.centre[is_kept],
+        model=number[layout.model[rows]],
+        point=layout.point[rows],
+    )
+
+
+def choose_control(geometry, layout, position):
+    """Choose control that serves every model, as few points as possible.
+
+    In each model points are wanted near its corners and its middle (or at 3 x 3
+    places). Where one that was chosen before lies near enough, it serves; otherwise
+    the nearest point of the model is taken. Where images overlap much, a lattice that
+    is so dense that every model holds enough of it takes fewer points. Gives the places
+    of the points.
+    """
+    singly = _completed(geometry, layout, position, (), NEAR_ENOUGH)
+    lattice = _on_lattice(geometry, layout, position)
+    together = _completed(geometry, layout, position, lattice, NEAR_ENOUGH_TO_LATTICE)
+    return min(singly, together, key=len)
+
+
+def _on_lattice(geometry, layout, position):
+    """Points nearest to the nodes of a lattice, several of which are in every model."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
+
+    per_axis = np.sqrt(NODES_IN_A_MODEL[geometry.control_per_model])
+    step = layout.scale_number * np.array(geometry.usable_model) / per_axis
+    low, high = position.min(axis=0), position.max(axis=0)
+    axes = [
+        np.linspace(a, b, max(2, int(np.ceil((b - a) / d)) + 1))
+        for a, b, d in zip(low, high, step, strict=True)
+    ]
+    nodes = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    away, nearest = KDTree(position / step).query(nodes / step)
+    return np.unique(nearest[away <= 0.5])
+
+
+def _completed(geometry, layout, position, chosen, near_enough):
+    """Add to chosen points what each model still wants."""
+    half = layout.scale_number * np.array(geometry.usable_model) / 2.0
+    wanted = np.array(CONTROL_PLACES[geometry.control_per_model])
+    places = REACH_OF_CONTROL * half * wanted
+    start = np.searchsorted(layout.model, np.arange(layout.n_models + 1))
+    is_chosen = np.zeros(len(position), dtype=bool)
+    is_chosen[list(chosen)] = True
+    for model in range(layout.n_models):
+        held = layout.point[start[model] : start[model + 1]]
+        if len(held) < len(places):
+            continue
+        away = position[held][:, None] - (layout.centre[model] + places)
+        distance = np.abs(away / half).max(axis=2)
+        for place in range(len(places)):
+            reach = distance[:, place]
+            nearest = int(np.argmin(reach))
+            allowed = max(near_enough, reach[nearest] + near_enough)
+            old = np.flatnonzero(is_chosen[held] & (reach <= allowed))
+            one = old[np.argmin(reach[old])] if len(old) else nearest
+            distance[one] += BUSY  # it serves at one place of a model
+            is_chosen[held[one]] = True
+    return np.flatnonzero(is_chosen)

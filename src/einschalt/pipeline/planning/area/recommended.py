@@ -1,0 +1,252 @@
+"""The flight plan over an area that keeps a target on its own layout."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from einschalt.foundations.errors import EinschaltError, GeometryError
+from einschalt.foundations.typesetting import fixed, number, table, wrapped
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.flight_plan import (
+    FlightPlan,
+    flight_plan,
+    require_overlap,
+)
+from einschalt.pipeline.planning.area.layout import (
+    FLIGHTS,
+    SHORTEST_SIDE,
+    AreaLayout,
+    lay_out,
+    require_size,
+)
+from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
+from einschalt.pipeline.planning.expected_precision import expect_of_block
+from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.pipeline.planning.search import PlanSearch
+from einschalt.pipeline.simulation.simulate_block import simulate_layouts
+from einschalt.stages.results import Result
+
+if TYPE_CHECKING:
+    pass
+
+FEWEST_IN_A_MODEL = 8
+"""Points that a model of the checked layout holds at least; else a part is checked."""
+WORK_OF_LAYOUT = 6e6  # as FlightDesign.most_work: about a second
+MOST_POINTS = 200_000
+MOST_LEFT_OUT = 0.002
+ITEM_TEXT = {
+    "image": "photographs",
+    "model": "models",
+    "setting": "settings of a point",
+    "control_point": "control points",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _LaidOut:
+    """A plan over the area, or over a part of it, with its precision."""
+
+    layout: AreaLayout
+    is_part: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AreaPlan(Result):
+    """A flight plan whose precision was propagated on its own layout."""
+
+    area: FlightArea
+    search: PlanSearch
+    checked: CheckedPlan
+    layout: AreaLayout  # of the whole area
+    checked_on: FlightArea  # all of it, or the part that was propagated
+    flown: FlightPlan
+    next_flown: FlightPlan | None  # of the next best
+    notes: tuple[str, ...]
+
+    @property
+    def is_recommended(self) -> bool:
+        """Whether it keeps the target."""
+        return self.checked.is_kept
+
+    def summary(self):
+        """Return the plan, the next best, what it takes, and its precision."""
+        parts = [
+            self.verdict(),
+            self.checked.expected.summary(),
+            self.search.summary(),
+        ]
+        return "\n\n".join(parts)
+
+    def verdict(self):
+        """Return the plan, the next best, and what it takes."""
+        said = [self.area.describe(), *self.area.notes, *self.notes]
+        lines = [self.checked.verdict()]
+        lines += [wrapped(one, first="  ", indent="    ") for one in said]
+        return "\n".join([*lines, "", _effort_text(self)])
+
+
+def plan_area(area, search, frame, *, heights=None, follows=False, progress=None):
+    """Find the cheapest plan of a search that keeps its target over an area.
+
+    Each plan that is tried is laid out over the area and propagated there; where the
+    area has too many models for that, over a part of it that has borders of its own.
+    ``heights``: GroundHeights over the area; ``follows``: see :func:`flight_plan`.
+
+    GeometryError where no plan can be laid out: the area is smaller than a model, or
+    the ground is too high.
+    """
+    laid, search = {}, _that_fit(area, search, frame)
+
+    def judge(plan):
+        found = _laid_out(area, plan, frame)
+        layout = found.layout
+        _require_held(layout)
+        if heights is not None and not found.is_part:
+            flown = flight_plan(layout, plan, frame, heights, follows=follows)
+            require_overlap(flown, plan, layout, heights)
+        laid[plan.name] = found
+        return propagate(layout)
+
+    checked = check_plans(search, frame, judge=judge, progress=progress)
+    given = (laid, frame, heights, follows)
+    kept = [one for one in (checked, checked.next_best) if one is not None]
+    wholes = [_whole(area, one.plan, *given) for one in kept]
+    # by what the area takes, not by what a square kilometre does
+    ranked = sorted(zip(kept, wholes, strict=True), key=lambda pair: pair[1][1].cost)
+    (best, (layout, flown, said)), *others = [
+        (_priced(one, whole[1].cost / area.square_km), whole) for one, whole in ranked
+    ]
+    other, next_flown = (others[0][0], others[0][1][1]) if others else (None, None)
+    best = replace(best, dropped=checked.dropped, next_best=other)
+    part = laid[best.plan.name]
+    notes = [said] if said else []
+    if part.is_part:
+        length, width = part.layout.area.extent
+        notes.append(
+            f"Its precision was propagated on a part of {length:.0f} x {width:.0f} m, "
+            "with borders of its own: the whole has too many models."
+        )
+    checked_on = part.layout.area
+    parts = (area, search, best, layout, checked_on, flown, next_flown)
+    return AreaPlan(*parts, tuple(notes))
+
+
+def _that_fit(area, search, frame):
+    """Leave out the plans whose models or spacings are too large for an area."""
+    plans, problem = search.plans, None
+    fits = {}
+    for _, plan in plans.drop_duplicates(["scale_number", "spacing"]).iterrows():
+        key = plan["scale_number"], plan["spacing"]
+        try:
+            require_size(area, design_of(plan, frame))
+            fits[key] = True
+        except EinschaltError as error:
+            fits[key], problem = False, error
+    keys = zip(plans["scale_number"], plans["spacing"], strict=True)
+    is_fit = np.array([fits[key] for key in keys])
+    if not is_fit.any():
+        raise problem
+    return replace(search, plans=plans[is_fit].reset_index(drop=True))
+
+
+def _priced(checked, cost_per_km2):
+    plan = checked.plan.copy()
+    plan["cost"] = cost_per_km2
+    return replace(checked, plan=plan, next_best=None)
+
+
+def _whole(area, plan, laid, frame, heights, follows):
+    """Lay a plan out over the whole area, if that was not done when it was judged."""
+    found = laid[plan.name]
+    layout = found.layout
+    if found.is_part:
+        layout = lay_out(area, _over(area, design_of(plan, frame), np.inf))
+    flown = flight_plan(layout, plan, frame, heights, follows=follows)
+    return layout, flown, require_overlap(flown, plan, layout, heights)
+
+
+def _over(area, design, most_work) -> FlightDesign:
+    """Give a design the extent of an area, and no more points than can be held."""
+    length, width = (max(side, SHORTEST_SIDE) for side in area.extent)
+    thinnest = float(np.sqrt(length * width / MOST_POINTS))
+    return replace(
+        *(design,),
+        width=length,
+        height=width,
+        most_work=most_work,
+        spacing=max(design.spacing, thinnest),
+    )
+
+
+def _laid_out(area, plan, frame):
+    usual = design_of(plan, frame)
+    require_size(area, usual)
+    design = _over(area, usual, WORK_OF_LAYOUT)
+    model = np.prod(design.geometry().usable_model) * design.scale_number**2
+    if model / design.layout_spacing**2 >= FEWEST_IN_A_MODEL:
+        return _LaidOut(lay_out(area, design), is_part=False)
+    # a part as large as the layouts of a search
+    part = _part_of(area, usual.extent)
+    return _LaidOut(lay_out(part, _over(part, usual, WORK_OF_LAYOUT)), is_part=True)
+
+
+def _part_of(area, extent):
+    """Cut a rectangle out of an area, about a point that lies well inside."""
+    import shapely  # noqa: PLC0415 - loaded when an area is planned
+
+    inside = shapely.get_coordinates(shapely.point_on_surface(area.local_shape))[0]
+    half = np.array(extent) / 2.0
+    window = shapely.box(*(inside - half), *(inside + half))
+    cut = shapely.intersection(area.local_shape, window)
+    parts = [p for p in shapely.get_parts(cut) if p.geom_type == "Polygon"]
+    largest = max(parts, key=lambda part: part.area)
+    return FlightArea(shapely.transform(largest, area.to_ground), area.crs)
+
+
+def _require_held(layout):
+    share = layout.n_left_out / len(layout.position)
+    if share > MOST_LEFT_OUT:
+        raise GeometryError(
+            f"{100.0 * share:.1f} % of the points lie in no model that holds enough "
+            "points to be oriented",
+            expected="all of them",
+            remedy="Give a smaller --spacing, or smaller image scales",
+        )
+
+
+def propagate(layout):
+    """Compute the precision that a layout will have; an ExpectedPrecision."""
+    return expect_of_block(_block_of(layout), layout.design)
+
+
+def _block_of(layout):
+    design = layout.design
+    layouts = {flight: layout.oriented(flight) for flight in FLIGHTS}
+    return simulate_layouts(
+        *(layouts, layout.position, layout.is_control),
+        geometry=layout.geometry,
+        noise=design.noise(),
+    )
+
+
+def _effort_text(plan):
+    """What the plan takes over the whole area, the next best beside it."""
+    other = plan.next_flown
+    rows = []
+    for k, row in enumerate(plan.flown.effort.itertuples()):
+        cells = [ITEM_TEXT[row.item], f"{row.amount:.0f}", f"{row.price:g}"]
+        cells.append(number(row.cost, 3))
+        if other is not None:
+            cells.append(f"{other.effort['amount'][k]:.0f}")
+        rows.append(cells)
+    last = ["all", "", "", number(plan.flown.cost, 3)]
+    header = ["What the area takes", "amount", "price", "cost"]
+    if other is not None:
+        header.append("next best")
+        last.append(f"cost {number(other.cost, 3)}")
+    rows.append(last)
+    text = table(rows, header=header, align="l" + "r" * (len(header) - 1))
+    km = plan.flown.flight_lines["length"].sum() / 1e3
+    n_lines = len(plan.flown.flight_lines)
+    return f"{text}\n  {n_lines} flight lines of {fixed(km, 1)} km together."

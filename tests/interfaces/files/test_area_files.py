@@ -1,0 +1,123 @@
+"""Areas of flight plans, as they may come."""
+
+import json
+
+import numpy as np
+import pytest
+import shapely
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.files.area_files import read_area
+from einschalt.interfaces.files.geopackage import write_layers
+from einschalt.interfaces.files.map_layers import Layer
+from einschalt.interfaces.files.map_shapes import shapes as as_wkb
+
+UTM = "EPSG:32633"
+CENTRE = [500_000.0, 5_300_000.0]
+
+
+def write(path, *geometries, crs=UTM):
+    features = [
+        {"type": "Feature", "properties": {}, "geometry": one} for one in geometries
+    ]
+    given = {"type": "FeatureCollection", "features": features}
+    if crs is not None:
+        given["crs"] = {"type": "name", "properties": {"name": crs}}
+    path.write_text(json.dumps(given), "utf-8")
+    return path
+
+
+def box(width, height, east=CENTRE[0], north=CENTRE[1]):
+    corners = [(0, 0), (width, 0), (width, height), (0, height), (0, 0)]
+    return {
+        "type": "Polygon",
+        "coordinates": [[[east + x, north + y] for x, y in corners]],
+    }
+
+
+def bow():
+    east, north = CENTRE
+    ring = [(0, 0), (5000, 5000), (5000, 0), (0, 5000), (0, 0)]
+    return {
+        "type": "Polygon",
+        "coordinates": [[[east + x, north + y] for x, y in ring]],
+    }
+
+
+@pytest.mark.parametrize(
+    ("geometries", "says"),
+    [
+        ([bow()], "Self-intersection.*'Fix geometries'"),
+        ([], "the layer is empty"),
+        ([None], "the layer is empty"),
+        ([{"type": "Polygon", "coordinates": []}], "the layer is empty"),
+        ([{"type": "Point", "coordinates": CENTRE}], "holds a Point"),
+        ([box(900_000, 900_000)], "900 km long"),
+        ([box(0.1, 0.1, 13.6, 48.0)], "in kilometres or degrees"),
+        ([{"type": "Polygon", "coordinates": [[[0, 0], [1]]]}], "damaged, or none"),
+    ],
+)
+def test_what_no_flight_covers_is_refused_in_a_sentence(geometries, says, tmp_path):
+    with pytest.raises(EinschaltError, match=f"area.geojson: .*{says}"):
+        read_area(write(tmp_path / "area.geojson", *geometries))
+
+
+def test_degrees_are_brought_into_utm_or_the_system_of_the_plan(tmp_path):
+    path = write(tmp_path / "a.geojson", box(0.1, 0.05, 13.6, 48.0), crs=None)
+    area = read_area(path)
+    assert area.crs == "EPSG:32633"
+    assert "UTM zone 33N" in area.notes[0]
+    # a tenth of a degree of longitude, a twentieth of latitude
+    assert area.square_km == pytest.approx(7.46 * 5.56, rel=0.01)
+    area = read_area(path, crs="EPSG:31255")
+    assert area.crs == "EPSG:31255"
+    assert "was brought from" in area.notes[0]
+    with pytest.raises(EinschaltError, match="a plane system in metres"):
+        read_area(path, crs="EPSG:4326")
+    with pytest.raises(EinschaltError, match="a corner is 505000, 5304000"):
+        read_area(write(path, box(5000, 4000), crs=None))
+    with pytest.raises(EinschaltError, match="340° of longitude"):
+        read_area(write(path, box(340, 120, -170, -60), crs=None))
+
+
+def test_several_polygons_are_one_area_and_holes_stay(tmp_path):
+    two = [box(3000, 4000), box(2000, 4000, CENTRE[0] + 3000)]
+    area = read_area(write(tmp_path / "a.geojson", *two))
+    assert area.shape.geom_type == "Polygon"
+    assert area.extent == pytest.approx((5000, 4000))
+    assert "2 polygons" in area.notes[0]
+    ring = box(3000, 3000)["coordinates"][0]
+    hole = box(500, 500, CENTRE[0] + 1000, CENTRE[1] + 1000)["coordinates"][0]
+    holed = {"type": "Polygon", "coordinates": [ring, hole]}
+    area = read_area(write(tmp_path / "a.geojson", holed))
+    assert area.square_km == pytest.approx(8.75)
+    middle = area.to_local(np.add(CENTRE, [[1250, 1250], [2000, 2500]]))
+    assert area.holds(middle).tolist() == [False, True]
+
+
+def test_layers_of_a_geopackage(tmp_path):
+    path = tmp_path / "area.gpkg"
+    shape = shapely.box(*CENTRE, CENTRE[0] + 4000, CENTRE[1] + 3000)
+
+    def layer(name):
+        import pandas as pd
+
+        one = pd.DataFrame({"name": [name]})
+        return Layer(name, one, as_wkb([shape]), "Polygon", "an area")
+
+    write_layers([layer("east"), layer("west")], UTM, path)
+    with pytest.raises(EinschaltError, match=r"expected east, west.*--area-layer east"):
+        read_area(path)
+    assert read_area(path, layer="west").shape.equals(shape)
+    write_layers([layer("alone")], None, path)
+    area = read_area(path)
+    assert area.crs is None
+    assert "without KML" in area.notes[0]
+    assert read_area(path, crs=UTM).crs == UTM
+
+
+@pytest.mark.parametrize("name", ["a.gpkg", "a.shp", "a.geojson", "a.kmz"])
+def test_files_of_other_kinds_are_refused(name, tmp_path):
+    (tmp_path / name).write_text("no", "utf-8")
+    with pytest.raises(EinschaltError, match=name):
+        read_area(tmp_path / name)

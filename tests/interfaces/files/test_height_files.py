@@ -1,0 +1,117 @@
+"""Heights of the terrain, as they may come."""
+
+import numpy as np
+import pytest
+import shapely
+from PIL import Image, TiffImagePlugin
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.interfaces.files.height_files import read_heights
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+
+UTM = "EPSG:32633"
+EAST, NORTH, CELL = 500_000.0, 5_300_000.0, 100.0
+AREA = FlightArea(
+    shapely.box(EAST + 1000, NORTH + 1000, EAST + 4000, NORTH + 3000), UTM
+)
+PLANE = (1, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 32633)
+ROWS, COLUMNS = np.mgrid[0:40, 0:50]
+GROUND = (500.0 + 2.0 * COLUMNS + 3.0 * ROWS).astype("float32")
+
+
+def write(path, cells=GROUND, *, nodata=None, keys=PLANE, east=EAST):
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    given = {
+        33550: (12, (CELL, CELL, 0.0)),
+        33922: (12, (0.0, 0.0, 0.0, east, NORTH + 40 * CELL, 0.0)),
+        34735: (3, keys),
+    }
+    if nodata is not None:
+        given[42113] = (2, nodata)
+    for tag, (kind, value) in given.items():
+        tags.tagtype[tag] = kind
+        tags[tag] = value
+    Image.fromarray(cells).save(path, tiffinfo=tags)
+    return path
+
+
+def with_gap(value, rows=slice(12, 14)):
+    cells = GROUND.copy()
+    cells[rows, 20:24] = value
+    return cells
+
+
+def test_cells_lie_where_the_tags_say(tmp_path):
+    heights = read_heights(write(tmp_path / "a.tif"), UTM).over(AREA)
+    place = np.array([[EAST + 2050.0, NORTH + 2050.0]])
+    # column 20, row 19 from the north
+    assert heights.mean_around(place, 10.0) == pytest.approx([500 + 40 + 57])
+    assert heights.spacing == pytest.approx(100.0)
+    as_points = (1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, 2)
+    points = read_heights(write(tmp_path / "a.tif", keys=as_points), UTM)
+    assert points.plane[0] == pytest.approx([EAST, NORTH + 4000])
+
+
+def test_whole_numbers_and_missing_values_outside_the_area(tmp_path):
+    whole = write(tmp_path / "a.tif", GROUND.astype("int16"))
+    assert read_heights(whole, UTM).over(AREA).range == (531, 684)  # and 15 % beside it
+    outside = write(tmp_path / "b.tif", with_gap(-9999, slice(0, 3)), nodata="-9999")
+    assert np.isfinite(read_heights(outside, UTM).over(AREA).height).all()
+
+
+@pytest.mark.parametrize(
+    ("cells", "options", "says"),
+    [
+        (with_gap(-9999), {"nodata": "-9999"}, "8 of 600 places .* no height"),
+        (with_gap(np.nan), {}, "8 of 600 places .* no height"),
+        (with_gap(-9999), {}, "height of -9999 m .* declare it as nodata"),
+        (with_gap(3.4e38), {}, "Does it stand for a missing one"),
+        (GROUND, {"nodata": "none"}, "nodata is no number"),
+        (GROUND, {"east": 100_000.0}, "none of 2000 heights lies in"),
+        (GROUND, {"keys": (1, 1, 0, 1, 1024, 0, 1, 2)}, "cells are in degrees"),
+        (GROUND, {"keys": (*PLANE[:-1], 31255)}, r"in MGI .*--crs EPSG:31255"),
+        (GROUND[:, :25], {}, "nearest height to 504000, .* away"),
+    ],
+)
+def test_rasters_that_do_not_do_are_refused(cells, options, says, tmp_path):
+    path = write(tmp_path / "a.tif", np.ascontiguousarray(cells), **options)
+    with pytest.raises(EinschaltError, match=says):
+        read_heights(path, UTM).over(AREA).require_cover(AREA.border)
+
+
+def test_files_that_are_damaged_are_told(tmp_path):
+    whole = write(tmp_path / "a.tif").read_bytes()
+    for name, data, says in [
+        ("cut.tif", whole[: len(whole) // 2], "cannot be read|no TIFF"),
+        ("no.tif", b"hello", "is no TIFF"),
+        ("two.xyz", b"1 2\n3 4\n", "row 1: the line has 2 numbers"),
+        ("late.xyz", b"1 2 3\n1 2\n", "row 2: the line has 2 numbers"),
+        ("word.xyz", b"1 2 3\n1 2 x\n", "no number"),
+        ("empty.xyz", b"", "is empty"),
+        ("a.jpg", b"", "suffix '.jpg'"),
+    ]:
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(EinschaltError, match=says):
+            read_heights(tmp_path / name, UTM)
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "line"),
+    [
+        ("a.xyz", "", "{e} {n} {h}"),
+        ("a.csv", "northing,easting,height\n", "{n},{e},{h}"),
+        ("b.csv", "easting;northing;height\n", "{e};{n};{c}"),
+    ],
+)
+def test_lists_and_tables(name, header, line, tmp_path):
+    places = [(EAST + e, NORTH + n) for e in (1500, 3500) for n in (1500, 2500)]
+    lines = [
+        line.format(e=e, n=n, h=f"{k}.5", c=f"{k},5") for k, (e, n) in enumerate(places)
+    ]
+    (tmp_path / name).write_text(header + "\n".join(lines) + "\n", "utf-8")
+    heights = read_heights(tmp_path / name).over(AREA)
+    assert heights.range == (0.5, 3.5)
+    assert heights.plane[1].tolist() == [EAST + 1500, NORTH + 2500]
+    (tmp_path / name).write_text(header + "\n".join(lines[:2]) + "\n", "utf-8")
+    with pytest.raises(EinschaltError, match="2 of 2 heights lies in the area"):
+        read_heights(tmp_path / name).over(AREA)
