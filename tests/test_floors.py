@@ -34,6 +34,7 @@ ROOMS_OF_INTERFACES = [
     "new_block",
     "batch",
     "python_api",
+    "local_page",
     "cli",
 ]
 MOST_FILES_IN_A_ROOM = 12
