@@ -7,7 +7,7 @@ from starlette.responses import FileResponse, JSONResponse
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, scale
-from einschalt.interfaces.local_page import words
+from einschalt.interfaces.local_page import batch_pages, words
 from einschalt.interfaces.local_page.pages import form_of, page, said, to, worked
 from einschalt.interfaces.local_page.problem_rows import MOST_SHOWN, problems_by_file
 from einschalt.interfaces.local_page.refusals import MissingError, RefusedError
@@ -147,14 +147,19 @@ async def run_page(request):
     is_batch = run.question["kind"] == "batch"
     if run.state == "done" and not is_batch:
         return to(run.links["result"])
-    return page("batch_run" if is_batch else "run", session=session, run=run)
+    if is_batch:
+        facts = {"columns": batch_pages.COLUMNS, "rows": batch_pages.rows_of(run)}
+        return page("batch_run", session=session, run=run, **facts)
+    return page("run", session=session, run=run)
 
 
 @said
 async def run_state(request):
     """How far it is, for the script of the page."""
     run = request.app.state.session.runs.get(request.path_params["number"])
-    return JSONResponse(run.to_json())
+    is_batch = run.question["kind"] == "batch"
+    rows = {"rows": batch_pages.rows_of(run)} if is_batch else {}
+    return JSONResponse(run.to_json() | rows)
 
 
 @said

@@ -42,9 +42,12 @@ def main():
         answers.flush()
 
     line = sys.stdin.readline()
-    threading.Thread(target=_listen, daemon=True).start()
-    if line:
-        _answer(json.loads(line), say)
+    try:
+        threading.Thread(target=_listen, daemon=True).start()
+        if line:
+            _answer(json.loads(line), say)
+    except KeyboardInterrupt:  # before it began
+        say(end="cancelled")
 
 
 def _listen():

@@ -10,13 +10,21 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
-from einschalt.interfaces.local_page import block_pages, drop_pages, words
+from einschalt.interfaces.local_page import (
+    batch_pages,
+    block_pages,
+    compare_pages,
+    drop_pages,
+    plan_pages,
+    words,
+)
 from einschalt.interfaces.local_page.door import KEY, LOOPBACK, Door
 from einschalt.interfaces.local_page.pages import refused, static_text
 from einschalt.interfaces.local_page.session import Session
 
 KINDS = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 LEAD_ON = """<!DOCTYPE html><html lang="en"><title>einschalt</title>
+<link rel="icon" href="/static/icon.svg">
 <meta http-equiv="refresh" content="0; url={}"><a href="{}">einschalt serve</a></html>
 """
 
@@ -74,6 +82,12 @@ def _routes():
         Route(f"/drop/{number}/{{name:path}}", drop_pages.take_file, methods=["PUT"]),
         Route("/new", drop_pages.new_page),
         Route("/new", drop_pages.make_block, methods=["POST"]),
+        Route("/compare", compare_pages.compare_page),
+        Route("/plan", plan_pages.plan_page),
+        Route("/plan/figures", plan_pages.plan_figures),
+        Route("/plan/map", plan_pages.plan_map),
+        Route("/batch", batch_pages.batch_page),
+        Route("/batch", batch_pages.start_batch, methods=["POST"]),
         Route("/quit", quit_page, methods=["POST"]),
     ]
 

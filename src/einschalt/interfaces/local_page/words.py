@@ -26,6 +26,7 @@ STAGES = {
     "cancelling": "cancelling",
     "cancelled": "cancelled: nothing was written",
     "batch cancelled": "cancelled: blocks that were done are whole",
+    "batch": "computing",
     "done": "done",
     "failed": "failed",
 }
