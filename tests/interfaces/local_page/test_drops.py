@@ -30,7 +30,13 @@ def test_a_dropped_block_is_checked(visit, root, small_block):
     page = visitor.get(dropped(visitor, files))
     assert page.status == 200
     assert "Nothing is wrong with its input" in page.text
+    assert 'name="output" value="Nine_points_results"' in page.text
     assert list(root.iterdir()) == []
+
+
+@pytest.mark.parametrize("address", ["/block?drop=7", "/block?drop=x", "/new?drop=²"])
+def test_files_that_were_not_dropped_are_not_there(visit, root, address):
+    assert visit(root).get(address).status == 404
 
 
 def test_of_dropped_tables_a_block_is_made(visit, root, small_block):

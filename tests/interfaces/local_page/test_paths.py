@@ -34,6 +34,10 @@ def test_pages_stay_within_the_folder(visitor, page, path):
     assert "control_points.csv" not in answer.text
 
 
+def test_a_name_that_is_too_long_is_not_there(visitor):
+    assert visitor.get(f"/block?path={'x' * 5000}").status == 404
+
+
 def test_links_out_of_the_folder_are_not_listed(visitor):
     assert "link" not in visitor.get("/").text.partition("In the folder")[2]
 

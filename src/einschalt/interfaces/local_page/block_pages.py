@@ -76,9 +76,10 @@ def _checked(place):
     place.require_own_files()
     found = everything_wrong(place.folder)
     n_hidden = max(len(found.problems) + len(found.model_problems) - MOST_SHOWN, 0)
+    title = place.title if found.block is None else printable(found.block.name)
     return {
         "place": place,
-        "title": place.title if found.block is None else printable(found.block.name),
+        "title": title,
         "conclusion": conclusion(found),
         "problems": problems_by_file(found.problems, place),
         "models": problems_by_file(found.model_problems, place),
@@ -87,7 +88,7 @@ def _checked(place):
         "facts": [] if found.block is None else _facts(found.block),
         "is_sound": not found.problems,
         "choices": CHOICES,
-        "output": place.usual_output(),
+        "output": place.usual_output(title),
     }
 
 

@@ -52,7 +52,8 @@ class Drops:
 
     def get(self, number) -> Drop:
         """The files that were dropped under a number."""
-        known = self.all.get(int(number)) if str(number).isascii() else None
+        is_number = f"{number}".isascii() and f"{number}".isdecimal()
+        known = self.all.get(int(number)) if is_number else None
         if known is None:
             raise MissingError("there are no such files", remedy="Drop them again")
         return known

@@ -38,7 +38,7 @@ class Root:
         """
         path = Path(os.path.realpath(self.path.joinpath(*_parts_of(text))))
         self.require_inside(path, text)
-        if not is_new and not path.exists():
+        if not is_new and not _is_there(path):
             raise MissingError(
                 f"there is no {shortened(text)}",
                 expected="a file or folder that is there",
@@ -109,6 +109,13 @@ def require_result(folder):
 def is_name(text):
     """Whether a name can be written into a page: some names of files are no text."""
     return not any("\ud800" <= char <= "\udfff" for char in text)
+
+
+def _is_there(path):
+    try:
+        return path.exists()
+    except OSError:  # such as a name that is too long
+        return False
 
 
 def _parts_of(text):

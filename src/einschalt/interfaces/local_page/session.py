@@ -5,6 +5,7 @@ folder of its own that goes with it.
 """
 
 import os
+import re
 import secrets
 import shutil
 import tempfile
@@ -85,9 +86,13 @@ class Place:
             if os.path.lexists(path):
                 self.root.require_inside(path)
 
-    def usual_output(self):
-        """Where results are put unless another folder is named, from the root."""
+    def usual_output(self, title=""):
+        """Where results are put unless another folder is named, from the root.
+
+        Those of dropped files are named after the block, ``title``.
+        """
         if self.drop:
-            return RESULTS
+            plain = re.sub(r"\W+", "_", title).strip("_")
+            return f"{plain}_{RESULTS}" if plain else RESULTS
         name = self.root.name(self.folder)
         return f"{name}_{RESULTS}" if name else RESULTS
