@@ -16,7 +16,6 @@ TOO_MANY_REQUESTS = "Too many requests at once: wait a moment, and load the page
 NOT_FOUND = "There is no such page."
 FAULT = "A fault of the program: the terminal of einschalt serve has what happened."
 
-NEEDS_EXTRA = "einschalt serve needs libraries that are not installed"
 SERVING = "einschalt serve: {folder}"
 ADDRESS = "Open {address}"
 HOW_TO_END = "Ctrl+C ends it; nothing leaves this computer."
