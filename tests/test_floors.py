@@ -36,6 +36,7 @@ ROOMS_OF_INTERFACES = [
     "batch",
     "python_plans",
     "python_api",
+    "local_page",
     "cli",
 ]
 MOST_FILES_IN_A_ROOM = 12

@@ -22,6 +22,7 @@ SOURCES = ("src", "data_examples", "docs", "pyproject.toml", "setup.py", "MANIFE
 DATA = (
     *("py.typed", "glossary.md", "interfaces/files/styles/points.qml"),
     *("interfaces/reports/templates/report.html.j2", "interfaces/reports/templates"),
+    *(f"interfaces/local_page/{name}" for name in ("templates/base.html.j2", "static")),
     *(f"data_examples/{name}/block.toml" for name in BLOCKS),
 )
 BACKEND = "from setuptools import build_meta; print(build_meta.build_{}({!r}))"

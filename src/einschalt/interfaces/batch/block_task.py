@@ -48,7 +48,7 @@ class BlockTask:
 
 def task_of(name, block, folder, given) -> BlockTask:
     """Look at the inputs of a block."""
-    files, settings, title = _inputs_of(block, given)
+    files, settings, title = inputs_of(block, given)
     if settings is not None:
         settings = settings.model_dump(mode="json")
     signature = {
@@ -72,7 +72,7 @@ def output_of_task(task, inputs=None) -> Output:
     return Output(source, RESULT_NAMES, inputs, **options)
 
 
-def _inputs_of(block, given):
+def inputs_of(block, given):
     """Files that a block reads, by table, its settings and name, as far as known."""
     title = as_unicode(block.resolve().name)
     toml_file = block / BLOCK_FILE

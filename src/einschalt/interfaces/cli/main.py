@@ -27,6 +27,7 @@ COMMANDS = {
     "demo": "Compute the example blocks, simulated and real.",
     "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
+    "serve": "Work on a page in the browser, on this computer alone.",
     "batch": "Compute every block below a folder, and say what became of each.",
     "check": "Say everything that is wrong with a block's input.",
     "plan": "Say what precision a flight will give, before it is flown.",
@@ -39,8 +40,8 @@ COMMANDS = {
     "publish": "Publish a result for PROJ, GDAL and QGIS.",
     "orient": "Orient image pairs, and say which are near a dangerous surface.",
 }
-# the example blocks, and Kovarik's own tables
-ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan")
+# the example blocks, Kovarik's own tables, and the present folder
+ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan", "serve")
 HELP = {"--help", "-h", "--version"}
 HOW = {
     "add_completion": False,

@@ -21,6 +21,7 @@ from einschalt.interfaces.files.atomic import (
     make_folder,
     remove_leftovers,
     said_as_file_error,
+    uninterrupted,
     write_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
@@ -322,7 +323,8 @@ def _write(folder, output, facts, write):
         with said_as_file_error(folder):
             facts = _provenance(folder, output, facts)
             older = {} if facts is None else _evidence(folder, output).present()
-            _put_in_place(folder, staging, names, facts, older)
+            with uninterrupted():
+                _put_in_place(folder, staging, names, facts, older)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 

@@ -1,19 +1,16 @@
 """What ``einschalt check`` does."""
 
 import sys
-from dataclasses import replace
 
 import typer
 from rich.console import Console
 
-from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.files.columns_page import explanation_of
-from einschalt.interfaces.programs.block_tables import find_problems
+from einschalt.interfaces.programs.full_check import everything_wrong
 from einschalt.interfaces.reports import problem_list
-from einschalt.pipeline.block.memory import require_memory
-from einschalt.pipeline.block.output_system import with_output_system
 
 
 def check(block=None, given=None, explain=None):
@@ -31,7 +28,7 @@ def check(block=None, given=None, explain=None):
         )
     if block is None:
         return
-    found = _with_size(_with_output(find_problems(block, given)))
+    found = everything_wrong(block, given)
     report_problems(*found.problems, *found.model_problems)
     report(
         n_problems=len(found.problems),
@@ -46,28 +43,6 @@ def check(block=None, given=None, explain=None):
     print_out(f"{block}: {problem_list.conclusion(found)}")
     if found.problems or found.model_problems:
         raise typer.Exit(WRONG)
-
-
-def _with_output(found):
-    """Findings with what is wrong with the system in which results are to be told."""
-    if found.block is None:
-        return found
-    try:
-        with_output = with_output_system(found.block, found.block.settings)
-    except EinschaltError as error:
-        return replace(found, problems=(*found.problems, error))
-    return replace(found, notes=with_output.notes)
-
-
-def _with_size(found):
-    """Findings with a lack of memory that the computation would have."""
-    if found.block is None:
-        return found
-    try:
-        require_memory(found.block)
-    except EinschaltError as error:
-        return replace(found, problems=(*found.problems, error))
-    return found
 
 
 def _is_terminal():

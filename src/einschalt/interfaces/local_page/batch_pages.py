@@ -1,0 +1,84 @@
+"""Many blocks: a table that fills up while they are computed."""
+
+from urllib.parse import urlencode
+
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.typesetting import MISSING, length, seconds
+from einschalt.interfaces.batch.block_search import find_blocks, name_blocks
+from einschalt.interfaces.local_page.pages import form_of, page, said, to, worked
+from einschalt.interfaces.local_page.rooted_paths import is_name
+from einschalt.interfaces.local_page.session import RESULTS, Place
+
+COLUMNS = ("block", "outcome", "points", "to believe", "claim", "suspects", "time")
+WAITING = "waiting"
+
+
+@said
+async def batch_page(request):
+    """The blocks below a folder, and where their results are to go."""
+    session = request.app.state.session
+    place = session.place(request.query_params)
+    blocks = await worked(_blocks, place, None)
+    output = f"{session.root.name(place.folder)}/{RESULTS}".lstrip("/")
+    facts = {"place": place, "names": list(blocks), "output": f"{output}_of_all"}
+    return page("batch", session=session, **facts)
+
+
+def _blocks(place, output):
+    """Blocks below a folder by name; a file that lies elsewhere is refused."""
+    blocks = name_blocks(find_blocks(place.folder, output))
+    for folder in blocks.values():
+        place.root.require_inside(folder)
+        Place(place.root, folder).require_own_files()
+    return {name: folder for name, folder in blocks.items() if is_name(name)}
+
+
+@said
+async def start_batch(request):
+    """Start the computation of all blocks below a folder."""
+    session = request.app.state.session
+    form = await form_of(request)
+    place = session.place(form)
+    folder = session.root.find(form.get("output") or RESULTS, is_new=True)
+    blocks = await worked(_blocks, place, folder)
+    question = {"kind": "batch", "block": str(place.folder), "output": str(folder)}
+    path = session.root.name(folder)
+    links = {"back": f"/batch?{place.query}", "output": path, "names": list(blocks)}
+    return to(f"/run/{session.runs.start(question, place.title, links).number}")
+
+
+def rows_of(run):
+    """Rows of the table as text, with the address of each result."""
+    names = dict.fromkeys([*run.links["names"], *run.rows])
+    return [_row(run, name) for name in names]
+
+
+def _row(run, name):
+    row = run.rows.get(name)
+    if row is None:
+        text = WAITING if run.state == "running" else MISSING
+        return {"cells": [printable(name), text], "link": "", "said": ""}
+    is_failed = row["outcome"] == "failed"
+    claim = row.get("claim_is_supported")
+    stands = {True: "stands", False: "does not stand", None: "not tested"}[claim]
+    took = row.get("seconds")
+    cells = [
+        printable(name),
+        row["outcome"],
+        _whole(row.get("n_points")),
+        length(row.get("standard_error_credible")),
+        MISSING if is_failed else stands,
+        _whole(row.get("n_suspects")),
+        MISSING if took is None else seconds(took),
+    ]
+    address = urlencode({"path": f"{run.links['output']}/{name}"})
+    said = [row.get("reason"), row.get("remedy")] if is_failed else []
+    return {
+        "cells": cells,
+        "link": "" if is_failed else f"/result?{address}",
+        "said": " ".join(f"{printable(text).rstrip('.')}." for text in said if text),
+    }
+
+
+def _whole(value):
+    return MISSING if value is None else f"{value:.0f}"

@@ -1,0 +1,161 @@
+"""Two results beside each other: their figures, and how far their points lie apart."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.typesetting import MISSING, count, length, length_column
+from einschalt.interfaces.batch.block_state import read_json
+from einschalt.interfaces.files.written_files import PROVENANCE, evidence_of
+from einschalt.interfaces.local_page.drawings import vectors
+from einschalt.interfaces.local_page.refusals import RefusedError
+
+POINTS = "points.parquet"
+MOST_POINTS = 25
+FIGURES = {
+    "n_new": "new points",
+    "credible": "to believe, total",
+    "mean_total": "propagated, total",
+    "mean_paper": "after Kovarik’s budget, total",
+    "check_rms": "RMS at check points, total",
+    "control_rms": "RMS at control points, total",
+    "n_suspects": "suspects",
+}
+COUNTS = ("n_new", "n_suspects")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a page says of two results."""
+
+    figures: list  # what it is, of the first, of the second
+    verdict: str
+    remarks: list
+    apart: list  # what it is, and how far
+    columns: tuple
+    rows: list
+    drawing: str
+
+
+def compare(first, second) -> Comparison:
+    """Compare the results in two folders; differences are second minus first.
+
+    RefusedError where one of them is not whole, or they are of different systems.
+    """
+    (facts, points), (other_facts, other_points) = _read(first), _read(second)
+    systems = [_system(one) for one in (facts, other_facts)]
+    if systems[0] != systems[1]:
+        raise RefusedError(
+            f"the results are in different systems: {systems[0] or 'none'} and "
+            f"{systems[1] or 'none'}",
+            expected="results in the same system",
+            remedy="Compute one of them with the output_crs of the other",
+        )
+    both = points.merge(other_points, on="point_id", suffixes=("_first", ""))
+    moved = pd.DataFrame({"point_id": both["point_id"], "role": both["role"]})
+    for axis in ("easting", "northing"):
+        moved[axis] = both[axis]
+        moved[f"d_{axis}"] = both[axis] - both[f"{axis}_first"]
+    moved["total"] = np.hypot(moved["d_easting"], moved["d_northing"])
+    moved = moved.sort_values("total", ascending=False, kind="stable")
+    columns, rows = _largest(moved.head(MOST_POINTS))
+    return Comparison(
+        figures=_figures(facts["figures"], other_facts["figures"]),
+        verdict=_verdict(moved["total"]),
+        remarks=_remarks(facts, other_facts, len(points), len(other_points), len(both)),
+        apart=_apart(moved["total"]),
+        columns=columns,
+        rows=rows,
+        drawing=vectors(moved) if len(moved) else "",
+    )
+
+
+def _read(folder):
+    """What provenance.json says of a result, and its points."""
+    evidence = evidence_of(folder)
+    facts = read_json(folder / PROVENANCE)
+    is_whole = all(map(evidence.vouches_for, (PROVENANCE, POINTS)))
+    if not is_whole or "figures" not in facts:
+        raise RefusedError(
+            "the folder holds no result as einschalt has written it",
+            expected="a folder with the results of einschalt densify",
+            remedy="Compute the block again",
+            file=folder.name,
+        )
+    names = ["point_id", "easting", "northing", "role"]
+    points = pd.read_parquet(folder / POINTS, columns=names)
+    return facts, points.astype({"point_id": str, "role": str})
+
+
+def _system(facts):
+    return (facts.get("output") or facts["block"]).get("crs")
+
+
+def _figures(first, second):
+    rows = []
+    for name, text in FIGURES.items():
+        values = [figures.get(name) for figures in (first, second)]
+        if values != [None, None]:
+            rows.append((text, *(_figure(name, value) for value in values)))
+    return rows
+
+
+def _figure(name, value):
+    if value is None:
+        return MISSING
+    return f"{value:.0f}" if name in COUNTS else length(value)
+
+
+def _verdict(total):
+    if not len(total):
+        return "No point is in both results."
+    largest = float(total.max())
+    if largest == 0.0:
+        return f"{count(len(total), 'point')} in both results, at the same coordinates."
+    return (
+        f"{count(len(total), 'point')} in both results: half of them differ by less "
+        f"than {length(float(total.median()))}, the largest difference is "
+        f"{length(largest)} (total)."
+    )
+
+
+def _remarks(facts, other, n_first, n_second, n_both):
+    remarks = []
+    if facts["block"]["name"] != other["block"]["name"]:
+        names = [printable(one["block"]["name"]) for one in (facts, other)]
+        remarks.append(f"These are different blocks: {names[0]} and {names[1]}.")
+    for which, n_alone in (("first", n_first - n_both), ("second", n_second - n_both)):
+        if n_alone:
+            remarks.append(f"{count(n_alone, 'point')} in the {which} result alone.")
+    settings, others = facts["settings"], other["settings"]
+    for name in sorted({*settings, *others}):
+        one, two = settings.get(name), others.get(name)
+        if one != two:
+            remarks.append(f"{name}: {printable(one)}, then {printable(two)}.")
+    return remarks
+
+
+def _apart(total):
+    if not len(total):
+        return []
+    values = total.to_numpy(dtype=float)
+    return [
+        (length(float(np.sqrt(np.mean(values**2)))), "RMS, total"),
+        (length(float(np.median(values))), "median"),
+        (length(float(np.quantile(values, 0.95))), "95 % are closer"),
+        (length(float(values.max())), "largest"),
+    ]
+
+
+def _largest(moved):
+    parts = [moved["d_easting"], moved["d_northing"], moved["total"]]
+    unit, texts = length_column(np.concatenate(parts)) if len(moved) else ("cm", [])
+    n_rows = len(moved)
+    cells = [texts[k * n_rows : (k + 1) * n_rows] for k in range(3)]
+    names = (f"ΔE [{unit}]", f"ΔN [{unit}]", f"total [{unit}]")
+    rows = list(
+        zip(map(printable, moved["point_id"]), moved["role"], *cells, strict=True)
+    )
+    return ("point", "role", *names), rows

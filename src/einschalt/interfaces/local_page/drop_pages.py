@@ -1,0 +1,165 @@
+"""Files that are dropped into the page, and the block that is made of tables."""
+
+from pathlib import Path
+from urllib.parse import urlencode
+
+from starlette.responses import JSONResponse, PlainTextResponse
+
+from einschalt.foundations.display_names import printable
+from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.projections import read_crs
+from einschalt.interfaces.files.atomic import write_text
+from einschalt.interfaces.files.block_toml import BLOCK_FILE
+from einschalt.interfaces.files.understood_tables import Said
+from einschalt.interfaces.local_page.pages import (
+    form_of,
+    messages_of,
+    page,
+    said,
+    to,
+    worked,
+)
+from einschalt.interfaces.local_page.refusals import RefusedError
+from einschalt.interfaces.local_page.session import Place
+from einschalt.interfaces.new_block.block_text import block_text
+from einschalt.interfaces.new_block.looked_at import files_below, look_at
+from einschalt.interfaces.new_block.proposal import answered, propose
+
+SAID = ("crs", "easting", "northing", "decimal")
+ANSWERED, ASSUMED = "as you say", "assumed, since no file tells: correct it"
+
+
+async def new_drop(request):
+    """Make room for files that are to come."""
+    try:
+        drop = request.app.state.session.drops.new()
+    except RefusedError as error:
+        return _refused(error)
+    return JSONResponse({"drop": drop.number})
+
+
+async def take_file(request):
+    """Store one file that was dropped."""
+    drops = request.app.state.session.drops
+    announced = request.headers.get("content-length")
+    size = int(announced) if announced and announced.isdecimal() else None
+    try:
+        drop = drops.get(request.path_params["number"])
+        name = request.path_params["name"]
+        await drops.take(drop, name, size, request.stream())
+    except RefusedError as error:
+        return _refused(error)
+    return JSONResponse({"name": request.path_params["name"]})
+
+
+def _refused(error):
+    # what is left of the body is not read
+    return PlainTextResponse(str(error), error.status, {"connection": "close"})
+
+
+@said
+async def opened_drop(request):
+    """Lead on to the block that was dropped, or to the tables of which one is made."""
+    session = request.app.state.session
+    drop = session.drops.get(request.path_params["number"])
+    homes = sorted(drop.root.path.rglob(BLOCK_FILE), key=lambda path: len(path.parts))
+    folder = homes[0].parent if homes else _only_folder(drop.root.path)
+    asked = {"drop": drop.number, "path": drop.root.name(folder)}
+    return to(f"/{'block' if homes else 'new'}?{urlencode(asked)}")
+
+
+def _only_folder(folder):
+    """The folder in which the files are, where they came in one."""
+    entries = list(folder.iterdir())
+    return entries[0] if len(entries) == 1 and entries[0].is_dir() else folder
+
+
+@said
+async def new_page(request):
+    """What the files of a folder are, and what is still to be asked."""
+    session = request.app.state.session
+    place = session.place(request.query_params)
+    asked = {name: request.query_params.get(name, "").strip() for name in SAID}
+    facts = await worked(_proposed, place, asked)
+    return page("new", session=session, place=place, asked=asked, **facts)
+
+
+def _proposed(place, asked):
+    """The proposal of a block, or why there is none yet."""
+    try:
+        proposal, left_out = _proposal(place, asked)
+    except EinschaltError as error:
+        return {"proposal": None, "messages": messages_of(error), "left_out": []}
+    return {"proposal": proposal, "messages": [], "left_out": left_out}
+
+
+def _proposal(place, asked):
+    """Look at the tables, as they are said to be understood."""
+    columns = {key: asked[key] for key in ("easting", "northing") if asked.get(key)}
+    crs, decimal = asked.get("crs") or None, asked.get("decimal") or None
+    if crs is not None:
+        read_crs(crs)
+    how = Said(columns, decimal=decimal, crs=crs)
+    found, refused = [], []
+    for path in files_below(place.folder):
+        place.root.require_inside(path)
+        try:
+            found += look_at(path, how)
+        except EinschaltError as error:
+            refused.append(error)
+    if not found:
+        raise (
+            refused[0]
+            if refused
+            else SettingsError(
+                "there is no table",
+                expected="control points, and the measurements of the flights",
+                remedy="Drop all files of the block together",
+            )
+        )
+    given = {} if crs is None else {("block", "crs"): crs}
+    return propose(found, given), [messages_of(error)[0] for error in refused]
+
+
+@said
+async def make_block(request):
+    """Write block.toml of the tables and the answers."""
+    session = request.app.state.session
+    form = await form_of(request)
+    place = session.place(form)
+    await worked(_write_block, place, form)
+    return to(f"/block?{place.query}")
+
+
+def _write_block(place: Place, form):
+    proposal, _ = _proposal(place, form)
+    for question in proposal.questions:
+        text = form.get(f"{question.section}.{question.key}", "")
+        value = _value(question, text)
+        reason = ANSWERED if text else ASSUMED
+        proposal = answered(proposal, question, value, reason)
+    if (place.folder / BLOCK_FILE).exists():
+        raise RefusedError(
+            f"the folder holds {BLOCK_FILE} already", remedy="Open it as a block"
+        )
+    name = form.get("name") or Path(place.folder).name
+    text = block_text(proposal, place.folder, printable(name))
+    write_text(place.folder / BLOCK_FILE, text)
+
+
+def _value(question, text):
+    """The answer to a question; None leaves it out."""
+    if not text and question.has_suggestion:
+        return question.suggested
+    if question.key == "crs":
+        read_crs(text)
+        return text
+    plain = text.replace(",", ".")
+    if not is_number(plain) or not float(plain) > 0.0:
+        raise SettingsError(
+            f"{text!r} is no answer to: {question.text}",
+            expected="a number above 0",
+            remedy="Go back, and correct it",
+        )
+    return float(plain)

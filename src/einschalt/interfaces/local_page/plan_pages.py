@@ -1,0 +1,172 @@
+"""A flight that is planned with sliders: precision and cost at once, then a map."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+from starlette.responses import JSONResponse, Response
+
+from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.number_parsing import is_number
+from einschalt.foundations.typesetting import length, number
+from einschalt.interfaces.local_page.drawings import precision_map
+from einschalt.interfaces.local_page.pages import messages_of, page, said, worked
+from einschalt.pipeline.planning.cameras import CAMERAS
+from einschalt.pipeline.planning.check import design_of
+from einschalt.pipeline.planning.expected_precision import expect_precision
+from einschalt.pipeline.planning.search import (
+    LIMITS,
+    REMEDIES,
+    PlanChoices,
+    PlanFrame,
+    find_plans,
+)
+
+CAMERA = "film_wide"
+HALF_TO_TWICE = (0.5, 2.0)
+ANY_TARGET = 1.0  # of which nothing is asked here [m]
+CM = 1e-2
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A value that is chosen: its range and what it is called."""
+
+    name: str
+    text: str
+    unit: str
+    least: float
+    most: float
+    step: float
+    usual: float
+
+
+def sliders_of(camera):
+    """Sliders with the ranges of a camera and its usual flights."""
+    preset = CAMERAS[camera]
+    low, high = HALF_TO_TWICE
+    scales, spacings = preset.scale_numbers, preset.spacings
+    m_g = preset.m_g_um[-1]
+    step = 100.0 if max(scales) >= 5_000.0 else 50.0
+    return [
+        Slider(
+            *("scale_number", "Scale of the low flight, 1:", ""),
+            *(low * min(scales), high * max(scales), step, scales[1]),
+        ),
+        Slider(
+            *("high_over_low", "High flight, times that scale", ""),
+            *(1.25, 4.0, 0.125, 1.875),
+        ),
+        Slider(
+            *("spacing", "Distance of the points", "m"),
+            *(
+                low * min(spacings),
+                high * max(spacings),
+                min(spacings) / 20,
+                spacings[1],
+            ),
+        ),
+        Slider(
+            *("m_g_um", "Error of one pointing, total", "µm"),
+            *(round(0.4 * m_g, 1), round(3.0 * m_g, 1), 0.1, m_g),
+        ),
+        Slider("n_settings", "Pointings of each point", "", 1, 4, 1, 1),
+        Slider("n_coverages", "Coverages", "", 1, 3, 1, 2),
+        Slider("control_cm", "Error of control, total", "cm", 0.5, 10, 0.5, 3),
+    ]
+
+
+def _values(asked):
+    """Camera and values of the sliders, the usual ones where nothing is said."""
+    camera = asked.get("camera", CAMERA)
+    camera = camera if camera in CAMERAS else CAMERA
+    values = {}
+    for slider in sliders_of(camera):
+        text = asked.get(slider.name, "")
+        value = float(text) if is_number(text) else slider.usual
+        value = value if isfinite(value) else slider.usual
+        values[slider.name] = min(max(value, slider.least), slider.most)
+    values["control_per_model"] = 9 if asked.get("control_per_model") == "9" else 5
+    return camera, values
+
+
+def _plan(camera, values):
+    """The one plan of these values, and the frame in which it is made."""
+    preset = CAMERAS[camera]
+    frame = PlanFrame(
+        image_format=preset.image_format,
+        principal_distance=preset.principal_distance,
+        forward_overlap=preset.forward_overlap,
+        side_overlap=preset.side_overlap,
+        control_standard_error=values["control_cm"] * CM,
+    )
+    names = ("scale_number", "spacing", "m_g_um", "high_over_low")
+    chosen = {name: (values[name],) for name in names}
+    for name in ("n_settings", "n_coverages", "control_per_model"):
+        chosen[name] = (int(values[name]),)
+    found = find_plans(ANY_TARGET, PlanChoices(**chosen), frame)
+    return found.plans.iloc[0], frame
+
+
+def figures_of(asked):
+    """What these values give: figures with what they are, and what limits them."""
+    try:
+        plan, _ = _plan(*_values(asked))
+    except EinschaltError as error:
+        return {"figures": [], "said": " ".join(messages_of(error)), "is_plan": False}
+    shown = [("expected_mean", "expected, total")]
+    if plan["n_coverages"] == 1:
+        shown = [
+            ("expected_centre", "expected in the middle of a model"),
+            ("expected_edge", "expected at its edge, total"),
+        ]
+    figures = [(length(float(plan[name])), text) for name, text in shown]
+    figures.append(
+        (length(float(plan["reached_paper"])), "by the formula of 1971, total")
+    )
+    work = {
+        "cost": "cost per km²",
+        "images": "images per km²",
+        "settings": "pointings per km²",
+        "control_points": "control points per km²",
+    }
+    figures += [(number(float(plan[name])), text) for name, text in work.items()]
+    limit = plan["limited_by"]
+    text = f"It is limited by {LIMITS[limit]}. {REMEDIES[limit]}."
+    return {"figures": figures, "said": text, "is_plan": True}
+
+
+def map_of(asked):
+    """Map of the expected precision, as SVG."""
+    plan, frame = _plan(*_values(asked))
+    return precision_map(expect_precision(design_of(plan, frame)).points)
+
+
+@said
+async def plan_page(request):
+    """Sliders, and what they give."""
+    camera, values = _values(request.query_params)
+    return page(
+        "plan",
+        session=request.app.state.session,
+        camera=camera,
+        cameras={name: preset.title for name, preset in CAMERAS.items()},
+        sliders=sliders_of(camera),
+        values=values,
+        answer=await worked(figures_of, request.query_params),
+    )
+
+
+@said
+async def plan_figures(request):
+    """Figures, for the script of the page."""
+    return JSONResponse(await worked(figures_of, request.query_params))
+
+
+@said
+async def plan_map(request):
+    """The map, for the script of the page."""
+    try:
+        drawing = await worked(map_of, request.query_params)
+    except EinschaltError as error:
+        return JSONResponse({"said": " ".join(messages_of(error))}, 422)
+    return Response(drawing, media_type="image/svg+xml")

@@ -1,0 +1,117 @@
+"""Files that are dropped: whole, within limits, and made a block."""
+
+import json
+
+import pytest
+
+CHUNK = bytes(2**20)
+GIGABYTES = 2 * 2**30
+
+
+def dropped(visitor, files):
+    """Drop files as the script of the page does; the page that is led to."""
+    number = json.loads(visitor.post("/drop").text)["drop"]
+    for name, text in files.items():
+        data = text.encode()
+        answer = visitor.put(
+            f"/drop/{number}/{name}", [data], content_length=str(len(data))
+        )
+        assert answer.status == 200, answer.text
+    return visitor.get(f"/drop/{number}").headers["location"]
+
+
+def files_of(block):
+    return {path.name: path.read_text("utf-8") for path in block.path.iterdir()}
+
+
+def test_a_dropped_block_is_checked(visit, root, small_block):
+    visitor = visit(root)
+    files = {f"mine/{name}": text for name, text in files_of(small_block).items()}
+    page = visitor.get(dropped(visitor, files))
+    assert page.status == 200
+    assert "Nothing is wrong with its input" in page.text
+    assert 'name="output" value="Nine_points_results"' in page.text
+    assert list(root.iterdir()) == []
+
+
+@pytest.mark.parametrize("address", ["/block?drop=7", "/block?drop=x", "/new?drop=²"])
+def test_files_that_were_not_dropped_are_not_there(visit, root, address):
+    assert visit(root).get(address).status == 404
+
+
+def test_of_dropped_tables_a_block_is_made(visit, root, small_block):
+    visitor = visit(root)
+    files = files_of(small_block)
+    del files["block.toml"]
+    address = dropped(visitor, files)
+    page = visitor.get(address)
+    assert "8 points" in page.text
+    assert 'name="low_flight.m_g_um" value="5"' in page.text
+    answers = {"drop": "1", "name": "Mine", "block.crs": "EPSG:31255"}
+    answers |= {"control_points.standard_error_m": "0,03"}
+    made = visitor.post("/new", answers)
+    assert made.status == 303
+    checked = visitor.get(made.headers["location"]).text
+    assert "<h1>Mine</h1>" in checked
+    assert "Nothing is wrong with its input" in checked
+    text = (visitor.session.folder / "dropped-1" / "block.toml").read_text("utf-8")
+    assert "standard_error_m = 0.03" in text
+
+
+def test_an_upload_of_2_gb_is_refused_before_it_is_read(visit, root):
+    visitor = visit(root)
+    visitor.post("/drop")
+    answer = visitor.put("/drop/1/x.csv", [CHUNK], content_length=str(GIGABYTES))
+    assert answer.status == 413
+    assert visitor.n_sent == 0
+    assert list((visitor.session.folder / "dropped-1").iterdir()) == []
+
+
+@pytest.mark.parametrize("announced", [None, "10"])
+def test_an_upload_that_does_not_end_is_broken_off(visit, root, announced):
+    visitor = visit(root, most_upload_mb=5.0)
+    visitor.post("/drop")
+    endless = (CHUNK for _ in range(GIGABYTES // len(CHUNK)))
+    answer = visitor.put("/drop/1/x.csv", endless, content_length=announced)
+    assert answer.status == 413
+    assert visitor.n_sent <= 6 * len(CHUNK)
+    assert list((visitor.session.folder / "dropped-1").iterdir()) == []
+    assert visitor.session.drops.n_bytes == 0
+
+
+@pytest.mark.parametrize(
+    "name", ["../x.csv", "a/../../x.csv", "/etc/x.csv", ".ssh/x", "a\\..\\x", "%00"]
+)
+def test_names_of_dropped_files_lead_nowhere(visit, root, name):
+    visitor = visit(root)
+    visitor.post("/drop")
+    before = sorted(visitor.session.folder.rglob("*"))
+    answer = visitor.put(f"/drop/1/{name}".replace("%00", "\0"), [b"x"])
+    assert answer.status == 403
+    assert sorted(visitor.session.folder.rglob("*")) == before
+
+
+def test_no_file_takes_the_place_of_another(visit, root):
+    visitor = visit(root)
+    visitor.post("/drop")
+    visitor.put("/drop/1/x.csv", [b"first"])
+    answer = visitor.put("/drop/1/x.csv", [b"second"])
+    assert answer.status == 400
+    file = visitor.session.folder / "dropped-1" / "x.csv"
+    assert file.read_bytes() == b"first"
+
+
+def test_a_form_of_2_gb_is_not_read(visit, root):
+    visitor = visit(root)
+    answer = visitor.post("/start", content_length=str(GIGABYTES))
+    assert answer.status == 413
+    assert visitor.n_sent == 0
+
+
+def test_what_was_dropped_goes_with_the_session(visit, root, small_block):
+    visitor = visit(root)
+    dropped(visitor, files_of(small_block))
+    folder = visitor.session.folder
+    assert folder.stat().st_mode & 0o077 == 0
+    visitor.session.close()
+    assert not folder.exists()

@@ -1,0 +1,161 @@
+"""Compare, plan and many blocks: what the pages say, and what they refuse."""
+
+import json
+import re
+import shutil
+import time
+
+import pandas as pd
+import pytest
+
+from einschalt.interfaces.files.result_folder import write_result
+from einschalt.interfaces.local_page import batch_pages, plan_pages
+from einschalt.interfaces.local_page.comparison import compare
+from einschalt.interfaces.local_page.drawings import precision_map, vectors
+from einschalt.interfaces.local_page.refusals import RefusedError
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory, good_result):
+    """Two results of a block: the second without a point, one point moved by 5 m."""
+    from tests.changed_results import judged_before
+
+    root = tmp_path_factory.mktemp("results")
+    points = good_result.points.copy()
+    points.loc[points.index[5], "easting"] += 3.0
+    points.loc[points.index[5], "northing"] -= 4.0
+    other = judged_before(good_result, points=points.drop(index=points.index[0]))
+    write_result(good_result, root / "first")
+    write_result(other, root / "second")
+    return root
+
+
+def test_results_are_compared_point_by_point(visit, results, good_result):
+    moved = good_result.points["point_id"].iloc[5]
+    found = compare(results / "first", results / "second")
+    assert found.columns == ("point", "role", "ΔE [m]", "ΔN [m]", "total [m]")
+    assert [*found.rows[0][:1], *map(float, found.rows[0][2:])] == [moved, 3, -4, 5]
+    assert {row[-1] for row in found.rows[1:]} == {found.rows[1][-1]}
+    assert float(found.rows[1][-1]) == 0.0
+    assert found.apart[-1] == ("5.0 m", "largest")
+    assert "1 point in the first result alone." in found.remarks
+    page = visit(results).get("/compare?a=first&b=second").text
+    assert found.verdict in page
+    assert page.count('class="vector"') == len(good_result.points)  # and its scale
+
+
+def test_what_is_no_result_is_not_compared(visit, results, tmp_path):
+    shutil.copytree(results / "first", tmp_path / "changed")
+    frame = pd.read_parquet(tmp_path / "changed" / "points.parquet")
+    frame.to_parquet(tmp_path / "changed" / "points.parquet", compression="gzip")
+    with pytest.raises(RefusedError, match="as einschalt has written it"):
+        compare(tmp_path / "changed", results / "second")
+    visitor = visit(results)
+    assert visitor.get("/compare?a=first&b=../secret").status == 403
+    assert visitor.get("/compare?a=first&b=nothing").status == 404
+
+
+def test_a_result_leads_to_its_report_and_to_others(visit, results):
+    page = visit(results).get("/result?path=first").text
+    assert 'src="/report?path=first"' in page
+    assert "<option>second</option>" in page
+
+
+def test_sliders_answer_as_the_planning_does(visit, root):
+    from einschalt.pipeline.planning.search import PlanChoices, find_plans
+
+    choices = PlanChoices(
+        scale_number=(6000.0,),
+        spacing=(300.0,),
+        m_g_um=(5.0,),
+        high_over_low=(2.5,),
+        n_settings=(2,),
+        n_coverages=(2,),
+        control_per_model=(9,),
+    )
+    plan = find_plans(1.0, choices).plans.iloc[0]
+    asked = "scale_number=6000&high_over_low=2.5&spacing=300&m_g_um=5&n_settings=2"
+    asked += "&n_coverages=2&control_per_model=9&control_cm=3"
+    answer = json.loads(visit(root).get(f"/plan/figures?{asked}").text)
+    figures = {text: figure for figure, text in answer["figures"]}
+    assert figures["expected, total"] == f"{100 * plan['expected_mean']:.1f} cm"
+    assert float(figures["cost per km²"]) == pytest.approx(plan["cost"], rel=0.05)
+    assert answer["is_plan"]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    ["spacing=nan", "spacing=1e999", "camera=<b>", "scale_number=-1", "m_g_um="],
+)
+def test_sliders_take_nothing_beyond_their_ranges(asked):
+    fields = dict([asked.split("=")])
+    camera, values = plan_pages._values(fields)
+    for slider in plan_pages.sliders_of(camera):
+        assert slider.least <= values[slider.name] <= slider.most
+    answer = plan_pages.figures_of(fields)
+    assert answer["is_plan"] or "points lie in a" in answer["said"]
+
+
+def test_the_usual_flight_of_every_camera_is_within_its_sliders():
+    for camera in plan_pages.CAMERAS:
+        assert plan_pages.figures_of({"camera": camera})["is_plan"], camera
+        for slider in plan_pages.sliders_of(camera):
+            assert slider.least <= slider.usual <= slider.most, (camera, slider)
+
+
+def test_maps_show_every_point_where_it_lies():
+    points = pd.DataFrame(
+        {
+            "easting": [0.0, 100.0, 0.0],
+            "northing": [0.0, 0.0, 100.0],
+            "role": ["control", "new", "new"],
+            "standard_error_total": [0.01, 0.02, 0.03],
+        }
+    )
+    drawing = precision_map(points)
+    marks = re.findall(r'class="c(\d)" cx="([\d.]+)" cy="([\d.]+)"', drawing)
+    steps, x, y = (list(map(float, part)) for part in zip(*marks, strict=True))
+    assert steps == [0.0, 4.0, 8.0]
+    assert x[1] > x[0] == x[2]
+    assert y[2] < y[0] == y[1]  # north is above
+    assert drawing.count('class="control"') == 1
+    still = points.assign(d_easting=0.0, d_northing=0.0, total=0.0)
+    assert "nan" not in vectors(still)
+
+
+def test_many_blocks_fill_a_table(visit, root, make_block):
+    make_block(root / "sound")
+    spoilt = make_block(root / "<i>spoilt")
+    spoilt.replace("low_flight.csv", "coverage", "covfefe")
+    visitor = visit(root)
+    listed = visitor.get("/batch").text
+    assert "2 blocks" in listed
+    assert "&lt;i&gt;spoilt" in listed
+    visitor.post("/batch", {"output": "all"})
+    run = visitor.session.runs.get(1)
+    cells = [row["cells"] for row in batch_pages.rows_of(run)]
+    assert sorted(cells)[1][0] == "sound"
+    end = time.monotonic() + 300.0
+    while run.state == "running" and time.monotonic() < end:
+        time.sleep(0.05)
+    assert run.state == "done", run.problems
+    page = visitor.get("/run/1").text
+    assert '<a href="/result?path=all%2Fsound">sound</a>' in page
+    assert "<i>" not in page
+    assert "low_flight.csv" in page
+    state = json.loads(visitor.get("/run/1/state").text)
+    outcomes = {row["cells"][0]: row["cells"][1] for row in state["rows"]}
+    assert outcomes == {"sound": "done", "<i>spoilt": "failed"}
+    assert (root / "all" / "blocks.html").exists()
+
+
+def test_a_batch_with_a_block_that_names_files_elsewhere_is_refused(
+    visit, root, make_block
+):
+    make_block(root / "sound")
+    block = make_block(root / "other")
+    block.replace("block.toml", "control_points.csv", "../../secret/control_points.csv")
+    visitor = visit(root)
+    assert visitor.post("/batch", {"output": "all"}).status == 403
+    assert visitor.get("/batch").status == 403
+    assert not (root / "all").exists()
