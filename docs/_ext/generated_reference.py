@@ -57,7 +57,7 @@ def command_page():
     """Every command with its arguments, options and examples."""
     parts = [COMMANDS_TITLE]
     parts += [f"| [`{name}`](#{name}) | {plain(COMMANDS[name])} |" for name in COMMANDS]
-    parts.append(f"\n```text\n{help_of()}\n```\n")
+    parts += ["", *(plain(" ".join(one.split())) + "\n" for one in _prose(help_of()))]
     parts += [f"\n({name})=\n\n## {name}\n\n{_command(name)}" for name in COMMANDS]
     return "\n".join(parts) + "\n"
 
