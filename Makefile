@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test docs docs-links picture truth lint format bench fuzz faults clean \
+.PHONY: demo test docs docs-links drawings picture truth lint format bench fuzz faults clean \
 	clean-cache
 
 demo: .venv/installed
@@ -51,6 +51,10 @@ faults: .venv/installed-test
 # a million hostile inputs in several runs, each going on where the last one ended
 fuzz: .venv/installed-test
 	$(BIN)/python -m fuzz --seconds 1500
+
+# the figures of the site, from our own numbers
+drawings: .venv/installed
+	$(BIN)/python docs/drawings.py
 
 # the picture of the README; with a palette it is a fifth as large
 PICTURE := docs/images/precision_map.png

@@ -43,6 +43,7 @@ exclude_patterns = [
 ]
 templates_path = ["_templates"]
 nitpicky = True
+smartquotes = False  # -- is an option, not a dash
 # modules below the root package move without notice: nothing leads to them
 nitpick_ignore_regex = [
     (r"py:.*", r"ModelTransformation\..*"),  # what transform_models gives

@@ -84,7 +84,7 @@ def test_commands_of_a_tutorial_print_what_stands_below_them(name):
     printed = ""
     for language, text in FENCED.findall(PAGES[name]):
         if language == "sh":
-            printed = "".join(map(run, text.splitlines()))
+            printed = "".join(map(run, text.replace("\\\n", " ").splitlines()))
         elif language == "text":
             for excerpt in filter(None, text.split("…\n")):
                 assert excerpt in printed

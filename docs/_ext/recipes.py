@@ -17,7 +17,7 @@ def copy_recipes(source, target, data, thumbnails):
     (target / "GALLERY_HEADER.rst").write_text(HEADER, encoding="utf-8")
     for recipe in sorted(source.glob("*.py")):
         text = titled(recipe.read_text(encoding="utf-8"))
-        picture = thumbnails / f"{recipe.stem}.svg"
+        picture = thumbnails / f"{recipe.stem}.png"
         if picture.exists():
             place = picture.relative_to(thumbnails.parents[1]).as_posix()
             text += f'\n# sphinx_gallery_thumbnail_path = "{place}"\n'
