@@ -25,7 +25,7 @@ def save(figure, name):
     file = IMAGES / name
     file.parent.mkdir(exist_ok=True)
     same = {"Date": None} if file.suffix == ".svg" else {"Software": None}
-    figure.savefig(file, metadata=same, dpi=90)
+    figure.savefig(file, metadata=same, dpi=72)
     plt.close(figure)
 
 
@@ -37,7 +37,7 @@ def empty(width=4.0, height=2.8):
 
 
 def leverage():
-    """n h over a model that is fully covered, affine."""
+    """Leverage times number of points over a model that is fully covered, affine."""
     place = (np.arange(41) - 20) / 20.5  # the middles of 41 equal parts
     x, y = (a.ravel() for a in np.meshgrid(place, place))
     design = np.column_stack([np.ones_like(x), x, y])

@@ -11,6 +11,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
+from matplotlib import pyplot
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import COMMANDS, app
@@ -100,8 +101,8 @@ def run(command):
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_cells_of_a_notebook_run(name, monkeypatch):
-    pyplot = pytest.importorskip("matplotlib.pyplot")
     monkeypatch.chdir(ROOT)
+    pyplot.switch_backend("agg")
     cells = [code for _, code in CELL.findall(PAGES[name])]
     known = {}
     with contextlib.redirect_stdout(io.StringIO()) as printed:
