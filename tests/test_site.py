@@ -11,7 +11,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
-from matplotlib import pyplot
+from matplotlib import pyplot as plt
 from typer.testing import CliRunner
 
 from einschalt.interfaces.cli.main import COMMANDS, app
@@ -102,14 +102,14 @@ def run(command):
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_cells_of_a_notebook_run(name, monkeypatch):
     monkeypatch.chdir(ROOT)
-    pyplot.switch_backend("agg")
+    plt.switch_backend("agg")
     cells = [code for _, code in CELL.findall(PAGES[name])]
     known = {}
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         for number, code in enumerate(cells):
             if not code.strip().startswith("%cd"):
                 exec(compile(code, f"{name}, cell {number}", "exec"), known)
-    pyplot.close("all")
+    plt.close("all")
     assert printed.getvalue()
 
 

@@ -84,7 +84,7 @@ def _prose(printed):
 
 
 def _sections(printed):
-    parts = re.split(r"^(Arguments|Options|Examples):\n", printed, flags=re.MULTILINE)
+    parts = re.split(r"^ *(Arguments|Options|Examples):\n", printed, flags=re.MULTILINE)
     yield from zip(parts[1::2], parts[2::2], strict=True)
 
 
