@@ -2,7 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test picture truth lint format bench fuzz faults clean clean-cache
+.PHONY: demo test docs docs-links drawings picture truth lint format bench fuzz faults clean \
+	clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -14,6 +15,18 @@ demo: .venv/installed
 # it anew takes each worker, and each later run, as long as all else before the first test
 test: .venv/compiled
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# the site, from nothing and without a network: out/site/index.html, and out/docs.zip to
+# read offline. Its tutorials and recipes are computed, a warning is an error
+SPHINX := $(BIN)/python -m sphinx -W --keep-going --quiet -d out/doctrees
+docs: .venv/installed-docs
+	rm -rf out/site out/doctrees docs/gallery docs/recipes docs/reference/generated
+	$(SPHINX) -b html docs out/site
+	$(BIN)/python -m zipfile --create out/docs.zip out/site
+
+# the links to other sites as well; needs a network
+docs-links: .venv/installed-docs
+	$(SPHINX) -b linkcheck docs out/links
 
 # 200 blocks with known truth, some minutes; writes docs/truth.md
 truth: .venv/installed-test
@@ -39,6 +52,10 @@ faults: .venv/installed-test
 fuzz: .venv/installed-test
 	$(BIN)/python -m fuzz --seconds 1500
 
+# the figures of the site, from our own numbers
+drawings: .venv/installed
+	$(BIN)/python docs/drawings.py
+
 # the picture of the README; with a palette it is a fifth as large
 PICTURE := docs/images/precision_map.png
 picture: .venv/installed
@@ -61,6 +78,10 @@ picture: .venv/installed
 .venv/installed-bench: pyproject.toml | .venv/bin/python
 	$(BIN)/python -m pip install --quiet --editable ".[test,bench]"
 	touch $@ .venv/installed .venv/installed-test
+
+.venv/installed-docs: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	touch $@ .venv/installed
 
 # kernels are compiled once, and not by each process that wants them; so are modules,
 # also where the environment says that Python writes none (PYTHONDONTWRITEBYTECODE)

@@ -46,8 +46,8 @@ class Settings(BaseModel):
         still understood, with a DeprecationWarning.
     coverage_mean : {"all", "most_central"}
         Which models give a point's coordinates: every model that holds it, or, as in
-        1971, per coverage the model in which max(|u|, |v|) is smallest, u and v being
-        the position in the model's extent.
+        1971, per coverage the model in which ``max(|u|, |v|)`` is smallest, u and v
+        being the position in the model's extent.
     weighting : {"auto", "plain", "weighted", "rigorous"}
         Arithmetic mean; weights 1 / M² with the M of the error budget; or, where the
         size of every error is known, the mean of least variance by the propagated

@@ -1,0 +1,160 @@
+"""Pages of the reference that the program writes itself, when the site is built.
+
+Commands from their own help, settings from the model that checks them, findings and
+remedies from the catalogue of the summary.
+"""
+
+import re
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.main import COMMANDS, app
+from einschalt.pipeline.assessment.findings.kinds import KINDS
+from einschalt.pipeline.settings import Expected, Settings, words_of
+from einschalt.pipeline.summary.suggestions.catalogue import WORDS
+
+COMMANDS_TITLE = """# Commands
+
+Written from the help of the commands themselves; `einschalt COMMAND --help` prints it.
+
+| command | what it does |
+|---|---|"""
+SETTINGS_TITLE = """# Settings
+
+A section `[settings]` of `block.toml`, options of `einschalt densify` and `batch`, or
+arguments of `es.Settings`. Written from the model that checks them; all of them may be
+left out.
+"""
+FINDINGS_TITLE = """# Findings and remedies
+
+What the summary may report under *Problems and suggestions*, the gravest first: the
+code that stands in `assessment.json`, what is judged, and what may be done about it.
+`einschalt explain CODE` prints the same. Some remedies are worded for each block.
+"""
+
+# signs that Markdown would take for its own
+MARKUP = re.compile(r"([\\*_<>\[\]|$`])")
+
+
+def plain(text):
+    """Text that Markdown leaves as it is."""
+    return MARKUP.sub(r"\\\1", text)
+
+
+def help_of(*words):
+    """Help of a command, as it is printed."""
+    shown = CliRunner().invoke(
+        app, [*words, "--help"], prog_name="einschalt", terminal_width=88
+    )
+    if shown.exit_code:
+        raise RuntimeError(f"einschalt {' '.join(words)} --help: {shown.output}")
+    return shown.output.strip()
+
+
+def command_page():
+    """Every command with its arguments, options and examples."""
+    parts = [COMMANDS_TITLE]
+    parts += [f"| [`{name}`](#{name}) | {plain(COMMANDS[name])} |" for name in COMMANDS]
+    parts += ["", *(plain(" ".join(one.split())) + "\n" for one in _prose(help_of()))]
+    parts += [f"\n({name})=\n\n## {name}\n\n{_command(name)}" for name in COMMANDS]
+    return "\n".join(parts) + "\n"
+
+
+def _command(name):
+    printed = help_of(name)
+    usage = printed.partition("\n\n")[0]
+    blocks = dict(_sections(printed))
+    text = [f"```sh\n{usage.removeprefix('Usage: ')}\n```\n"]
+    text += [plain(" ".join(one.split())) + "\n" for one in _prose(printed)]
+    for title in ("Arguments", "Options"):
+        if rows := list(_rows(blocks.get(title, ""))):
+            text.append(f"**{title}**\n")
+            text += [f"`{left}`\n: {plain(right)}\n" for left, right in rows]
+    if examples := blocks.get("Examples"):
+        lines = "\n".join(line.strip() for line in examples.splitlines())
+        text.append(f"**Examples**\n\n```sh\n{lines}\n```\n")
+    return "\n".join(text)
+
+
+def _prose(printed):
+    body = re.split(r"\n(?:Arguments|Options):\n", printed)[0].partition("\n\n")[2]
+    return [one for one in body.split("\n\n") if one.strip()]
+
+
+def _sections(printed):
+    parts = re.split(r"^ *(Arguments|Options|Examples):\n", printed, flags=re.MULTILINE)
+    yield from zip(parts[1::2], parts[2::2], strict=True)
+
+
+def _rows(section):
+    """Left and right column of a list of the help."""
+    left, right = None, []
+    for line in section.splitlines():
+        if line[:2] == "  " and line[2:3].strip():
+            if left:
+                yield left, " ".join(right)
+            left, *rest = re.split(r"\s{2,}", line.strip(), maxsplit=1)
+            right = rest
+        elif line.strip():
+            right.append(line.strip())
+    if left:
+        yield left, " ".join(right)
+
+
+def settings_page():
+    """Every setting with what it takes, its default and its meaning."""
+    parts = [SETTINGS_TITLE]
+    for name, field in Settings.model_fields.items():
+        expected = [one.text for one in field.metadata if isinstance(one, Expected)]
+        words = ", ".join(f"`{word}`" for word in words_of(name))
+        default = {None: "none", "": "empty"}.get(field.default, field.default)
+        parts.append(
+            f"## {name}\n\n{plain(field.description)}\n\n"
+            f"- takes: {words or plain(' '.join(expected))}\n- default: `{default}`\n"
+        )
+    return "\n".join(parts)
+
+
+def findings_page():
+    """Every finding, with what it is about and what may be done."""
+    parts = [FINDINGS_TITLE]
+    for code in KINDS:
+        if code not in WORDS:
+            raise RuntimeError(f"{code} has no words")
+        _, said, facts, *remedies = _unwrapped(explained_finding(code))
+        parts.append(f"## {code}\n\n{plain(said)}\n\n*{plain(facts)}*\n")
+        parts += [f"- {plain(one[:1].upper() + one[1:])}" for one in remedies]
+        parts.append("")
+    return "\n".join(parts)
+
+
+def _unwrapped(explained):
+    """Lines of an explanation, those that a remedy continues put together."""
+    lines = []
+    for line in explained.splitlines():
+        if line.startswith("  ") and line[2:3] == " ":
+            lines[-1] += " " + line.strip()
+        else:
+            lines.append(line.strip())
+    return lines
+
+
+PAGES = {"commands": command_page, "settings": settings_page, "findings": findings_page}
+
+
+def write(app):
+    """Write the pages that have changed."""
+    folder = Path(app.srcdir) / "reference" / "generated"
+    folder.mkdir(exist_ok=True)
+    for name, page in PAGES.items():
+        file, text = folder / f"{name}.md", page()
+        if not file.exists() or file.read_text(encoding="utf-8") != text:
+            file.write_text(text, encoding="utf-8")
+
+
+def setup(app):
+    """Write the pages before others are read."""
+    app.connect("builder-inited", write, priority=100)
+    return {"parallel_read_safe": True}
