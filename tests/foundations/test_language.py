@@ -13,7 +13,6 @@ from einschalt.foundations import typesetting as ts
 from einschalt.foundations.language import figure, language_of_locale, written_in
 
 SOURCE = Path(language.__file__).parents[1]
-CATALOGUES = SOURCE / "foundations" / "languages"
 
 
 def messages_of_sources():
@@ -32,7 +31,7 @@ def messages_of_sources():
 def in_po(name):
     """Forms of each message in the language, by the English text or singular."""
     pofile = pytest.importorskip("babel.messages.pofile", reason="needs Babel")
-    text = (CATALOGUES / f"{name}.po").read_text(encoding="utf-8")
+    text = (language.CATALOGUES / f"{name}.po").read_text(encoding="utf-8")
     read = pofile.read_po(text.splitlines(keepends=True), abort_invalid=True)
     return {
         forms(message.id)[0]: (forms(message.id), forms(message.string))
@@ -65,7 +64,7 @@ def test_translations_keep_the_places_of_their_message():
 
 def test_the_compiled_catalogue_is_that_of_the_po_file():
     mofile = pytest.importorskip("babel.messages.mofile", reason="needs Babel")
-    with (CATALOGUES / "de.mo").open("rb") as compiled:
+    with (language.CATALOGUES / "de.mo").open("rb") as compiled:
         read = {
             forms(message.id)[0]: (forms(message.id), forms(message.string))
             for message in mofile.read_mo(compiled)

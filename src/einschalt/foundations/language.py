@@ -1,9 +1,10 @@
 """The language of what users read: messages from one catalogue, figures in its form.
 
-A message is its English sentence with named places: ``translated("{a} of {b}", a=…, b=…)``. It
-is looked up when it is called, in ``languages/<language>.mo``; without an entry, and in
-English, it stands as written. Words that are data (column names, JSON keys, codes,
-settings, file names) are no messages.
+A message is its English sentence with named places, which the call fills:
+``translated("{a} of {b}", a=…, b=…)``. It is looked up when it is called, in
+``languages/<language>.mo``; without an entry, and in English, it stands as written.
+Words that are data (column names, JSON keys, codes, settings, file names) are no
+messages.
 
 The language is a context variable: threads and workers start in English.
 """
@@ -14,10 +15,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 from gettext import GNUTranslations
-from importlib.resources import files
+from pathlib import Path
 
 ENGLISH = "en"
 LANGUAGES = (ENGLISH, "de")
+CATALOGUES = Path(__file__).with_name("languages")
 # of the variables of POSIX the first that is set decides
 LOCALE_VARIABLES = ("LC_ALL", "LC_MESSAGES", "LANG")
 DECIMAL_SIGN = {"de": ","}
@@ -112,6 +114,5 @@ def _set_in(name, whole, decimals):
 
 @cache
 def _catalogue(name):
-    place = files("einschalt.foundations") / "languages" / f"{name}.mo"
-    with place.open("rb") as compiled:
+    with CATALOGUES.joinpath(f"{name}.mo").open("rb") as compiled:
         return GNUTranslations(compiled)
