@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = ("src", "data_examples", "docs", "pyproject.toml", "setup.py", "MANIFEST.in")
 DATA = (
     *("py.typed", "glossary.md", "interfaces/files/styles/points.qml"),
+    "foundations/languages/de.mo",
     *("interfaces/reports/templates/report.html.j2", "interfaces/reports/templates"),
     *(f"interfaces/local_page/{name}" for name in ("templates/base.html.j2", "static")),
     *(f"data_examples/{name}/block.toml" for name in BLOCKS),

@@ -18,13 +18,15 @@ import numpy as np
 from rich.cells import cell_len
 
 from einschalt.foundations.display_names import printable, shortened
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.units import METRES_PER_UNIT
 
 MISSING = "–"
 WIDTH = 88
 NUMBER_WORDS = (
-    *("no", "one", "two", "three", "four", "five", "six"),
-    *("seven", "eight", "nine", "ten", "eleven", "twelve"),
+    *(mark("no"), mark("one"), mark("two"), mark("three"), mark("four")),
+    *(mark("five"), mark("six"), mark("seven"), mark("eight"), mark("nine")),
+    *(mark("ten"), mark("eleven"), mark("twelve")),
 )
 # smallest length that is said in the unit
 SMALLEST_IN_UNIT = (("km", 1e4), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-4), ("um", 0.0))
@@ -66,7 +68,7 @@ def fixed(number, decimals):
     if number is None or not math.isfinite(number):
         return MISSING
     rounded = round(float(number), decimals) + 0.0  # + 0.0 turns -0.0 into 0.0
-    return f"{rounded:.{max(decimals, 0)}f}"
+    return figure(rounded, f".{max(decimals, 0)}f")
 
 
 def number(value, significant=2):
@@ -196,7 +198,7 @@ def scale(scale_number):
     >>> scale(8000.0)
     '1:8000'
     """
-    return f"1:{scale_number:.0f}"
+    return f"1:{figure(scale_number, '.0f')}"
 
 
 def factor(value):
@@ -205,7 +207,7 @@ def factor(value):
     >>> factor(1.469)
     '1.5 times'
     """
-    return f"{number(value)} times"
+    return translated("{ratio} times", ratio=number(value))
 
 
 def count(amount, noun, plural=None):
@@ -223,7 +225,9 @@ def number_word(amount):
     >>> number_word(2), number_word(35)
     ('two', '35')
     """
-    return NUMBER_WORDS[amount] if 0 <= amount < len(NUMBER_WORDS) else f"{amount:d}"
+    if 0 <= amount < len(NUMBER_WORDS):
+        return translated(NUMBER_WORDS[amount])
+    return figure(amount, "d")
 
 
 def at_least(metres):
@@ -232,7 +236,7 @@ def at_least(metres):
     >>> at_least(1324.2)
     '1330'
     """
-    return f"{10 * math.ceil(metres / 10.0):d}"
+    return figure(10 * math.ceil(metres / 10.0), "d")
 
 
 def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str:
@@ -248,7 +252,9 @@ def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str
     ids = list(ids)
     shown = ", ".join(shortened(name) for name in ids[:most])
     rest = (len(ids) if n_all is None else n_all) - most
-    return f"{shown} and {rest} more" if rest > 0 else shown
+    if rest <= 0:
+        return shown
+    return translated("{names} and {rest} more", names=shown, rest=figure(rest, "d"))
 
 
 def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> str:

@@ -3,6 +3,7 @@
 import math
 
 from einschalt.foundations.display_names import shortened
+from einschalt.foundations.language import figure, translated
 from einschalt.foundations.typesetting import (
     fixed,
     names,
@@ -37,7 +38,11 @@ def some_of(ids, n_all, most=5) -> str:
     """
     shown = list(ids)[:most]
     rest = n_all - len(shown)
-    return f"{names(shown)} and {rest} more" if rest > 0 else names(shown)
+    if rest <= 0:
+        return names(shown)
+    return translated(
+        "{names} and {rest} more", names=names(shown), rest=figure(rest, "d")
+    )
 
 
 def some_models(models, n_all) -> str:
@@ -120,7 +125,7 @@ def probability(p_value) -> str:
     if not math.isfinite(p_value):
         return "–"
     if p_value < LEAST_PROBABILITY:
-        return f"< {LEAST_PROBABILITY}"
+        return f"< {figure(LEAST_PROBABILITY)}"
     return number(min(p_value, MOST_PROBABILITY))
 
 
@@ -144,5 +149,5 @@ def mean_of(n_coverages) -> str:
     ('one coverage', 'mean of two coverages')
     """
     if n_coverages == 1:
-        return "one coverage"
-    return f"mean of {number_word(n_coverages)} coverages"
+        return translated("one coverage")
+    return translated("mean of {number} coverages", number=number_word(n_coverages))
