@@ -1,6 +1,10 @@
 """From a block to densified coordinates: a list of calls."""
 
 from einschalt.foundations.blas_threads import one_blas_thread
+from einschalt.foundations.limited_memory import (
+    is_memory_limited,
+    take_room_for_linear_algebra,
+)
 from einschalt.pipeline.assessment.choice import (
     AUTO,
     SIMULTANEOUS,
@@ -59,6 +63,8 @@ def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     report_progress = stage_reporter(progress)
     stopwatch = Stopwatch()
     with stopwatch.running(), one_blas_thread():
+        if is_memory_limited():
+            take_room_for_linear_algebra()
         _require_possible(block, settings)
         block = with_output_system(block, settings)
         report_progress(Stage.RELATIVE_ORIENTATION)

@@ -201,7 +201,7 @@ import re
 from pathlib import Path
 import numpy as np
 from scipy.linalg import blas, lapack
-from einschalt.pipeline.batch.local_worker import take_room_for_linear_algebra
+from einschalt.foundations.limited_memory import take_room_for_linear_algebra
 
 def used():
     said = Path("/proc/self/status").read_text()

@@ -81,3 +81,9 @@ def test_the_limit_of_a_process_counts(demo_block, monkeypatch):
     monkeypatch.setattr(memory, "allowed_bytes", lambda: 1000.0)
     with pytest.raises(GeometryError, match="at most the 1e-06 GB that this"):
         densify(demo_block)
+
+
+def test_what_libraries_reserve_counts(demo_block, monkeypatch):
+    monkeypatch.setattr(memory, "is_there_room_for", lambda n_bytes: n_bytes < 1e8)
+    with pytest.raises(GeometryError, match=r"libraries reserve\. Raise"):
+        memory.require_memory(demo_block)

@@ -14,6 +14,7 @@ import typer
 from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.limited_memory import prepare_for_limits
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 
@@ -29,7 +30,7 @@ HABITS = {
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
-    "such as a tenth of a matched cloud, or a computer with more memory."
+    "such as a tenth of a matched cloud, or give it more memory."
 )
 
 
@@ -112,6 +113,7 @@ def done_in_work(command):
     @functools.wraps(command)
     def run(**options):
         name = command.__name__
+        prepare_for_limits()
         if is_cache_temporary():
             print_error(f"einschalt: {NO_CACHE}")
         module = _imported_for_good(f"{__package__}.work.{name}")

@@ -14,12 +14,11 @@ from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import design_of
 from einschalt.pipeline.planning.expected_precision import expect_precision
 from einschalt.pipeline.planning.search import (
-    LIMITS,
-    REMEDIES,
     PlanChoices,
     PlanFrame,
     find_plans,
 )
+from einschalt.pipeline.planning.text import LIMITS, REMEDIES
 
 CAMERA = "film_wide"
 HALF_TO_TWICE = (0.5, 2.0)

@@ -11,14 +11,10 @@ import queue
 import struct
 import threading
 
-import numpy as np
-from scipy.linalg import blas, lapack
-
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.limited_memory import take_room_for_linear_algebra
 
 LENGTH = struct.Struct("<Q")
-# more than any processor has kernels for that need no room: 100 with AVX-512
-NOT_SMALL = 256
 
 
 def limit_memory(n_bytes):
@@ -34,26 +30,6 @@ def limit_memory(n_bytes):
             expected="a limit that this system grants",
             remedy="Leave the limit out",
         ) from error
-
-
-def take_room_for_linear_algebra():
-    """Let BLAS allocate what it works with while there is memory.
-
-    OpenBLAS, of which NumPy and SciPy have one each, ends the process or waits for ever
-    where it finds none later. It allocates once for each thread that calls it: one that
-    has a limit calls it from one thread only.
-
-    Notes
-    -----
-    A Cholesky factorisation allocates on every processor. A product does not where the
-    processor has kernels for small ones, which is up to 100 x 100 x 100 with AVX-512
-    and less elsewhere (permit functions of the small-matrix kernels, OpenBLAS 0.3.31).
-    """
-    matrix = np.eye(NOT_SMALL)
-    np.linalg.cholesky(matrix)
-    matrix @ matrix
-    lapack.dpotrf(matrix)
-    blas.dgemm(1.0, matrix, matrix)
 
 
 def main():

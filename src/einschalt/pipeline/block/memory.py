@@ -7,7 +7,6 @@ and so would a point with one name in all models of a large block.
 """
 
 import os
-import platform
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,6 +15,11 @@ import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.key_columns import is_among
+from einschalt.foundations.limited_memory import (
+    gigabytes,
+    is_there_room_for,
+    memory_limits,
+)
 
 # measured, everything together: blocks with 1000 to 1500 points in a model in both
 # flights; a point in 1000 and in 3000 models; clouds of 10⁵, 3·10⁵ and 10⁶ points
@@ -24,6 +28,7 @@ BYTES_PER_PAIR = 64
 BYTES_PER_TWO_MODELS = 300
 BYTES_PER_MEASUREMENT = 4000
 OF_THIS_GROUP = Path("/sys/fs/cgroup/memory.max")  # of containers, on Linux
+RAISE_LIMIT = "Raise the limit (ulimit -v or -d)"
 THIN_OUT = "Take fewer points of a model, such as a tenth of a matched cloud"
 
 
@@ -77,34 +82,24 @@ def require_memory(block):
     """Refuse a block that surely needs more memory than this process may have."""
     needed = needed_bytes(block)
     total, there = BYTES_OF_PROGRAM + sum(needed.values()), allowed_bytes()
-    if total <= there:
-        return
-    found, remedy = max(needed, key=needed.get)
-    raise GeometryError(
-        f"the block needs about {_gigabytes(total)} of memory, with {found}",
-        expected=f"at most the {_gigabytes(there)} that this process may have",
-        remedy=remedy,
-    )
-
-
-def _gigabytes(n_bytes):
-    size = n_bytes / 1e9
-    return f"{size:.2g} GB" if size < 10.0 else f"{size:.0f} GB"
+    largest, remedy = max(needed, key=needed.get)
+    found = f"the block needs about {gigabytes(total)} of memory, with {largest}"
+    if total > there:
+        expected = f"at most the {gigabytes(there)} that this process may have"
+        raise GeometryError(found, expected=expected, remedy=remedy)
+    if not is_there_room_for(total):
+        expected = (
+            f"what is left of the {gigabytes(there)} that this process may have, most "
+            "of which libraries reserve"
+        )
+        raise GeometryError(found, expected=expected, remedy=RAISE_LIMIT)
 
 
 def allowed_bytes() -> float:
     """Memory of this computer, or limit of this process or group; inf if unknown."""
-    found = [float("inf")]
-    if platform.system() != "Windows":
-        import resource  # noqa: PLC0415 - Windows has no such module
-
-        limits = [resource.getrlimit(resource.RLIMIT_DATA)[0]]
-        limits += [resource.getrlimit(resource.RLIMIT_AS)[0]]
-        found += [float(one) for one in limits if one != resource.RLIM_INFINITY]
-        if "SC_PHYS_PAGES" in os.sysconf_names:
-            found.append(
-                float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-            )
+    found = list(memory_limits().values())
+    if "SC_PHYS_PAGES" in getattr(os, "sysconf_names", ()):  # not on Windows
+        found.append(float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")))
     with suppress(OSError, ValueError):  # no such file, or "max"
         found.append(float(OF_THIS_GROUP.read_text(encoding="ascii")))
     return min(found)

@@ -13,7 +13,7 @@ from einschalt.pipeline.planning.expected_precision import (
     expect_precision,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import describe_plan
+from einschalt.pipeline.planning.text import describe_plan
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
 

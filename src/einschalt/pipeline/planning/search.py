@@ -5,9 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from einschalt.foundations import typesetting
 from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
-from einschalt.foundations.typesetting import count, fixed, length, scale, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.arguments import (
@@ -18,7 +16,6 @@ from einschalt.pipeline.planning.arguments import (
     require_reasonable_size,
 )
 from einschalt.pipeline.planning.cameras import (
-    describe_heights,
     flown_columns,
     within_height,
 )
@@ -26,9 +23,11 @@ from einschalt.pipeline.planning.costs import PlanCosts
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND
 from einschalt.pipeline.planning.precision_table import frame_of
 from einschalt.pipeline.planning.text import (
-    ONE_COVERAGE,
-    REMEDIES,
-    SEVERAL_COVERAGES,
+    FORMULAS,
+    LIMITS,
+    PLACES,
+    describe_search,
+    describe_verdict,
 )
 from einschalt.stages.results import Result
 from einschalt.theory.measuring_error import m_g_of_mean
@@ -48,15 +47,6 @@ from einschalt.theory.planning.leverage import LEAST_POINTS
 if TYPE_CHECKING:
     import pandas as pd
 
-PLACES = {
-    "centre": "at the centre of models",
-    "edge": "at the edge of models",
-    "everywhere": "everywhere",
-}
-FORMULAS = {
-    "expected": "as is to be expected",
-    "paper": "by the formula of 1971, which is too good",
-}
 M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
@@ -64,13 +54,6 @@ has its own, since flights do not repeat to the metre."""
 NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
 """Of a lattice of control so dense that a model of the high flight, its whole overlap,
 holds enough of it wherever it lies."""
-LIMITS = {
-    "measuring": "measuring in the low flight",
-    "noise": "noise of the approximate coordinates",
-    "transformation": "the transformations of the high flight",
-    "control": "the errors of control",
-}
-SHOWN = 10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,11 +106,11 @@ class PlanSearch(Result):
     @property
     def verdict(self) -> str:
         """How many plans reach the target, and the best of them, in a sentence."""
-        return _verdict(self)
+        return describe_verdict(self)
 
     def summary(self) -> str:
         """Return the verdict, the cheapest plans, and what limits the others."""
-        return _summary(self)
+        return describe_search(self)
 
 
 ALLOWED_IN_FRAME = {
@@ -376,89 +359,3 @@ def _is_efficient(cost, error):
     result = np.empty(len(cost), dtype=bool)
     result[order] = error[order] < before
     return result
-
-
-def _verdict(search):
-    best = search.nearest
-    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
-    if len(search.feasible):
-        of_all = f"{len(search.feasible)} of {count(len(search.plans), 'plan')}"
-        return (
-            f"{of_all} reach {aim}, by the closed estimate; the cheapest: "
-            f"{describe_plan(best)}"
-        )
-    limit = best["limited_by"]
-    return (
-        f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
-        f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
-        f"{LIMITS[limit]}. {REMEDIES[limit]}. {describe_heights(best)}."
-    )
-
-
-def _summary(search):
-    feasible, best = search.feasible, search.nearest
-    shown = feasible
-    if not len(feasible):
-        shown = search.plans.sort_values("reached", kind="stable")
-    rest = len(shown) - SHOWN
-    more = [f"  and {rest} more"] if rest > 0 else []
-    return "\n".join(
-        [
-            wrapped(search.verdict, indent="  "),
-            ONE_COVERAGE if best["n_coverages"] == 1 else SEVERAL_COVERAGES,
-            "",
-            _table(shown.head(SHOWN), search.by),
-            *more,
-            "  up to: the high flight above ground; cost, images and control for each",
-            "  km²; errors are total, in cm",
-        ]
-    )
-
-
-def describe_plan(plan) -> str:
-    """Say a plan in a sentence.
-
-    ``plan`` is a row of ``PlanSearch.plans``.
-    """
-    coverages = count(int(plan["n_coverages"]), "coverage")
-    settings = count(int(plan["n_settings"]), "setting")
-    return (
-        f"{scale(plan['scale_number'])} after {scale(plan['high_scale_number'])}, "
-        f"{coverages}, {plan['spacing']:g} m, {settings} of {plan['m_g_um']:g} µm, "
-        f"{plan['control_per_model']:.0f} control points per model"
-    )
-
-
-def _table(plans, by):
-    other = "paper" if by == "expected" else "expected"
-    rows = [
-        [
-            scale(plan.scale_number),
-            scale(plan.high_scale_number),
-            f"{plan.high_flying_height:.0f} m",
-            f"{plan.spacing:g} m",
-            f"{plan.n_coverages:.0f}",
-            f"{plan.n_settings:.0f} x {plan.m_g_um:g} µm",
-            f"{plan.control_per_model:.0f}",
-            fixed(100.0 * plan.reached, 1),
-            fixed(100.0 * getattr(plan, f"reached_{other}"), 1),
-            typesetting.number(plan.images, 2),
-            typesetting.number(plan.control_points, 2),
-            typesetting.number(plan.cost, 3),
-        ]
-        for plan in plans.itertuples()
-    ]
-    name = "formula" if by == "expected" else "expected"
-    header = [
-        "scale",
-        "high",
-        "up to",
-        "spacing",
-        "cov.",
-        "settings",
-        "control",
-        "error",
-        name,
-    ]
-    header += ["images", "c. points", "cost"]
-    return typesetting.table(rows, header=header, align="r" * len(header))

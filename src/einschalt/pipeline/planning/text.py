@@ -1,13 +1,22 @@
-"""The tables of a plan as text, in the order of Kovarik's diagrams."""
+"""Plans as text: tables in the order of Kovarik's diagrams, and what a search found."""
 
 import numpy as np
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.typesetting import count, fixed, number, scale, wrapped
+from einschalt.foundations.typesetting import (
+    count,
+    fixed,
+    length,
+    number,
+    scale,
+    wrapped,
+)
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.theory.planning.kovarik_precision import settings_that_balance
 
 MOST_SCALES, MOST_SPACINGS, MOST_BLOCKS = 8, 10, 8
+SHOWN_PLANS = 10
 SHOWN_POINTS = (5, 10, 15, 20, 30, 50, 100)
 ROUNDED = "numbers of points are means, and not rounded"
 BREAK_EVEN = """\
@@ -18,6 +27,21 @@ TOO_GOOD = (
     "of neighbours, for independent of each other; they are not, and the mean of two "
     "coverages is worse than it says."
 )
+PLACES = {
+    "centre": "at the centre of models",
+    "edge": "at the edge of models",
+    "everywhere": "everywhere",
+}
+FORMULAS = {
+    "expected": "as is to be expected",
+    "paper": "by the formula of 1971, which is too good",
+}
+LIMITS = {
+    "measuring": "measuring in the low flight",
+    "noise": "noise of the approximate coordinates",
+    "transformation": "the transformations of the high flight",
+    "control": "the errors of control",
+}
 REMEDIES = {
     "measuring": "Set points more often, fly lower, or with more coverages",
     "noise": "Fly the high flight lower, or with more coverages",
@@ -196,3 +220,91 @@ def _cm(metres):
 
 def _in_cm(metres):
     return fixed(100.0 * float(metres), 1)
+
+
+def describe_verdict(search) -> str:
+    """Say how many plans of a ``PlanSearch`` reach its target, and the best."""
+    best = search.nearest
+    aim = f"{length(search.target)} ({PLACES[search.where]}, {FORMULAS[search.by]})"
+    if len(search.feasible):
+        of_all = f"{len(search.feasible)} of {count(len(search.plans), 'plan')}"
+        return (
+            f"{of_all} reach {aim}, by the closed estimate; the cheapest: "
+            f"{describe_plan(best)}"
+        )
+    limit = best["limited_by"]
+    return (
+        f"No plan of {len(search.plans)} reaches {aim}. The nearest comes to "
+        f"{length(best['reached'])}: {describe_plan(best)}. It is limited by "
+        f"{LIMITS[limit]}. {REMEDIES[limit]}. {describe_heights(best)}."
+    )
+
+
+def describe_search(search) -> str:
+    """Say the verdict of a ``PlanSearch``, with its cheapest plans."""
+    feasible, best = search.feasible, search.nearest
+    shown = feasible
+    if not len(feasible):
+        shown = search.plans.sort_values("reached", kind="stable")
+    rest = len(shown) - SHOWN_PLANS
+    more = [f"  and {rest} more"] if rest > 0 else []
+    return "\n".join(
+        [
+            wrapped(search.verdict, indent="  "),
+            ONE_COVERAGE if best["n_coverages"] == 1 else SEVERAL_COVERAGES,
+            "",
+            _plans(shown.head(SHOWN_PLANS), search.by),
+            *more,
+            "  up to: the high flight above ground; cost, images and control for each",
+            "  km²; errors are total, in cm",
+        ]
+    )
+
+
+def describe_plan(plan) -> str:
+    """Say a plan in a sentence.
+
+    ``plan`` is a row of ``PlanSearch.plans``.
+    """
+    coverages = count(int(plan["n_coverages"]), "coverage")
+    settings = count(int(plan["n_settings"]), "setting")
+    return (
+        f"{scale(plan['scale_number'])} after {scale(plan['high_scale_number'])}, "
+        f"{coverages}, {plan['spacing']:g} m, {settings} of {plan['m_g_um']:g} µm, "
+        f"{plan['control_per_model']:.0f} control points per model"
+    )
+
+
+def _plans(plans, by):
+    other = "paper" if by == "expected" else "expected"
+    rows = [
+        [
+            scale(plan.scale_number),
+            scale(plan.high_scale_number),
+            f"{plan.high_flying_height:.0f} m",
+            f"{plan.spacing:g} m",
+            f"{plan.n_coverages:.0f}",
+            f"{plan.n_settings:.0f} x {plan.m_g_um:g} µm",
+            f"{plan.control_per_model:.0f}",
+            fixed(100.0 * plan.reached, 1),
+            fixed(100.0 * getattr(plan, f"reached_{other}"), 1),
+            number(plan.images, 2),
+            number(plan.control_points, 2),
+            number(plan.cost, 3),
+        ]
+        for plan in plans.itertuples()
+    ]
+    name = "formula" if by == "expected" else "expected"
+    header = [
+        "scale",
+        "high",
+        "up to",
+        "spacing",
+        "cov.",
+        "settings",
+        "control",
+        "error",
+        name,
+    ]
+    header += ["images", "c. points", "cost"]
+    return typesetting.table(rows, header=header, align="r" * len(header))
