@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 
@@ -9,6 +10,11 @@ import pytest
 import typer
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.interruptions import (
+    Terminated,
+    ended_in_order,
+    uninterrupted,
+)
 from einschalt.interfaces.cli.exits import with_exit_status
 
 
@@ -45,6 +51,45 @@ def test_errors_end_with_a_message_and_a_status(error, status, says, capsys):
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.startswith(says)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_a_signal_that_ends_lets_the_work_be_put_away(capsys):
+    put_away = []
+
+    @with_exit_status
+    def command():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            put_away.append("staging")
+
+    with pytest.raises(typer.Exit) as end:
+        command()
+    assert end.value.exit_code == 143
+    assert capsys.readouterr().err.startswith("einschalt: ended by SIGTERM; files")
+    assert put_away == ["staging"]
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_signals_wait_for_files_and_ignored_ones_stay_ignored():
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    done = []
+
+    def work():
+        with ended_in_order():
+            signal.raise_signal(signal.SIGHUP)
+            with uninterrupted():
+                signal.raise_signal(signal.SIGTERM)
+                done.append("files")
+
+    try:
+        with pytest.raises(Terminated, match="SIGTERM"):
+            work()
+    finally:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    assert done == ["files"]
 
 
 def test_faults_of_the_program_keep_their_traceback():

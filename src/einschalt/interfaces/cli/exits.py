@@ -14,6 +14,7 @@ import typer
 from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.interruptions import Terminated, ended_in_order
 from einschalt.foundations.limited_memory import prepare_for_limits
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
@@ -21,6 +22,8 @@ from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130
+BY_SIGNAL = 128  # and its number, as a shell has it
+WHOLE = "files that are there are whole"
 JSON = "--json"
 # options of every command
 HABITS = {
@@ -38,8 +41,8 @@ def with_exit_status(command):
     """End a command with a message and a status instead of a traceback.
 
     An :class:`EinschaltError`, an error of the operating system, or a lack of memory
-    ends with status 2, an interruption with 130; a fault of the program keeps its
-    traceback.
+    ends with status 2, an interruption with 130, a signal that ends it with 128 and its
+    number; a fault of the program keeps its traceback.
     """
 
     @functools.wraps(command)
@@ -48,7 +51,8 @@ def with_exit_status(command):
         kwargs.pop("json", None)  # heard before: see the group of commands
         started = perf_counter()
         try:
-            command(*args, **kwargs)
+            with ended_in_order():
+                command(*args, **kwargs)
         except EinschaltError as error:
             report_problems(error)
             print_error(f"einschalt: {error}")
@@ -60,8 +64,11 @@ def with_exit_status(command):
             report_problems(said)
             print_error(said)
             raise typer.Exit(WRONG) from None
+        except Terminated as signal:
+            print_error(f"einschalt: ended by {signal}; {WHOLE}")
+            raise typer.Exit(BY_SIGNAL + signal.number) from None
         except KeyboardInterrupt:
-            print_error("einschalt: interrupted; files that are there are whole")
+            print_error(f"einschalt: interrupted; {WHOLE}")
             raise typer.Exit(INTERRUPTED) from None
         finally:
             if verbose:

@@ -144,7 +144,8 @@ def einschalt(
 
     Exit status: 0 when the work was done (models that failed are said), 1 when a batch
     has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
-    something contradicts the stated precision, 130 when interrupted.
+    something contradicts the stated precision, 130 when interrupted, 128 and its
+    number when another signal ends it.
 
     Options of lengths take units, as --spacing 250m or --target 5cm; a number alone has
     the unit that the option names. With --json a command prints one JSON object

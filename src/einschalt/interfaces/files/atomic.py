@@ -12,8 +12,6 @@ import platform
 import re
 import secrets
 import shutil
-import signal
-import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -75,25 +73,6 @@ def said_as_file_error(path):
             remedy=REMEDIES.get(error.errno, "Choose another folder"),
             file=path,
         ) from error
-
-
-@contextmanager
-def uninterrupted():
-    """Let an interruption from the keyboard wait until this is done.
-
-    Python hears of it in its main thread alone.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    waiting = []
-    former = signal.signal(signal.SIGINT, lambda *said: waiting.append(said))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, former)
-    if waiting and callable(former):
-        former(*waiting[0])
 
 
 def write_bytes(path, data):

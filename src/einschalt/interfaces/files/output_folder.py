@@ -15,13 +15,13 @@ from functools import cached_property
 from pathlib import Path
 
 from einschalt.foundations.errors import EinschaltError, OutputError, name_some
+from einschalt.foundations.interruptions import uninterrupted
 from einschalt.interfaces.files.atomic import (
     LEFTOVER,
     hidden_name,
     make_folder,
     remove_leftovers,
     said_as_file_error,
-    uninterrupted,
     write_text,
 )
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
