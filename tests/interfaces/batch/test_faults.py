@@ -103,7 +103,7 @@ def test_full_disk(blocks, tmp_path, calm, left, in_this_process):
     said = batch(blocks, out, "--workers", "1", preexec_fn=only_small_files)
     assert said.returncode == 1
     assert "block.gpkg: cannot be written" in said.stdout
-    assert "See that the disk has space, or choose another folder" in said.stdout
+    assert "See that the disk has space, raise a limit on the size" in said.stdout
     assert "Traceback" not in said.stdout + said.stderr
     table = pd.read_csv(out / "blocks.csv")
     assert table["stage"].tolist() == ["writing"] * 2

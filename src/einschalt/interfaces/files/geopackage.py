@@ -104,7 +104,8 @@ def _said_as_file_error(path):
         reason = str(error).rpartition(") failed: ")[2]
         raise FileError(
             f"cannot be written: {shortened(reason, LONGEST_REASON)}",
-            remedy="See that the disk has space, or choose another folder",
+            remedy="See that the disk has space, raise a limit on the size of files, "
+            "or choose another folder",
             file=path,
         ) from error
 
