@@ -13,6 +13,11 @@ from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
 
 
+GROSS = 10.0
+"""So many times the claim an error is that of the block: names, control, units. No
+residual of a point need show it, and no point's own figure says anything."""
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """What an ordinance, or the user, allows."""
@@ -81,7 +86,8 @@ def judged_points(examined):
     With ``standard_error_checked`` (the figure to believe, TOTAL [m], enlarged where
     measurements exceed it; a lower bound where the claim does not stand), and
     ``standard_error_height_checked`` where heights have standard errors;
-    ``is_suspect`` holds the points of ``suspects`` as well; with a tolerance in the
+    ``is_suspect`` holds the points of ``suspects`` as well, and all points where the
+    figure is a lower bound more than ``GROSS`` times what was claimed; with a tolerance in the
     settings ``is_within_tolerance``. Nothing passes where the claim does not stand, and
     no suspect passes.
     """
@@ -94,6 +100,8 @@ def judged_points(examined):
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     checked = used.factor * figure
+    if examined.credible.is_lower_bound and used.factor > GROSS:
+        is_suspect |= True
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:
         factor = examined.credible_heights.factor
