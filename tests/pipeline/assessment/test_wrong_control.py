@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from einschalt.foundations.errors import ConsistencyError
-from einschalt.pipeline.assessment.evidence.frame import Doubt
+from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.densify import densify
 
 PLAN = ["easting", "northing"]

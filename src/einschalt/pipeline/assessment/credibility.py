@@ -17,7 +17,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     LARGEST_S_0,
     where_it_matters,
 )
-from einschalt.pipeline.assessment.evidence.frame import Doubt
+from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.stages.error_propagation.error_model import HIGH
 from einschalt.stages.error_propagation.group_size import sum_of_residuals
 from einschalt.stages.stage4_error_propagation import propagate_model
@@ -104,18 +104,28 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         reason = Reason.CONTRADICTED if total > 0.0 else Reason.BUDGET_CONTRADICTED
     is_least = reason in LEAST or examined.has_untold_groups
     column, doubt = examined.claimed_column, examined.frame.doubt
-    claimed = total if column == TOTAL else paper
-    # single points are enlarged as their root mean square is
     is_enlarged = is_least or reason is Reason.STATED
-    ratio = value / claimed if is_enlarged and claimed > 0.0 else 1.0
     return CredibleFigure(
         value=float(np.hypot(value, figures.shared_error)),
         is_lower_bound=is_least or bool(doubt),
         column=column,
-        factor=float(max(claim.enlargement, ratio)),
+        factor=_of_single_points(examined, value if is_enlarged else np.nan),
         reason=reason,
         doubt=doubt,
     )
+
+
+def _of_single_points(examined, enlarged):
+    """Enlarge single points as their RMS is, or as the test of their column shows."""
+    figures, column = examined.figures, examined.claimed_column
+    total, paper = figures.mean_within, figures.mean_paper
+    claimed = total if column == TOTAL else paper
+    factors = [1.0]
+    if enlarged > 0.0 and claimed > 0.0:
+        factors.append(enlarged / claimed)
+    if (column == TOTAL) == np.isfinite(total):  # it is this column that was tested
+        factors.append(examined.claim.enlargement)
+    return float(max(factors))
 
 
 def _beside_shifts(examined) -> float:

@@ -45,7 +45,7 @@ from einschalt.pipeline.assessment.evidence.control.patterns import (
 )
 from einschalt.pipeline.assessment.evidence.copies import find_copies
 from einschalt.pipeline.assessment.evidence.exchanged_names import find_exchanged_names
-from einschalt.pipeline.assessment.evidence.frame import frame_of
+from einschalt.pipeline.assessment.evidence.ground.frame import frame_of
 from einschalt.pipeline.assessment.evidence.image_precision import find_image_tails
 from einschalt.pipeline.assessment.evidence.leave_one_out import leave_out_control
 from einschalt.pipeline.assessment.evidence.precision_tables import PrecisionTables

@@ -12,7 +12,6 @@ from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
 
-
 GROSS = 10.0
 """So many times the claim an error is that of the block: names, control, units. No
 residual of a point need show it, and no point's own figure says anything."""
@@ -87,9 +86,9 @@ def judged_points(examined):
     measurements exceed it; a lower bound where the claim does not stand), and
     ``standard_error_height_checked`` where heights have standard errors;
     ``is_suspect`` holds the points of ``suspects`` as well, and all points where the
-    figure is a lower bound more than ``GROSS`` times what was claimed; with a tolerance in the
-    settings ``is_within_tolerance``. Nothing passes where the claim does not stand, and
-    no suspect passes.
+    figure is a lower bound more than ``GROSS`` times what was claimed; with a tolerance
+    in the settings ``is_within_tolerance``. Nothing passes where the claim does not
+    stand, and no suspect passes.
     """
     points = examined.points
     if points.empty:
@@ -100,7 +99,10 @@ def judged_points(examined):
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     checked = used.factor * figure
-    if examined.credible.is_lower_bound and used.factor > GROSS:
+    claims = (examined.figures.mean_total, examined.figures.mean_paper)
+    if examined.credible.is_lower_bound and examined.credible.value > GROSS * np.fmin(
+        *claims
+    ):
         is_suspect |= True
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:

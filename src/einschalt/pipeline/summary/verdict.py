@@ -6,7 +6,7 @@ from functools import singledispatch
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import count, length
 from einschalt.pipeline.assessment.credibility import Reason
-from einschalt.pipeline.assessment.evidence.frame import Doubt
+from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.assessment.facts.precision import (
     SimultaneousPrecision,
     TwoStepPrecision,
@@ -107,9 +107,10 @@ def _(facts: SimultaneousPrecision, credible):
     is_known = other is not None and math.isfinite(other.total)
     beside = f"; {length(other.total)} in two steps" if is_known else ""
     value = length(credible.value)
+    stated = length(facts.total)
     if credible.is_lower_bound:
+        beside = f"; stated {stated}" if stated != value else ""
         value = f"{value} or worse"
-        beside = f"; stated {length(facts.total)}"
     elif credible.reason is Reason.ADJUSTED_ENLARGED:
-        beside = f", enlarged by s_0; stated {length(facts.total)}"
+        beside = f", enlarged by s_0; stated {stated}"
     return f", {value} (total, simultaneous adjustment{beside})"

@@ -1,7 +1,13 @@
 """Whether heights are as good as stated, and what is wrong where they are not."""
 
 from einschalt.pipeline.assessment.evidence.control.patterns import Kind
+from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
+    bend_without_system,
+)
 from einschalt.pipeline.assessment.findings.kinds import finding
+
+# beyond it an error of heights is no longer what was stated
+OF_THE_CLAIM = 0.5
 
 
 def heights_beyond_claim(examined):
@@ -60,6 +66,22 @@ def heights_out_of_scale(examined):
     return finding("heights_out_of_scale", remedy="check_principal_distance", **known)
 
 
+def curvature_untold(examined):
+    """Heights that a curved Earth would bend, where nobody says what the map is."""
+    stated = examined.stated_height
+    bend = bend_without_system(examined) if stated > 0.0 else 0.0
+    if not bend > OF_THE_CLAIM * stated:
+        return None
+    return finding(
+        "curvature_untold",
+        statistic="what straight models miss curved ground by, in height",
+        observed=bend,
+        expected=stated,
+        remedy="give_system",
+        facts={"bend": bend, "stated": stated},
+    )
+
+
 def _pattern(examined, *kinds):
     pattern = examined.control_patterns.height
     return pattern if pattern is not None and pattern.kind in kinds else None
@@ -90,4 +112,5 @@ TWO_STEP = SIMULTANEOUS = (
     broken_heights,
     heights_out_of_scale,
     heights_beyond_claim,
+    curvature_untold,
 )

@@ -38,6 +38,7 @@ KINDS = {
     "broken_heights": (CONTROL, GRAVE),
     "wrong_control_height": (CONTROL, GRAVE),
     "heights_beyond_claim": (BLOCK, GRAVE),
+    "curvature_untold": (BLOCK, WARNING),
     "high_flight_that_misfits": (FLIGHT, GRAVE),
     "contradicted_propagation": (BLOCK, GRAVE),
     "contradicted_budget": (BLOCK, GRAVE),

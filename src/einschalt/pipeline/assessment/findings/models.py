@@ -4,7 +4,7 @@ import numpy as np
 
 from einschalt.foundations.names import is_among
 from einschalt.foundations.units import METRES_PER_MM
-from einschalt.pipeline.assessment.evidence.frame import (
+from einschalt.pipeline.assessment.evidence.ground.frame import (
     LARGEST_DIAGONAL_M,
     LARGEST_STRETCH,
     are_mirrored,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM
-from einschalt.pipeline.assessment.evidence.frame import are_upside_down
+from einschalt.pipeline.assessment.evidence.ground.frame import are_upside_down
 from einschalt.pipeline.assessment.evidence.image_precision import (
     good_sigma_0,
     image_component,

@@ -11,6 +11,11 @@ REMEDIES = {
     "check_principal_distance": (
         "Look at the principal distance, the scale of z and the base"
     ),
+    "give_system": (
+        'Give the reference system of the coordinates, such as crs = "EPSG:31255"; or '
+        'earth_curvature = "ignored" if they are those of a plane, or the models are '
+        "corrected"
+    ),
     "check_heights": (
         "Check the heights of control and check points, and their standard errors"
     ),
@@ -50,6 +55,11 @@ def heights_out_of_scale(finding):
 
 
 WORDS = {
+    "curvature_untold": (
+        "No reference system is given, and the ground is taken for flat. On a map the "
+        "Earth's curvature bends the heights in a model by {bend:length} (RMS), "
+        "and their standard error is {stated:length}"
+    ),
     "heights_beyond_claim": heights_beyond_claim,
     "broken_heights": broken_heights,
     "heights_out_of_scale": heights_out_of_scale,

@@ -16,6 +16,8 @@ DETERMINANT = ["a1", "a2", "b1", "b2"]
 # share of an affinity beyond which the smaller axis of a model is nothing
 NEARLY_FLAT = 1.0 - 1e-9
 FEWEST_MODELS = 3
+# of a common affinity: what models may differ from it, and how many must not
+ALIKE, LEAST_ALIKE = 0.5, 0.8
 # points on a line tell nothing across it: of the longer extent, squared
 LEAST_WIDTH = 1e-3
 
@@ -39,6 +41,7 @@ def stretch_of(affine) -> Stretch:
     Errors of a model turn its affinity into any direction: with its sign they cancel in
     the mean, and their scatter tells how well. An affinity that is common stands fast
     in the axes of the machine or in those of the ground; the clearer one is told.
+    Exchanged names make affinities as large, which no two models have in common.
     """
     if len(affine) < FEWEST_MODELS:
         return NO_STRETCH
@@ -81,7 +84,10 @@ def _common(affinities, weights):
     scatter = np.sum(weights * np.abs(affinities - mean) ** 2) / degrees
     size = np.sum(weights) * np.abs(mean) ** 2 / 2.0
     ratio = size / scatter if scatter > 0.0 else np.inf
-    of_most = np.hypot(np.median(affinities.real), np.median(affinities.imag))
+    middle = np.median(affinities.real) + 1j * np.median(affinities.imag)
+    of_most = np.abs(middle)
+    if np.mean(np.abs(affinities - middle) <= ALIKE * of_most) < LEAST_ALIKE:
+        return 0.0, 1.0
     return float(min(np.abs(mean), of_most)), float(fdtrc(2, degrees, ratio))
 
 

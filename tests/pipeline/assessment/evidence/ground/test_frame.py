@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from tests.changed_results import changed
 
-from einschalt.pipeline.assessment.evidence.frame import (
+from einschalt.pipeline.assessment.evidence.ground.frame import (
     LARGEST_DIAGONAL_M,
     LARGEST_STRETCH,
     Doubt,
@@ -15,7 +15,7 @@ from einschalt.pipeline.assessment.evidence.frame import (
     are_mirrored,
     are_upside_down,
 )
-from einschalt.pipeline.assessment.evidence.stretch import stretch_of
+from einschalt.pipeline.assessment.evidence.ground.stretch import stretch_of
 
 
 def without_system(result):

@@ -16,7 +16,7 @@ from einschalt.pipeline.assessment.evidence.control.displacements import (
     Displacement,
     largest,
 )
-from einschalt.pipeline.assessment.evidence.stretch import (
+from einschalt.pipeline.assessment.evidence.ground.stretch import (
     DETERMINANT,
     Stretch,
     affinities_onto_control,

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from einschalt.pipeline.assessment.evidence.stretch import (
+from einschalt.pipeline.assessment.evidence.ground.stretch import (
     affinities_onto_control,
     are_negative,
     stretch_of,

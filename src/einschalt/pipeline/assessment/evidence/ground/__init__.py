@@ -1,0 +1,1 @@
+"""What control is taken for: metres, axes, a map."""
