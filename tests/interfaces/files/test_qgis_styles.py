@@ -73,7 +73,7 @@ def test_files_that_are_no_python_are_declared_for_the_wheel():
     others = {
         path
         for path in package.rglob("*")
-        if path.is_file() and path.suffix not in {".py", ".pyc", ".nbi", ".nbc"}
+        if path.is_file() and path.suffix not in {".py", ".pyc", ".nbi", ".nbc", ".po"}
     }
     declared = {path for pattern in patterns for path in package.glob(pattern)}
     assert others == declared

@@ -9,6 +9,7 @@ import pytest
 from einschalt.foundations.errors import BlockError, ConsistencyError, EinschaltError
 from einschalt.pipeline.block.axis_order import axis_problems
 from einschalt.pipeline.block.block import check_block
+from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
 
 def with_control(block, change):
@@ -88,6 +89,19 @@ def test_coordinates_in_another_unit(demo_block, factor, said):
 
     with pytest.raises(ConsistencyError, match=said):
         with_low(demo_block, scale)
+
+
+def test_one_height_at_all_points_is_none_where_models_show_relief():
+    geometry = replace(PRESETS["demo"].geometry, transformation="helmert_3d")
+    block = simulate_block("demo", seed=2, geometry=geometry)
+    with pytest.raises(ConsistencyError, match=r"all \d+ points have height 0"):
+        with_control(block, lambda control: control.assign(height=0.0))
+    # a floor is flat, and a plane one may be tilted in the machine
+    points = block.high_flight.model_points
+    floor = points.assign(z=0.3 * points["x"] - 0.1 * points["y"])
+    high = replace(block.high_flight, model_points=floor)
+    control = block.control_points.assign(height=0.0)
+    assert replace(block, high_flight=high, control_points=control).notes == block.notes
 
 
 def test_unit_that_is_said_is_believed(demo_block):

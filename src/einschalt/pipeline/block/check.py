@@ -30,6 +30,7 @@ from einschalt.pipeline.block.scales import (
     UNIT_WORDS,
     coordinate_problems,
     covariance_problems,
+    equal_height_problems,
     extent_problems,
     scale_problems,
     standard_error_problems,
@@ -260,10 +261,20 @@ class _Check:
             self.problems += scale_problems(
                 name, scale, self._model_table(name), self.checked[ground], file
             )
+            self._heights(ground, name)
         for name in FLIGHTS:
             if self._sound(f"{name}.y_parallaxes") and self._has_base(name):
                 files = {p: self._file(f"{name}.{p}") for p in ("base", "y_parallaxes")}
                 self.problems += parallax_problems(self.checked[name], files)
+
+    def _heights(self, ground, name):
+        flight = self.checked[name]
+        is_spatial = is_choice(flight.transformation, ("helmert_3d",))
+        if is_spatial and self._sound(f"{name}.model_points"):
+            points, file = flight.model_points, self._file(ground)
+            self.problems += equal_height_problems(
+                name, points, self.checked[ground], file
+            )
 
     def _has_base(self, name):
         base = self.checked[name].base

@@ -28,6 +28,9 @@ ROUNDED = 1e-6
 SQUARE_M_PER_SQUARE_MM = 1e-6
 LARGEST_MODEL_MM = 5000.0
 SMALLEST_MODEL_MM = 2.0
+# known points of which one height is no chance, and relief that no error of z is
+FEWEST_EQUAL = 4
+LEAST_RELIEF = 1e-3
 USUAL_MODEL_MM = (20.0, 2000.0)
 MM_PER_UNIT = {unit: metres * 1e3 for unit, metres in METRES_PER_UNIT.items()}
 UNIT_WORDS = {
@@ -113,6 +116,41 @@ def scale_problems(name, scale_number, table, ground, file):
             file=file,
         )
     ]
+
+
+def equal_height_problems(name, table, ground, file):
+    """One height at all known points, where spatial models show relief: left out.
+
+    Relief is what is left of z in the median model beside its tilt, by its width.
+    """
+    heights = ground["height"].dropna().to_numpy(dtype=float)
+    if len(heights) < FEWEST_EQUAL or np.ptp(heights) > 0.0:
+        return []
+    known = table[table["point_id"].isin(ground["point_id"])]
+    keys = [key for key in ("coverage", "model_id") if key in known]
+    models = known.groupby(keys)[["x", "y", "z"]]
+    reliefs = [_relief(part.to_numpy(float)) for _, part in models]
+    if not reliefs or np.median(reliefs) < LEAST_RELIEF:
+        return []
+    return [
+        ConsistencyError(
+            f"all {len(heights)} points have height {heights[0]:g}, and the models of "
+            f"the {name.replace('_', ' ')} show relief",
+            expected="the height of each point",
+            remedy="Give the heights; without them, set another transformation, such "
+            "as 'affine'",
+            file=file,
+        )
+    ]
+
+
+def _relief(xyz):
+    xyz = xyz - xyz.mean(axis=0)
+    width = np.abs(xyz[:, :2]).max()
+    if len(xyz) < FEWEST_EQUAL or not width > 0.0:
+        return 0.0
+    tilt, *_ = np.linalg.lstsq(xyz[:, :2], xyz[:, 2], rcond=None)
+    return float(np.std(xyz[:, 2] - xyz[:, :2] @ tilt) / width)
 
 
 def _row(frame, place):
