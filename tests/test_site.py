@@ -14,6 +14,7 @@ import pytest
 from matplotlib import pyplot as plt
 from typer.testing import CliRunner
 
+import einschalt as es
 from einschalt.interfaces.cli.main import COMMANDS, app
 
 ROOT = Path(__file__).parents[1]
@@ -62,6 +63,12 @@ def test_cards_of_the_home_page_lead_to_pages():
     cards = re.findall(r"^:link: (\S+)", PAGES["index"], re.MULTILINE)
     assert len(cards) == 6
     assert [c for c in cards if c not in PAGES and not BUILT & set(c.split("/"))] == []
+
+
+def test_the_reference_lists_every_public_name_once():
+    lists = re.findall(r":toctree: generated\n\n((?: +\w+\n)+)", PAGES["reference/api"])
+    listed = [name for block in lists for name in block.split()]
+    assert sorted(listed) == sorted(set(es.__all__) - {"__version__"})
 
 
 def test_files_for_readers_are_there():

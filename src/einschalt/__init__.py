@@ -37,6 +37,7 @@ if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.interfaces.python_api import simulate_block as simulate_block
     from einschalt.interfaces.python_plans import expect_precision as expect_precision
     from einschalt.interfaces.python_plans import find_plans as find_plans
+    from einschalt.interfaces.python_plans import plan_area as plan_area
     from einschalt.pipeline.block.block import Flight as Flight
     from einschalt.pipeline.densification.simultaneous import (
         adjust_block as adjust_block,
@@ -99,6 +100,7 @@ _HOME = {
     "expect_precision": "einschalt.interfaces.python_plans",
     "FlightDesign": "einschalt.pipeline.planning.flight_design",
     "find_plans": "einschalt.interfaces.python_plans",
+    "plan_area": "einschalt.interfaces.python_plans",
     "PlanChoices": "einschalt.pipeline.planning.search",
     "PlanFrame": "einschalt.pipeline.planning.search",
     "publish": f"{_PUBLICATION}.published_results",

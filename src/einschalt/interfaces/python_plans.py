@@ -1,12 +1,18 @@
 """The Python interface of planning: plans that draw themselves."""
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import Any, Literal
 
+from einschalt.interfaces.files.area_files import read_area
+from einschalt.interfaces.files.height_files import read_heights
 from einschalt.interfaces.notebook.cards import plan_card
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.pipeline.block.block import plain_fields
 from einschalt.pipeline.planning import expected_precision, search
+from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.recommended import AreaPlan
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanChoices, PlanFrame
 
@@ -130,3 +136,72 @@ def find_plans(
     """
     found = search.find_plans(target, choices, frame, where=where, by=by)
     return PlanSearch(**plain_fields(found))
+
+
+def plan_area(
+    target: float,
+    area: Any,  # shapely, of which a geometry may be, has no types
+    choices: PlanChoices,
+    frame: PlanFrame | None = None,
+    *,
+    crs: str | None = None,
+    ground_heights: str | PathLike[str] | None = None,
+    follows_terrain: bool = False,
+) -> AreaPlan:
+    """Plan a flight over an area that reaches a precision on its own layout.
+
+    Parameters
+    ----------
+    target : float
+        TOTAL error that the delivered coordinates may have [m].
+    area : path or shapely geometry
+        Polygons in a GeoPackage, shapefile or GeoJSON, whose only layer is taken; or a
+        polygon, or several, in ``crs``, or in a plane of its own [m].
+    choices : PlanChoices
+        What the planner is free to choose; all values are combined.
+    frame : PlanFrame, optional
+        What is at hand: camera, transformation, control, costs. Control points serve
+        every model that holds them.
+    crs : str, optional
+        System of the plan; that of the area, or its zone of UTM, where left out.
+    ground_heights : path, optional
+        GeoTIFF, XYZ, or a table of easting, northing and height [m].
+    follows_terrain : bool
+        Whether each photograph is taken at its height above ground; otherwise a line
+        keeps one altitude.
+
+    Returns
+    -------
+    AreaPlan
+        ``flown.flight_lines``, ``flown.photographs``, ``flown.control``,
+        ``flown.effort`` (DataFrames), ``is_recommended``, ``checked`` (the plan and its
+        propagated precision), ``next_flown``.
+
+    Raises
+    ------
+    EinschaltError
+        The area cannot be read, no plan fits it, or a value is not sensible.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> choices = PlanChoices(
+    ...     scale_number=(9000, 11000), spacing=(300,), m_g_um=(5,), n_coverages=(2,)
+    ... )
+    >>> plan = plan_area(0.06, shapely.box(0, 0, 7000, 6000), choices)
+    >>> plan.is_recommended, len(plan.flown.control) > 20
+    (True, True)
+    """
+    if isinstance(area, str | PathLike):
+        area = read_area(area, crs=crs)
+    else:
+        area = FlightArea(area, crs)
+    heights = None
+    if ground_heights is not None:
+        heights = read_heights(ground_heights, area.crs).over(area)
+        heights.require_cover(area.border)
+    frame = replace(PlanFrame() if frame is None else frame, shares_control=True)
+    found = search.find_plans(target, choices, frame)
+    return recommended.plan_area(
+        area, found, frame, heights=heights, follows=follows_terrain
+    )

@@ -1,7 +1,6 @@
 """The flight plan over an area that keeps a target on its own layout."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,9 +25,6 @@ from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanSearch
 from einschalt.pipeline.simulation.simulate_block import simulate_layouts
 from einschalt.stages.results import Result
-
-if TYPE_CHECKING:
-    pass
 
 FEWEST_IN_A_MODEL = 8
 """Points that a model of the checked layout holds at least; else a part is checked."""
@@ -69,7 +65,7 @@ class AreaPlan(Result):
         """Whether it keeps the target."""
         return self.checked.is_kept
 
-    def summary(self):
+    def summary(self) -> str:
         """Return the plan, the next best, what it takes, and its precision."""
         parts = [
             self.verdict(),
@@ -78,7 +74,7 @@ class AreaPlan(Result):
         ]
         return "\n\n".join(parts)
 
-    def verdict(self):
+    def verdict(self) -> str:
         """Return the plan, the next best, and what it takes."""
         said = [self.area.describe(), *self.area.notes, *self.notes]
         lines = [self.checked.verdict()]
