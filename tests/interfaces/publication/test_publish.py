@@ -14,6 +14,7 @@ import pytest
 
 import einschalt as es
 from einschalt.interfaces.publication import return_check
+from einschalt.interfaces.publication.publish import publish_block
 
 FINLAND = Path(__file__).parents[3] / "data_examples" / "fi_ykj_tm35fin"
 SCHEMA = {  # of PROJ's data/triangulation.schema.json
@@ -314,6 +315,52 @@ def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_
     way = pyproj.Transformer.from_pipeline(done.operations["wkt"].iloc[-1])
     moved = np.column_stack(way.transform(*points[["x", "y"]].to_numpy().T))
     np.testing.assert_allclose(moved, expected, **CLOSE)
+
+
+@pytest.fixture(scope="module")
+def block_in_a_folder(good_result, tmp_path_factory):
+    """What publication reads of a block's results."""
+    folder = tmp_path_factory.mktemp("results")
+    for name in ("models", "residuals", "points"):
+        getattr(good_result, name).to_parquet(folder / f"{name}.parquet")
+    facts = {"program": "einschalt", "block": {"name": "DEMO", "crs": "EPSG:31255"}}
+    (folder / "provenance.json").write_text(json.dumps(facts))
+    return folder
+
+
+@pytest.mark.parametrize("of", ["result", "folder"])
+@pytest.mark.parametrize(
+    ("systems", "said"),
+    [
+        (
+            {"crs": "EPSG:25833"},
+            r"\(EPSG:25833\) for the models of a block in MGI / .* \(EPSG:31255\)",
+        ),
+        ({"crs": "EPSG:4258"}, "has axes in degree"),
+        ({"source_crs": "EPSG:31258"}, "source_crs = .* expected none: they have mach"),
+    ],
+)
+def test_models_of_a_block_lead_to_its_own_system_alone(
+    of, systems, said, good_result, block_in_a_folder, tmp_path
+):
+    of_block = with_models(good_result, good_result.models)
+    result = of_block if of == "result" else block_in_a_folder
+    with pytest.raises(es.EinschaltError, match=said):
+        es.publish(result, "DEMO", tmp_path / "out", **systems)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_block_without_a_system_gets_none_that_its_points_cannot_have(
+    good_result, block_in_a_folder, tmp_path
+):
+    tables = {n: getattr(good_result, n) for n in ("models", "residuals", "points")}
+    options = {"own_crs": None, "crs": "EPSG:25833", "title": "the block"}
+    with pytest.raises(es.EinschaltError, match="outside the area of use of ETRS89"):
+        publish_block(tables, "DEMO", tmp_path / "out", **options)
+    # heights of a system say nothing in plan
+    crs = "EPSG:31255+5778"
+    done = es.publish(block_in_a_folder, "DEMO", tmp_path / "out", crs=crs)
+    assert done.operations["west"].between(13.0, 14.0).all()
 
 
 def test_spatial_models_over_a_curved_earth_are_not_published(good_result, tmp_path):

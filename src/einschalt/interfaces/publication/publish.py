@@ -8,16 +8,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.areas_of_use import area_of, in_area
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import (
-    ConsistencyError,
-    ProjectionError,
-    SettingsError,
-    raise_problems,
-)
-from einschalt.foundations.projections import degrees_of, label_of, read_crs
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -43,16 +36,20 @@ from einschalt.interfaces.publication.return_check import (
     require_database_returns,
     require_text_returns,
 )
+from einschalt.interfaces.publication.stated_systems import (
+    require_places,
+    require_system_of_block,
+    require_systems,
+)
 from einschalt.interfaces.publication.tinshift_file import (
     tinshift_step,
     write_tinshift,
 )
-from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
 BLOCK_TABLES = ("models", "residuals", "points")
-ZONES_BEYOND = 10.0  # degrees beyond its area in which an old system is used
+GROUND = ["easting", "northing"]
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
 
 
@@ -288,55 +285,6 @@ def _write_checked_database(operations, frames, path, home, proj_db):
             require_database_returns(operations, code, path)
 
 
-def require_systems(crs, source_crs):
-    """Refuse systems that are none for coordinates of the ground, or of a frame."""
-    for name, system in (("crs", crs), ("source_crs", source_crs)):
-        try:
-            if system is not None:
-                read_crs(system)
-        except ProjectionError as error:
-            found = error.found.replace("crs", name, 1)
-            raise error.with_facts(found=found) from error
-
-
-def require_places(source, target, frames, files=(None, None)):
-    """Refuse systems in whose areas points do not lie.
-
-    ``source``, ``target``: DataFrames, x, y of the old frame, easting, northing of the
-    ground; ``files``: the names of both. The system of an old frame is used beyond its
-    area, as YKJ is in the whole of Finland: some zones further on.
-    """
-    problems = []
-    if frames.target is not None and len(target):
-        problems += own_axis_problems(target, frames.target, files[1])[0]
-    if frames.source_crs is not None and len(source):
-        system = read_crs(frames.source_crs)
-        problems += _far_problems(source[["x", "y"]].to_numpy(), system, files[0])
-    raise_problems(problems)
-
-
-def _far_problems(points, system, file):
-    """Say that most points of an old frame are nowhere near its system's area."""
-    area = area_of(system)
-    if area is None:
-        return []
-    longitude, latitude = degrees_of(*np.median(points, axis=0), system)
-    if in_area(longitude, latitude, system, around=ZONES_BEYOND):
-        return []
-    west, south, east, north = area
-    at = f"longitude {longitude:.2f}°, latitude {latitude:.2f}°"
-    return [
-        ConsistencyError(
-            f"source_crs {system_label(system)} puts the points at {at}",
-            expected=f"within {ZONES_BEYOND:g}° of its area, longitudes {west:g}° to "
-            f"{east:g}°, latitudes {south:g}° to {north:g}°",
-            remedy="Correct source_crs, or leave it out: the frame is then one of its "
-            "own",
-            file=file,
-        )
-    ]
-
-
 def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     """Publish a ModelTransformation; see :func:`einschalt.publish`."""
     require_name(name)
@@ -354,24 +302,26 @@ def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     )
 
 
-def publish_block(tables, name, folder, *, crs, title, bent=(), **options):
-    """Publish the models of a block; ``tables`` as :func:`operations_of_block`."""
+def publish_block(
+    tables, name, folder, *, own_crs, crs=None, source_crs=None, bent=(), **options
+):
+    """Publish the models of a block.
+
+    ``tables`` as :func:`operations_of_block`; ``own_crs``: system of the block, or
+    None, into which its models lead. Another ``crs`` would put them elsewhere.
+    """
     require_name(name)
-    frames = Frames(name, crs)
+    require_system_of_block(crs, source_crs, own_crs)
+    frames = Frames(name, own_crs or crs)
+    require_places(None, tables["points"][GROUND].dropna(), frames)
     operations = operations_of_block(tables, frames, bent)
-    title = f"the models of the block {title}"
-    return publish_operations(operations, frames, folder, title=title, **options)
+    return publish_operations(operations, frames, folder, **options)
 
 
 def publish_densification(
     result, name, folder, *, crs=None, source_crs=None, **options
 ):
     """Publish the models of a DensificationResult; see :func:`einschalt.publish`."""
-    if source_crs is not None:
-        raise SettingsError(
-            f"source_crs = {label_of(source_crs)} for the models of a block",
-            expected="none: they have machine coordinates",
-        )
     deformation = result.assessment.deformation
     flights = () if deformation is None else deformation.flights
     # models lead to the system of the block, whatever that of the results
@@ -380,9 +330,16 @@ def publish_densification(
         tables,
         name,
         folder,
-        crs=crs or result.block.crs,
-        title=result.block.name,
+        own_crs=result.block.crs,
+        crs=crs,
+        source_crs=source_crs,
+        title=title_of_block(result.block.name),
         bent=[flight.flight for flight in flights if flight.is_modelled],
         files=result.block.files,
         **options,
     )
+
+
+def title_of_block(name):
+    """What is published of a block, for people."""
+    return f"the models of the block {name}"

@@ -21,11 +21,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.operations_of_results import Frames
-from einschalt.interfaces.publication.publish import (
-    require_name,
-    require_places,
-    require_systems,
-)
+from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -34,6 +30,10 @@ from einschalt.interfaces.publication.published_results import (
     transform_models,
 )
 from einschalt.interfaces.publication.published_results import publish as publish_result
+from einschalt.interfaces.publication.stated_systems import (
+    require_places,
+    require_systems,
+)
 from einschalt.stages.transformation_kinds import (
     TRANSFORMATION_KINDS,
     ground_schema,
