@@ -2,7 +2,9 @@
 
 import os
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pyproj
@@ -12,17 +14,18 @@ from tests.ntv2_grids import write_ntv2
 from einschalt.foundations.areas_of_use import area_of, extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
-    Demand,
     installed_grids,
     offline,
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.likely_systems import likely_systems
+from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     read_crs,
     read_source_crs,
     reproject,
+    scale_gradient,
     scale_range,
     turn,
 )
@@ -388,3 +391,96 @@ def test_a_missing_grid_is_told_with_its_second_name_and_what_is_there(tmp_path)
     assert (
         "grids in [settings] (the folder that is named holds CHENYX06_etrs.gsb)" in said
     )
+
+
+SYDNEY = (151.2, -33.9)
+MOVING = Demand(0.05, "as asked")
+
+
+@pytest.mark.parametrize("height", [(), (80.0,)])
+def test_frames_that_move_against_each_other_meet_at_an_epoch(height):
+    source, target = systems(9000, 7856)  # ITRF2014, and what is fixed to Australia
+    if height:
+        source, target = read_source_crs("EPSG:7912"), target.to_3d()
+    points = np.array([[*SYDNEY, *height]])
+    demand = replace(MOVING, epoch=2024.5)
+    moved, operation, _ = reproject(points, source, target, demand)
+    own = pyproj.Transformer.from_crs(source, target, always_xy=True)
+    expected = own.transform(*SYDNEY, *(height or (0.0,)), 2024.5)[: len(moved[0])]
+    np.testing.assert_allclose(moved[0], expected, rtol=0, atol=1e-9)
+    # 6 cm a year since 2020, of which PROJ says nothing
+    still = own.transform(*SYDNEY, *height)
+    assert 0.2 < np.hypot(*(moved[0] - still)[:2]) < 0.3
+    assert str(operation) == "ITRF2014 to GDA2020 (1) (0.03 m, at epoch 2024.5)"
+
+
+@pytest.mark.parametrize("name", ["", "ITRF2014 to GDA2020 (1)"])
+def test_without_an_epoch_they_do_not_meet(name):
+    demand = replace(MOVING, operation=name)
+    with pytest.raises(ProjectionError, match=r"needs the epoch .* = 2020\.5"):
+        reproject(np.array([SYDNEY]), *systems(9000, 7856), demand)
+    with pytest.raises(ProjectionError, match=r"Set crs_epoch and .* = 0\.03 to"):
+        reproject(np.array([SYDNEY]), *systems(9000, 7856), STRICT)
+
+
+def test_an_epoch_is_nothing_to_frames_that_stand_still():
+    source, target = systems(31255, 25833)
+    points = points_at(SALZBURG, source)
+    at_rest, operation, _ = reproject(points, source, target, LAX)
+    moved, same, _ = reproject(points, source, target, replace(LAX, epoch=1990.0))
+    np.testing.assert_array_equal(moved, at_rest)
+    assert str(same) == str(operation)
+
+
+def test_a_grid_of_one_block_is_not_in_the_threads_of_others(tmp_path):
+    source, target = systems(31255, 25833)
+    write_ntv2(tmp_path / PAIRS[31255, 25833][1], -1.5, -3.5)
+    points = points_at(SALZBURG, source)
+    with ThreadPoolExecutor(1) as other:
+        with offline(tmp_path):  # while PROJ wakes up in the other thread
+            other.submit(pyproj.CRS, "EPSG:31255").result()
+        with pytest.raises(ProjectionError, match="which is missing"):
+            other.submit(reproject, points, source, target, STRICT).result()
+
+
+def test_a_grid_of_another_kind_under_the_name_of_one_is_said(tmp_path):
+    geoid = "de_bkg_gcg2016.tif"
+    write_ntv2(tmp_path / geoid, -1.5, -3.5)
+    source, target = read_source_crs("EPSG:4937"), read_crs("EPSG:25832+7837")
+    for work in (
+        lambda: installed_grids(source, target, tmp_path),
+        lambda: reproject(np.array([[9, 50, 80]]), source, target, LAX, tmp_path),
+    ):
+        with pytest.raises(ProjectionError, match=f"cannot use a grid .*of {geoid}"):
+            work()
+
+
+def test_operations_that_proj_lists_and_cannot_compute_are_none():
+    source, target = systems(9000, 31983)  # by parameters of one epoch alone
+    assert installed_grids(source, target) == {}
+    with pytest.raises(ProjectionError, match=r"no operation .* that it can compute"):
+        reproject(np.array([[-43.0, -22.0]]), source, target, LAX)
+
+
+@pytest.mark.parametrize(
+    ("code", "place"), [(31282, SALZBURG), (27572, (2.4, 47.5)), (5221, (15.3, 49.7))]
+)
+def test_scales_are_those_of_the_place_wherever_longitudes_are_counted_from(
+    code, place
+):
+    crs = read_crs(f"EPSG:{code}")  # from Ferro or Paris
+    at = points_at(place, crs)[0]
+    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True)
+
+    def scale(east, north):
+        ends = np.array([[east - 100.0, north], [east + 100.0, north]])
+        angles = np.array(to_degrees.transform(*ends.T))
+        per_degree = np.degrees(crs.geodetic_crs.axis_info[0].unit_conversion_factor)
+        return 200.0 / crs.get_geod().line_length(*(angles * per_degree))
+
+    np.testing.assert_allclose(scale_range(*at, crs), scale(*at), rtol=1e-7)
+    steps = 1000.0 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    east, west, north, south = (np.log(scale(*(at + step))) for step in steps)
+    slope = np.hypot(east - west, north - south) / 2000.0
+    found = scale_gradient(at[None], crs)
+    np.testing.assert_allclose(found, slope, rtol=0.01, atol=5e-12)

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations.coordinate_operations import (
-    Demand,
     Operation,
     offline,
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     label_of,
     plane_jacobian,
@@ -47,13 +47,13 @@ def demand_of(settings, standard_errors):
     named = settings.crs_operation
     if settings.crs_accuracy_m is not None:
         said = settings.crs_accuracy_m, "as crs_accuracy_m says"
-        return Demand(*said, named, is_stated=True)
+        return Demand(*said, named, is_stated=True, epoch=settings.crs_epoch)
     if standard_errors is None:
         reason = "since the points have no standard error (crs_accuracy_m allows more)"
-        return Demand(UNKNOWN_ERROR, reason, named)
+        return Demand(UNKNOWN_ERROR, reason, named, epoch=settings.crs_epoch)
     size = float(np.median(np.asarray(standard_errors, dtype=float)))
     reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
-    return Demand(SHARE_OF_ERROR * size, reason, named)
+    return Demand(SHARE_OF_ERROR * size, reason, named, epoch=settings.crs_epoch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class OutputSystem:
     def _coordinates(self, table, points):
         is_known = table[PLANE].notna().all(axis=1).to_numpy()
         with offline(self.grids):
-            moved = np.column_stack(self.operation.transformer.transform(*points.T))
+            moved = self.operation.apply(points)
         names = [*PLANE, "height"] if self.is_spatial else PLANE
         known = dict.fromkeys(PLANE, is_known)
         if self.is_spatial:
