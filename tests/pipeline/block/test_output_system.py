@@ -43,6 +43,20 @@ def test_coordinates_are_those_of_proj(good_result, in_lambert, demo_block):
     np.testing.assert_allclose(in_lambert.coverages[PLANE], expected, atol=1e-8, rtol=0)
 
 
+def test_positions_of_two_steps_come_along(in_lambert, good_result, demo_block):
+    points = good_result.points.head(2)
+    of_two_steps = points[PLANE].to_numpy() + 0.3
+    of_two_steps[1] = np.nan  # unknown to the two steps
+    names = ["two_step_easting", "two_step_northing"]
+    table = points.assign(**dict(zip(names, of_two_steps.T, strict=True)))
+    told = in_lambert.output_system.told(table)
+    at = pd.DataFrame(of_two_steps[:1], columns=PLANE)
+    expected = moved(at, demo_block, "EPSG:31287")[0]
+    np.testing.assert_allclose(told[names].iloc[0], expected, atol=1e-8, rtol=0)
+    assert told[names].iloc[1].isna().all()
+    assert list(told) == list(table)
+
+
 def test_covariances_and_vectors_turn_and_scale_with_the_axes(demo_block):
     # errors of one axis alone, so that turning them shows; meridians apart by 1.5 gon
     settings = es.Settings(output_crs=UTM, crs_accuracy_m=2.0)

@@ -28,6 +28,7 @@ from einschalt.pipeline.block.places import scale_problems, target_problems
 from einschalt.stages.error_propagation.shared_error import APPROXIMATE, CONTROL
 
 PLANE = ["easting", "northing"]
+POSITIONS = ("", "two_step_")  # prefixes of columns that say where a point lies
 VECTORS = ("residual", "difference", "distributed")
 BY_AXIS = ["standard_error_easting", "standard_error_northing"]
 # lengths in the plane, which change with its scale
@@ -86,7 +87,10 @@ class OutputSystem:
         with offline(self.grids):
             jacobian = plane_jacobian(points, self.operation)
         scale = np.sqrt(np.abs(np.linalg.det(jacobian)))
-        columns = self._coordinates(table, points) if PLANE[0] in table else {}
+        columns = {}
+        for prefix in POSITIONS:
+            if f"{prefix}{PLANE[0]}" in table:
+                columns |= self._coordinates(table, points, prefix)
         columns |= _turned_vectors(table, jacobian)
         columns |= _turned_errors(table, jacobian)
         if AZIMUTH in table:
@@ -104,18 +108,16 @@ class OutputSystem:
         whole = (table if positions is None else positions).reindex(columns=names)
         return np.where(np.isnan(points), np.nanmean(whole, axis=0), points)
 
-    def _coordinates(self, table, points):
-        is_known = table[PLANE].notna().all(axis=1).to_numpy()
+    def _coordinates(self, table, points, prefix):
+        """Positions of rows that lie at ``points``, in columns with a prefix."""
+        axes = [*PLANE, "height"] if self.is_spatial else PLANE
+        given = table.reindex(columns=[f"{prefix}{axis}" for axis in axes])
+        known = given.notna().to_numpy()
+        known = known & known[:, : len(PLANE)].all(axis=1, keepdims=True)
+        at = np.where(known, given.to_numpy(dtype=float), points)
         with offline(self.grids):
-            moved = self.operation.apply(points)
-        names = [*PLANE, "height"] if self.is_spatial else PLANE
-        known = dict.fromkeys(PLANE, is_known)
-        if self.is_spatial:
-            known["height"] = is_known & table["height"].notna().to_numpy()
-        return {
-            name: np.where(known[name], moved[:, place], np.nan)
-            for place, name in enumerate(names)
-        }
+            moved = np.where(known, self.operation.apply(at), np.nan)
+        return {name: moved[:, k] for k, name in enumerate(given) if name in table}
 
 
 def _is_length_in_plane(column):
