@@ -155,6 +155,22 @@ def test_an_operation_that_is_not_there_is_said(wanted, said):
         reproject(points_at(SALZBURG, source), source, target, demand)
 
 
+def test_the_operation_of_one_way_does_no_harm_to_another():
+    two = Demand(0.01, "", operation="EPSG:1619; CH1903 to ETRS89 (1)")
+    for pair, place, name in (
+        ((31255, 25833), SALZBURG, "MGI to ETRS89 (1)"),
+        ((21781, 25832), LUCERNE, "CH1903 to ETRS89 (1)"),
+        ((31258, 31255), SALZBURG, CONVERSION),  # where no datum changes
+    ):
+        source, target = systems(*pair)
+        found = reproject(points_at(place, source), source, target, two)
+        assert found[1].name == name
+    both = replace(two, operation="EPSG:1619; MGI to ETRS89 (4)")
+    source, target = systems(31255, 25833)
+    with pytest.raises(ProjectionError, match="fits 2 operations"):
+        reproject(points_at((15.4, 47.1), source), source, target, both)
+
+
 def test_an_operation_of_unknown_accuracy_is_used_only_with_one_that_is_stated():
     seven = "+towgs84=577.326,90.129,463.919,5.137,1.474,5.297,2.4232"
     source = read_crs(f"+proj=tmerc +lon_0=13.33 +ellps=bessel {seven} +units=m")

@@ -21,8 +21,8 @@ from pyproj.transformer import TransformerGroup
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
 
-# steps that change coordinates, and no datum: by axis order, or to geocentric ones
-OF_COORDINATES = ("axis order change", "Conversion from ")
+# steps that change no datum
+AXIS_CHANGE, TO_GEOCENTRIC = "axis order change", ("Conversion from ", "(geocentric)")
 CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
 NAMELESS = ("unknown", "unnamed")
@@ -150,9 +150,16 @@ class Operation:
         return is_between and south <= south_of + SLACK and north_of <= north + SLACK
 
     def is_called(self, wanted):
-        """Whether a user means it by a name or code."""
-        wanted, names = wanted.casefold(), self.name.casefold()
-        return wanted in names or wanted in (code.casefold() for code in self.codes)
+        """Whether a user means it by a part of its name, or by its code."""
+        return wanted.casefold() in self.name.casefold() or self.has_code(wanted)
+
+    def is_exactly(self, wanted):
+        """Whether a user means it by its whole name, or by its code."""
+        return wanted.casefold() == self.name.casefold() or self.has_code(wanted)
+
+    def has_code(self, wanted):
+        """Whether a user names it by its code."""
+        return wanted.casefold() in (code.casefold() for code in self.codes)
 
 
 def names_of(grids):
@@ -283,7 +290,9 @@ def _operation(found, projections, transformer):
     parts = [
         part
         for part in whole.split(" + ")
-        if part not in projections and not part.startswith(OF_COORDINATES)
+        if part not in projections
+        and not part.startswith(AXIS_CHANGE)
+        and not all(word in part for word in TO_GEOCENTRIC)
     ]
     steps = found.operations or ()
     ids = [s.to_json_dict().get("id") for s in steps if s.type_name != "Conversion"]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations.coordinate_operations import (
+    CONVERSION,
     find_operations,
     held_grids,
     names_of,
@@ -18,6 +19,7 @@ from einschalt.foundations.databases_of_proj import second_name_of
 from einschalt.foundations.errors import ProjectionError, name_some
 
 MOST_CANDIDATES = 5
+SEVERAL = ";"  # between the names of operations
 
 
 @dataclass(frozen=True)
@@ -26,9 +28,16 @@ class Demand:
 
     accuracy_m: float  # worst that may be used
     reason: str  # where that comes from, as messages say it
-    operation: str = ""  # (part of a) name or code of it, whatever its accuracy
+    # (parts of) names or codes of those that are taken whatever their accuracy
+    operation: str = ""
     is_stated: bool = False  # by a user: then it holds where PROJ states none
     epoch: float | None = None  # of the coordinates, a decimal year
+
+    @property
+    def names(self):
+        """Names or codes of the operations that are asked for."""
+        parts = (part.strip() for part in self.operation.split(SEVERAL))
+        return [part for part in parts if part]
 
 
 def choose_operation(source, target, bounds, demand):
@@ -43,7 +52,7 @@ def choose_operation(source, target, bounds, demand):
     way = f"{system_label(source)} to {system_label(target)}"
     if not candidates:
         raise _no_operation(source, target, bounds, way)
-    if demand.operation:
+    if demand.names:
         return _chosen(candidates, way, demand), None
     enough = [one for one in candidates if one.accuracy_m <= demand.accuracy_m]
     good = [one for one in enough if one.can_run]
@@ -90,18 +99,19 @@ def _no_operation(source, target, bounds, way):
 
 
 def _chosen(candidates, way, demand):
-    called = [one for one in candidates if one.is_called(demand.operation)]
-    exact = [
-        one for one in called if one.name.casefold() == demand.operation.casefold()
-    ]
-    called = exact or called
+    wanted = demand.names
+    called = [one for one in candidates if any(map(one.is_called, wanted))]
+    called = [one for one in called if any(map(one.is_exactly, wanted))] or called
     usable = [one for one in called if one.transformer is not None]
     asked = f"{way}: crs_operation = {demand.operation!r}"
+    if not called and candidates[0].name == CONVERSION:
+        return candidates[0]  # it is for another way: here the datum stays
     if not called:
         raise ProjectionError(
             f"{asked} is none of the operations",
             expected=_said(candidates),
-            remedy="Write one of these names, or its EPSG code",
+            remedy="Write one of these names, or its EPSG code; of several ways, such "
+            f"as to output_crs, those of each, parted by {SEVERAL!r}",
         )
     if not usable:
         raise ProjectionError(
@@ -111,8 +121,8 @@ def _chosen(candidates, way, demand):
         )
     _require_epoch(usable[:1], asked)
     one = usable[0]
-    by_code = demand.operation.casefold() in (code.casefold() for code in one.codes)
-    if not by_code and len({other.name for other in called}) > 1:
+    share_a_code = any(all(o.has_code(name) for o in called) for name in wanted)
+    if not share_a_code and len({other.name for other in called}) > 1:
         raise ProjectionError(
             f"{asked} fits {len(called)} operations: {_said(called)}",
             expected="one of them",

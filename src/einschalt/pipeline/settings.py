@@ -100,7 +100,7 @@ class Settings(BaseModel):
         block; a quarter of their standard error where left out.
     crs_operation : str
         The operation to be used whatever its accuracy: its name in PROJ, a part of it,
-        or its EPSG code.
+        or its EPSG code; of several ways between systems those of each, parted by ";".
     crs_epoch : float, optional
         Epoch for which the coordinates hold, a decimal year such as 2020.5: for
         operations between frames that move against each other, as ITRF2014 and the

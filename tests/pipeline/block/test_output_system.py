@@ -110,6 +110,13 @@ def test_ellipses_of_another_level_are_told_there_too(in_utm):
     assert (small["semi_major"] < usual["semi_major"]).all()
 
 
+def test_an_operation_by_which_control_came_is_none_of_the_way_out(demo_block):
+    settings = es.Settings(crs_operation="EPSG:1619", output_crs="EPSG:31258")
+    assert output_system_of(demo_block, settings).operation.accuracy_m == 0.0
+    settings = es.Settings(crs_operation="EPSG:1619", output_crs=UTM)
+    assert output_system_of(demo_block, settings).operation.name == "MGI to ETRS89 (1)"
+
+
 def test_an_operation_that_is_not_good_enough_ends_before_the_work(demo_block):
     with pytest.raises(es.EinschaltError) as error:
         es.densify(demo_block, es.Settings(output_crs=UTM))
