@@ -34,12 +34,20 @@ FINEST = 1e6  # parts of a degree to which areas are rounded, outwards
 def published_target(name):
     """Plane system into which a published transformation leads, or None of a site.
 
-    Of a compound system its plane part.
+    As :func:`plane_part` has it.
     """
     crs = None if name is None else read_crs(name)
-    if crs is None or crs.is_engineering:
-        return None
-    return (crs.sub_crs_list or [crs])[0]
+    return None if crs is None or crs.is_engineering else plane_part(crs)
+
+
+def plane_part(crs):
+    """What a system says of easting and northing.
+
+    Of a compound one its plane part; of one that says how to leave its datum (by
+    ``+towgs84``) the system without that.
+    """
+    plane = (crs.sub_crs_list or [crs])[0]
+    return plane.source_crs if plane.is_bound else plane
 
 
 def east_north(crs):

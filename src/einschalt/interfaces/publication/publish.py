@@ -10,12 +10,12 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.errors import SettingsError, name_some
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
-from einschalt.interfaces.files.written_files import PROVENANCE, Source
+from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, Source
 from einschalt.interfaces.provenance import provenance_of_tables
 from einschalt.interfaces.publication.gtg_file import gridshift_step, write_gtg
 from einschalt.interfaces.publication.operations_of_results import (
@@ -51,6 +51,8 @@ PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
 BLOCK_TABLES = ("models", "residuals", "points")
 GROUND = ["easting", "northing"]
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
+RESERVED = {Path(name).stem for name in (PROVENANCE, FAILURE)}  # files are NAME.json
+DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]", re.IGNORECASE)  # of Windows
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,10 +92,8 @@ class Publication(Result):
             counted = typesetting.count(len(self.left_out), "identical point")
             lines.append(f"{counted} left out, see {LEFT_OUT}")
         if self.database is not None:
-            files = self.operations["triangles"] + self.operations["grid"]
-            in_plan = self.operations[files != ""]
             lines.append(
-                f"PROJ finds {AUTHORITY}:{in_plan['code'].iloc[0]} with "
+                f"PROJ finds {AUTHORITY}:{self.operations['code'].iloc[0]} with "
                 f"PROJ_AUX_DB={self.database}"
             )
         return "\n".join([*lines, f"How to use it: {self.folder / PAGE}"])
@@ -101,12 +101,16 @@ class Publication(Result):
 
 def require_name(name):
     """Refuse a name that PROJ and file systems would not take as it is."""
-    if isinstance(name, str) and NAME.fullmatch(name):
-        return
-    raise SettingsError(
-        f"the name of a publication is {described(name)}",
-        expected="a letter, then letters, digits, - or _, 2 to 40 in all",
-    )
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise SettingsError(
+            f"the name of a publication is {described(name)}",
+            expected="a letter, then letters, digits, - or _, 2 to 40 in all",
+        )
+    if name.casefold() in RESERVED or DEVICE.fullmatch(name):
+        raise SettingsError(
+            f"the name of a publication is {name}, as a file of another kind is called",
+            expected="a name of its own, such as that of the old frame",
+        )
 
 
 def publish_operations(
@@ -134,9 +138,8 @@ def publish_operations(
         if any(one.grid is not None for one in operations):
             require_grids_are_read(Path(proj_db))
     home = folder.absolute() if installed_at is None else Path(installed_at)
-    names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
-    source = Source("publish", name)
-    output = Output(source, names, InputFiles(files), overwrite)
+    names = _names_of_files(operations, name)
+    output = Output(Source("publish", name), names, InputFiles(files), overwrite)
     plane = [one for one in operations if one.is_plane]
     has_database = frames.target is not None and bool(plane)
     done = []
@@ -163,6 +166,21 @@ def publish_operations(
     write_folder(folder, output, facts, write)
     database = home / f"{name}.db" if has_database else None
     return Publication(name, folder, *done[0], database)
+
+
+def _names_of_files(operations, name):
+    """Every file that may be written, each of them once."""
+    names = [f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE]
+    for one in operations:
+        names += [f"{one.code}{suffix}" for suffix in (".json", ".tif", ".wkt")]
+    taken = [file.casefold() for file in names]
+    twice = [file for file in names if taken.count(file.casefold()) > 1]
+    if twice:  # the one would be written over the other
+        raise SettingsError(
+            f"the publication would write {name_some(sorted(set(twice)))} twice",
+            expected="another name",
+        )
+    return frozenset(names)
 
 
 def _write_triangles(operations, frames, folder):

@@ -25,6 +25,12 @@ def require_systems(crs, source_crs):
         except ProjectionError as error:
             found = error.found.replace("crs", name, 1)
             raise error.with_facts(found=found) from error
+    if source_crs is not None and crs is None:
+        raise SettingsError(
+            f"source_crs = {label_of(source_crs)}, and no crs",
+            expected="the system of the ground as well, which is tied to the old one",
+            remedy="Name it as crs, or leave source_crs out",
+        )
 
 
 def require_places(source, target, frames, files=(None, None)):

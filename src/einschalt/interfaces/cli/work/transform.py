@@ -10,6 +10,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.projections import label_of
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
@@ -138,6 +139,16 @@ def _require_options(distribute, cell, publish, crs, source_crs):
     if publish is not None:
         require_name(publish)
         require_systems(crs, source_crs)
+        return
+    named = {"--crs": crs, "--source-crs": source_crs}
+    for option, system in named.items():
+        if system is not None:
+            raise SettingsError(
+                f"{option} {label_of(system)} is given, without --publish",
+                expected="none: points stay in the systems of their tables",
+                remedy=f"Publish the transformation with --publish, or take {option} "
+                "out",
+            )
 
 
 def _say_what_is_left_out(fit, distribute, outliers):
