@@ -14,6 +14,7 @@ from tests.ntv2_grids import write_ntv2
 from einschalt.foundations.areas_of_use import area_of, extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
+    Operation,
     installed_grids,
     offline,
     system_label,
@@ -29,6 +30,7 @@ from einschalt.foundations.projections import (
     scale_range,
     turn,
 )
+from einschalt.foundations.published_systems import area_of_points
 
 SITE = (
     'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
@@ -321,6 +323,30 @@ def test_wkt_and_json_of_systems_are_no_files():
 def test_an_area_may_lie_over_the_antimeridian(code, inside, outside):
     assert in_extent(*inside, code)
     assert not in_extent(*outside, code)
+
+
+def test_an_operation_over_the_antimeridian_covers_what_lies_there_alone():
+    of_new_zealand = Operation(
+        "", (), 1.0, (), (), (160.6, -55.95, -171.2, -25.8), None
+    )
+    assert of_new_zealand.covers((178.0, -40.0, -178.0, -39.0))
+    assert of_new_zealand.covers((-176.0, -44.0, -175.0, -43.0))
+    assert not of_new_zealand.covers((10.0, -40.0, 20.0, -39.0))
+    assert not of_new_zealand.covers((150.0, -40.0, 165.0, -39.0))
+    assert replace(of_new_zealand, area=(-180.0, -90.0, 180.0, 90.0)).covers(
+        (178.0, -40.0, -178.0, -39.0)
+    )
+
+
+def test_points_on_both_sides_of_the_antimeridian_lie_close_together():
+    fiji = read_crs("EPSG:3460")
+    to_map = pyproj.Transformer.from_crs("OGC:CRS84", fiji, always_xy=True)
+    points = np.column_stack(to_map.transform([179.9, -179.9], [-16.5, -16.6]))
+    area = area_of_points(points, fiji)
+    np.testing.assert_allclose(area, (179.9, -16.6, -179.9, -16.5), atol=2e-3)
+    _, operation, _ = reproject(points, fiji, read_crs("EPSG:32701"), LAX)
+    assert operation.area[0] > operation.area[2]
+    assert operation.covers(area)
 
 
 def test_both_sides_of_the_antimeridian_belong_to_one_area():

@@ -20,6 +20,7 @@ from pyproj.transformer import TransformerGroup
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
+from einschalt.foundations.longitudes import lies_within
 
 # steps that change no datum
 AXIS_CHANGE, TO_GEOCENTRIC = "axis order change", ("Conversion from ", "(geocentric)")
@@ -139,14 +140,15 @@ class Operation:
         return replace(self, epoch=epoch if self.depends_on_time else None)
 
     def covers(self, bounds):
-        """Whether points within bounds [degrees] lie in its area of use."""
+        """Whether points within bounds [degrees] lie in its area of use.
+
+        West, south, east, north of both; east is less than west over 180°.
+        """
         if self.area is None:
             return True
         west, south, east, north = self.area
         west_of, south_of, east_of, north_of = bounds
-        # an area over the antimeridian ends west of where it begins
-        is_between = west <= west_of + SLACK and east_of <= east + SLACK
-        is_between |= west > east
+        is_between = lies_within((west_of, east_of), (west, east), SLACK)
         return is_between and south <= south_of + SLACK and north_of <= north + SLACK
 
     def is_called(self, wanted):

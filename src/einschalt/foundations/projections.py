@@ -15,6 +15,7 @@ from einschalt.foundations.coordinate_operations import offline, system_label
 from einschalt.foundations.databases_of_proj import fault_of_databases
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.longitudes import arc_of
 from einschalt.foundations.operation_choice import choose_operation
 
 NAMES = str | int | pyproj.CRS  # what may name a system
@@ -243,14 +244,14 @@ def _bounds(points, crs):
             "give the coordinates in the system of the block",
         )
     longitude, latitude = degrees_of(points[:, 0], points[:, 1], crs)
-    corners = (np.min(longitude), np.min(latitude), np.max(longitude), np.max(latitude))
-    if not np.all(np.isfinite(corners)):
+    if not np.all(np.isfinite([longitude, latitude])):
         raise ProjectionError(
             f"a point has no place on the Earth in {system_label(crs)}",
             expected="coordinates of this system",
             remedy="Check crs, and the unit of the coordinates",
         )
-    return corners
+    west, east = arc_of(longitude)
+    return west, np.min(latitude), east, np.max(latitude)
 
 
 def turn(points, source_crs, operation):

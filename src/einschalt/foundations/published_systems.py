@@ -11,6 +11,7 @@ import pyproj
 from pyproj.crs import CoordinateOperation
 
 from einschalt.foundations.coordinate_operations import offline
+from einschalt.foundations.longitudes import arc_of
 from einschalt.foundations.projections import degrees_of, read_crs
 
 PROJJSON = "https://proj.org/schemas/v0.7/projjson.schema.json"
@@ -160,8 +161,7 @@ def operation_wkt(name, systems, method, accuracy_m, area):
     if math.isfinite(accuracy_m):
         content["accuracy"] = f"{accuracy_m:.4g}"
     if area is not None:
-        names = (*("west_longitude", "south_latitude"),)
-        names = (*names, "east_longitude", "north_latitude")
+        names = ["west_longitude", "south_latitude", "east_longitude", "north_latitude"]
         content["scope"] = "As its publication says"
         content["area"] = f"Identical points of {name}"
         content["bbox"] = dict(zip(names, area, strict=True))
@@ -171,13 +171,14 @@ def operation_wkt(name, systems, method, accuracy_m, area):
 def area_of_points(points, crs):
     """West, south, east, north [degrees], rounded outwards, of points (n, 2) of a crs.
 
-    None where they have no place on the Earth.
+    East is less than west over 180°; None where they have no place on the Earth.
     """
-    degrees = np.array(degrees_of(points[:, 0], points[:, 1], crs))
-    if not np.all(np.isfinite(degrees)):
+    longitude, latitude = degrees_of(points[:, 0], points[:, 1], crs)
+    if not np.all(np.isfinite([longitude, latitude])):
         return None
-    low = np.floor(degrees.min(axis=1) * FINEST) / FINEST
-    high = np.ceil(degrees.max(axis=1) * FINEST) / FINEST
+    west, east = arc_of(longitude)
+    low = np.floor(np.array([west, latitude.min()]) * FINEST) / FINEST
+    high = np.ceil(np.array([east, latitude.max()]) * FINEST) / FINEST
     return tuple(float(value) for value in (*low, *high))
 
 

@@ -219,41 +219,42 @@ def _said(accuracy):
 
 def _checked_table(operations, staging, home):
     """Each operation as text, after PROJ has run it; the files are in ``staging``."""
-    rows = []
     for one in operations:
-        texts = {}
-        for place, is_kept in ((staging, False), (home, True)):
-            step = _step(one, place)
-            pipeline = f"+proj=pipeline +step {step}"
-            wkt = operation_wkt(
-                one.title,
-                (one.frame, one.system),
-                one.method(pipeline),
-                one.accuracy_m,
-                one.area,
-            )
-            texts = {"proj": pipeline, "wkt": wkt}
-            if not is_kept:
-                require_text_returns(one, "PROJ string", pipeline)
-                require_text_returns(one, "WKT", wkt)
-                if one.net is not None and not one.is_distributed:
-                    triangles = tinshift_step(staging / f"{one.code}.json")
-                    require_text_returns(one, "triangles", triangles)
-        area = one.area or (np.nan,) * 4
-        rows.append(
-            {
-                "code": one.code,
-                "model": one.model,
-                "accuracy": one.accuracy_m,
-                "n_points": len(one.source),
-                "n_held_out": one.n_held_out,
-                **dict(zip(("west", "south", "east", "north"), area, strict=True)),
-                "triangles": "" if one.net is None else f"{one.code}.json",
-                "grid": "" if one.grid is None else f"{one.code}.tif",
-                **texts,
-            }
-        )
-    return pd.DataFrame(rows)
+        _require_returns(one, staging)
+    return pd.DataFrame([_row(one, home) for one in operations])
+
+
+def _require_returns(one, staging):
+    """Let PROJ run an operation in each form, with its files where they are now."""
+    texts = _texts(one, staging)
+    require_text_returns(one, "PROJ string", texts["proj"])
+    require_text_returns(one, "WKT", texts["wkt"])
+    if one.net is not None and not one.is_distributed:
+        triangles = tinshift_step(staging / f"{one.code}.json")
+        require_text_returns(one, "triangles", triangles)
+
+
+def _row(one, home):
+    area = one.area or (np.nan,) * 4
+    return {
+        "code": one.code,
+        "model": one.model,
+        "accuracy": one.accuracy_m,
+        "n_points": len(one.source),
+        "n_held_out": one.n_held_out,
+        **dict(zip(("west", "south", "east", "north"), area, strict=True)),
+        "triangles": "" if one.net is None else f"{one.code}.json",
+        "grid": "" if one.grid is None else f"{one.code}.tif",
+        **_texts(one, home),
+    }
+
+
+def _texts(one, place):
+    """An operation as PROJ string and WKT, with its files in a folder."""
+    pipeline = f"+proj=pipeline +step {_step(one, place)}"
+    ends, method = (one.frame, one.system), one.method(pipeline)
+    wkt = operation_wkt(one.title, ends, method, one.accuracy_m, one.area)
+    return {"proj": pipeline, "wkt": wkt}
 
 
 def _step(one, place):
