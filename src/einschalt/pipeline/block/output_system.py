@@ -73,7 +73,7 @@ class OutputSystem:
         """
         if table is None or not len(table):
             return table
-        points = self._places(table, positions)
+        points = self._where_rows_lie(table, positions)
         with offline(self.grids):
             jacobian = plane_jacobian(points, self.operation)
         scale = np.sqrt(np.abs(np.linalg.det(jacobian)))
@@ -90,7 +90,7 @@ class OutputSystem:
                 columns[name] = table[name].to_numpy(dtype=float) * scale
         return table.assign(**columns)
 
-    def _places(self, table, positions):
+    def _where_rows_lie(self, table, positions):
         """Where the rows lie; those that lie nowhere, in the middle of the others."""
         names = [*PLANE, "height"] if self.is_spatial else PLANE
         known = table if PLANE[0] in table else positions.reindex(table["point_id"])
