@@ -2,7 +2,9 @@
 
 import os
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pyproj
@@ -12,20 +14,23 @@ from tests.ntv2_grids import write_ntv2
 from einschalt.foundations.areas_of_use import area_of, extent_of, in_area, in_extent
 from einschalt.foundations.coordinate_operations import (
     CONVERSION,
-    Demand,
+    Operation,
     installed_grids,
     offline,
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError
 from einschalt.foundations.likely_systems import likely_systems
+from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     read_crs,
     read_source_crs,
     reproject,
+    scale_gradient,
     scale_range,
     turn,
 )
+from einschalt.foundations.published_systems import area_of_points
 
 SITE = (
     'ENGCRS["site",EDATUM["site"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],'
@@ -150,6 +155,22 @@ def test_an_operation_that_is_not_there_is_said(wanted, said):
     demand = Demand(0.01, "", operation=wanted)
     with pytest.raises(ProjectionError, match=said):
         reproject(points_at(SALZBURG, source), source, target, demand)
+
+
+def test_the_operation_of_one_way_does_no_harm_to_another():
+    two = Demand(0.01, "", operation="EPSG:1619; CH1903 to ETRS89 (1)")
+    for pair, place, name in (
+        ((31255, 25833), SALZBURG, "MGI to ETRS89 (1)"),
+        ((21781, 25832), LUCERNE, "CH1903 to ETRS89 (1)"),
+        ((31258, 31255), SALZBURG, CONVERSION),  # where no datum changes
+    ):
+        source, target = systems(*pair)
+        found = reproject(points_at(place, source), source, target, two)
+        assert found[1].name == name
+    both = replace(two, operation="EPSG:1619; MGI to ETRS89 (4)")
+    source, target = systems(31255, 25833)
+    with pytest.raises(ProjectionError, match="fits 2 operations"):
+        reproject(points_at((15.4, 47.1), source), source, target, both)
 
 
 def test_an_operation_of_unknown_accuracy_is_used_only_with_one_that_is_stated():
@@ -304,6 +325,30 @@ def test_an_area_may_lie_over_the_antimeridian(code, inside, outside):
     assert not in_extent(*outside, code)
 
 
+def test_an_operation_over_the_antimeridian_covers_what_lies_there_alone():
+    of_new_zealand = Operation(
+        "", (), 1.0, (), (), (160.6, -55.95, -171.2, -25.8), None
+    )
+    assert of_new_zealand.covers((178.0, -40.0, -178.0, -39.0))
+    assert of_new_zealand.covers((-176.0, -44.0, -175.0, -43.0))
+    assert not of_new_zealand.covers((10.0, -40.0, 20.0, -39.0))
+    assert not of_new_zealand.covers((150.0, -40.0, 165.0, -39.0))
+    assert replace(of_new_zealand, area=(-180.0, -90.0, 180.0, 90.0)).covers(
+        (178.0, -40.0, -178.0, -39.0)
+    )
+
+
+def test_points_on_both_sides_of_the_antimeridian_lie_close_together():
+    fiji = read_crs("EPSG:3460")
+    to_map = pyproj.Transformer.from_crs("OGC:CRS84", fiji, always_xy=True)
+    points = np.column_stack(to_map.transform([179.9, -179.9], [-16.5, -16.6]))
+    area = area_of_points(points, fiji)
+    np.testing.assert_allclose(area, (179.9, -16.6, -179.9, -16.5), atol=2e-3)
+    _, operation, _ = reproject(points, fiji, read_crs("EPSG:32701"), LAX)
+    assert operation.area[0] > operation.area[2]
+    assert operation.covers(area)
+
+
 def test_both_sides_of_the_antimeridian_belong_to_one_area():
     fiji = read_source_crs("EPSG:3460")
     longitudes = np.array([176.0, 178.0, -179.0, -178.0])
@@ -388,3 +433,96 @@ def test_a_missing_grid_is_told_with_its_second_name_and_what_is_there(tmp_path)
     assert (
         "grids in [settings] (the folder that is named holds CHENYX06_etrs.gsb)" in said
     )
+
+
+SYDNEY = (151.2, -33.9)
+MOVING = Demand(0.05, "as asked")
+
+
+@pytest.mark.parametrize("height", [(), (80.0,)])
+def test_frames_that_move_against_each_other_meet_at_an_epoch(height):
+    source, target = systems(9000, 7856)  # ITRF2014, and what is fixed to Australia
+    if height:
+        source, target = read_source_crs("EPSG:7912"), target.to_3d()
+    points = np.array([[*SYDNEY, *height]])
+    demand = replace(MOVING, epoch=2024.5)
+    moved, operation, _ = reproject(points, source, target, demand)
+    own = pyproj.Transformer.from_crs(source, target, always_xy=True)
+    expected = own.transform(*SYDNEY, *(height or (0.0,)), 2024.5)[: len(moved[0])]
+    np.testing.assert_allclose(moved[0], expected, rtol=0, atol=1e-9)
+    # 6 cm a year since 2020, of which PROJ says nothing
+    still = own.transform(*SYDNEY, *height)
+    assert 0.2 < np.hypot(*(moved[0] - still)[:2]) < 0.3
+    assert str(operation) == "ITRF2014 to GDA2020 (1) (0.03 m, at epoch 2024.5)"
+
+
+@pytest.mark.parametrize("name", ["", "ITRF2014 to GDA2020 (1)"])
+def test_without_an_epoch_they_do_not_meet(name):
+    demand = replace(MOVING, operation=name)
+    with pytest.raises(ProjectionError, match=r"needs the epoch .* = 2020\.5"):
+        reproject(np.array([SYDNEY]), *systems(9000, 7856), demand)
+    with pytest.raises(ProjectionError, match=r"Set crs_epoch and .* = 0\.03 to"):
+        reproject(np.array([SYDNEY]), *systems(9000, 7856), STRICT)
+
+
+def test_an_epoch_is_nothing_to_frames_that_stand_still():
+    source, target = systems(31255, 25833)
+    points = points_at(SALZBURG, source)
+    at_rest, operation, _ = reproject(points, source, target, LAX)
+    moved, same, _ = reproject(points, source, target, replace(LAX, epoch=1990.0))
+    np.testing.assert_array_equal(moved, at_rest)
+    assert str(same) == str(operation)
+
+
+def test_a_grid_of_one_block_is_not_in_the_threads_of_others(tmp_path):
+    source, target = systems(31255, 25833)
+    write_ntv2(tmp_path / PAIRS[31255, 25833][1], -1.5, -3.5)
+    points = points_at(SALZBURG, source)
+    with ThreadPoolExecutor(1) as other:
+        with offline(tmp_path):  # while PROJ wakes up in the other thread
+            other.submit(pyproj.CRS, "EPSG:31255").result()
+        with pytest.raises(ProjectionError, match="which is missing"):
+            other.submit(reproject, points, source, target, STRICT).result()
+
+
+def test_a_grid_of_another_kind_under_the_name_of_one_is_said(tmp_path):
+    geoid = "de_bkg_gcg2016.tif"
+    write_ntv2(tmp_path / geoid, -1.5, -3.5)
+    source, target = read_source_crs("EPSG:4937"), read_crs("EPSG:25832+7837")
+    for work in (
+        lambda: installed_grids(source, target, tmp_path),
+        lambda: reproject(np.array([[9, 50, 80]]), source, target, LAX, tmp_path),
+    ):
+        with pytest.raises(ProjectionError, match=f"cannot use a grid .*of {geoid}"):
+            work()
+
+
+def test_operations_that_proj_lists_and_cannot_compute_are_none():
+    source, target = systems(9000, 31983)  # by parameters of one epoch alone
+    assert installed_grids(source, target) == {}
+    with pytest.raises(ProjectionError, match=r"no operation .* that it can compute"):
+        reproject(np.array([[-43.0, -22.0]]), source, target, LAX)
+
+
+@pytest.mark.parametrize(
+    ("code", "place"), [(31282, SALZBURG), (27572, (2.4, 47.5)), (5221, (15.3, 49.7))]
+)
+def test_scales_are_those_of_the_place_wherever_longitudes_are_counted_from(
+    code, place
+):
+    crs = read_crs(f"EPSG:{code}")  # from Ferro or Paris
+    at = points_at(place, crs)[0]
+    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs, always_xy=True)
+
+    def scale(east, north):
+        ends = np.array([[east - 100.0, north], [east + 100.0, north]])
+        angles = np.array(to_degrees.transform(*ends.T))
+        per_degree = np.degrees(crs.geodetic_crs.axis_info[0].unit_conversion_factor)
+        return 200.0 / crs.get_geod().line_length(*(angles * per_degree))
+
+    np.testing.assert_allclose(scale_range(*at, crs), scale(*at), rtol=1e-7)
+    steps = 1000.0 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    east, west, north, south = (np.log(scale(*(at + step))) for step in steps)
+    slope = np.hypot(east - west, north - south) / 2000.0
+    found = scale_gradient(at[None], crs)
+    np.testing.assert_allclose(found, slope, rtol=0.01, atol=5e-12)

@@ -10,9 +10,9 @@ import numpy as np
 import pyproj
 
 from einschalt.foundations.coordinate_operations import offline
+from einschalt.foundations.longitudes import FULL_CIRCLE, eastern_end
 from einschalt.foundations.projections import WGS_84, read_source_crs
 
-FULL_CIRCLE = 360.0  # degrees
 MARGIN = 0.1  # of the area's width: surveys reach a little over the border
 
 
@@ -33,7 +33,7 @@ def area_of(crs):
         [box[f"{side}itude"] for box in usages]
         for side in ("west_long", "south_lat", "east_long", "north_lat")
     )
-    furthest = max(_beyond(*pair) for pair in zip(west, east, strict=True))
+    furthest = max(eastern_end(*pair) for pair in zip(west, east, strict=True))
     east = furthest - FULL_CIRCLE if furthest > FULL_CIRCLE / 2.0 else furthest
     return min(west), min(south), east, max(north)
 
@@ -56,17 +56,14 @@ def _extent_of(crs):
     west, south, east, north = area
     with offline():
         transformer = pyproj.Transformer.from_crs(WGS_84, crs.to_2d(), always_xy=True)
-        bounds = transformer.transform_bounds(west, south, _beyond(west, east), north)
+        bounds = transformer.transform_bounds(
+            west, south, eastern_end(west, east), north
+        )
     if not np.all(np.isfinite(bounds)):
         return None
     west, south, east, north = bounds
     wide, high = MARGIN * (east - west), MARGIN * (north - south)
     return west - wide, south - high, east + wide, north + high
-
-
-def _beyond(west, east):
-    """Longitude of the eastern border [degrees], never less than the western one."""
-    return east + FULL_CIRCLE if east < west else east
 
 
 def in_extent(easting, northing, crs):
@@ -93,7 +90,7 @@ def in_area(longitude, latitude, crs, around=0.0):
     if area is None:
         return None
     west, south, east, north = area
-    east = _beyond(west, east)
+    east = eastern_end(west, east)
     bounds = west - around, south - around, east + around, north + around
     return _within(bounds, longitude, latitude, FULL_CIRCLE)
 

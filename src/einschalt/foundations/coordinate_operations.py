@@ -9,30 +9,32 @@ the points, and only among what is good enough. The network is never asked.
 import os
 import warnings
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from threading import RLock
+from threading import RLock, local
 
 import numpy as np
 import pyproj
 from pyproj.aoi import AreaOfInterest
 from pyproj.transformer import TransformerGroup
 
-from einschalt.foundations.databases_of_proj import second_name_of
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError, name_some
+from einschalt.foundations.longitudes import lies_within
 
-AXIS_CHANGE = "axis order change"
+# steps that change no datum
+AXIS_CHANGE, TO_GEOCENTRIC = "axis order change", ("Conversion from ", "(geocentric)")
 CONVERSION = "change of map projection"
 INVERSE = "Inverse of "
 NAMELESS = ("unknown", "unnamed")
 OF_COURSE = ("+no_defs", "+type=crs")
 MOST_SHOWN = 80  # characters of a PROJ string
+TIME_IN_PROJ, TIME_IN_METHOD = ("t_epoch=", "proj=defmodel"), "Time-"
 GRIDS = (".tif", ".gsb", ".gtx", ".ct2", ".lla")
 GRID_STEPS = ("hgridshift", "vgridshift", "gridshift", "xyzgridshift")
-MOST_CANDIDATES = 5
 SLACK = 0.01  # degrees: areas of use are rounded to hundredths
 PROJ = RLock()  # its folders and its network are those of the whole process
+THREAD = local()  # folders in which the PROJ of each thread was told to look
 
 
 @contextmanager
@@ -43,13 +45,23 @@ def offline(grids=None):
         asks = pyproj.network.is_network_enabled()
         pyproj.network.set_network_enabled(active=False)
         try:
-            if grids is not None:
-                pyproj.datadir.append_data_dir(str(grids))
+            _look_in(folders if grids is None else f"{folders}{os.pathsep}{grids}")
             yield
         finally:
-            if grids is not None:
-                pyproj.datadir.set_data_dir(folders)
+            _look_in(folders)
             pyproj.network.set_network_enabled(active=asks)
+
+
+def _look_in(folders):
+    """Tell the PROJ of this thread its folders.
+
+    Each thread has a PROJ of its own, which was told those of the process when it was
+    first used: perhaps while another thread had a folder of grids.
+    """
+    told = getattr(THREAD, "folders", None)
+    if told != folders or pyproj.datadir.get_data_dir() != folders:
+        pyproj.datadir.set_data_dir(folders)
+        THREAD.folders = folders
 
 
 def system_label(crs):
@@ -90,30 +102,71 @@ class Operation:
     missing: tuple[tuple[str, str], ...]  # those of them that are not installed
     area: tuple[float, float, float, float] | None  # west, south, east, north [degrees]
     transformer: pyproj.Transformer | None  # easting, northing; None without its grid
+    depends_on_time: bool = False  # frames that move against each other
+    epoch: float | None = None  # of the coordinates, a decimal year
 
     def __str__(self):
         stated = f"{self.accuracy_m:g} m"
         text = stated if np.isfinite(self.accuracy_m) else "PROJ states no accuracy"
         if self.missing:
             are = "is" if len(self.missing) == 1 else "are"
-            text += f", needs {_names(self.missing)}, which {are} missing"
+            text += f", needs {names_of(self.missing)}, which {are} missing"
+        if self.epoch is not None:
+            text += f", at epoch {self.epoch:.10g}"
+        elif self.depends_on_time:
+            text += ", needs the epoch of the coordinates"
         return f"{self.name} ({text})"
 
+    @property
+    def can_run(self):
+        """Whether its grids are there, and the epoch where it depends on time."""
+        is_timeless = not self.depends_on_time or self.epoch is not None
+        return self.transformer is not None and is_timeless
+
+    def apply(self, points, *, errcheck=False):
+        """Bring points (n, 2) or (n, 3) over; infinite where one has no image.
+
+        With ``errcheck`` a ProjError of pyproj there.
+        """
+        axes = [*points.T]
+        if self.epoch is not None:
+            rest = (np.zeros(len(points)), np.full(len(points), self.epoch))
+            axes += rest[len(axes) - 2 :]
+        moved = self.transformer.transform(*axes, errcheck=errcheck)
+        return np.column_stack(moved[: points.shape[1]])
+
+    def at(self, epoch):
+        """The operation for coordinates of an epoch, or None where it is not known."""
+        return replace(self, epoch=epoch if self.depends_on_time else None)
+
     def covers(self, bounds):
-        """Whether points within bounds [degrees] lie in its area of use."""
+        """Whether points within bounds [degrees] lie in its area of use.
+
+        West, south, east, north of both; east is less than west over 180°.
+        """
         if self.area is None:
             return True
         west, south, east, north = self.area
         west_of, south_of, east_of, north_of = bounds
-        # an area over the antimeridian ends west of where it begins
-        is_between = west <= west_of + SLACK and east_of <= east + SLACK
-        is_between |= west > east
+        is_between = lies_within((west_of, east_of), (west, east), SLACK)
         return is_between and south <= south_of + SLACK and north_of <= north + SLACK
 
     def is_called(self, wanted):
-        """Whether a user means it by a name or code."""
-        wanted, names = wanted.casefold(), self.name.casefold()
-        return wanted in names or wanted in (code.casefold() for code in self.codes)
+        """Whether a user means it by a part of its name, or by its code."""
+        return wanted.casefold() in self.name.casefold() or self.has_code(wanted)
+
+    def is_exactly(self, wanted):
+        """Whether a user means it by its whole name, or by its code."""
+        return wanted.casefold() == self.name.casefold() or self.has_code(wanted)
+
+    def has_code(self, wanted):
+        """Whether a user names it by its code."""
+        return wanted.casefold() in (code.casefold() for code in self.codes)
+
+
+def names_of(grids):
+    """Names of grids in a sentence."""
+    return " and ".join(name for name, _ in grids)
 
 
 def find_operations(source, target, bounds):
@@ -123,10 +176,10 @@ def find_operations(source, target, bounds):
     whether its grids are installed or not; where none covers all points, those that
     cover some. "Ballpark" ones, which take the datums for the same, are none.
     """
-    group = _group(source, target, area_of_interest=AreaOfInterest(*bounds))
+    ready, lacking = _listed(source, target, area_of_interest=AreaOfInterest(*bounds))
     projections = _projection_names(source, target)
-    found = [_operation(one, projections, one) for one in group.transformers]
-    found += [_operation(o, projections, None) for o in group.unavailable_operations]
+    found = [_operation(one, projections, one) for one in ready]
+    found += [_operation(one, projections, None) for one in lacking]
     found = [one for one in found if one.covers(bounds)] or found
     return sorted(found, key=lambda one: np.nan_to_num(one.accuracy_m, nan=np.inf))
 
@@ -137,39 +190,77 @@ def installed_grids(source, target, grids=None) -> dict:
     Wherever points lie; ``grids``: a folder with some, beside PROJ's own.
     """
     with offline(grids):
-        group = _group(source, target)
-        found = [*group.transformers, *group.unavailable_operations]
-        listed = [grid for one in found for grid in _grids_of(one)]
+        ready, lacking = _listed(source, target)
+        listed = [grid for one in (*ready, *lacking) for grid in _grids_of(one)]
     return {g.short_name: g.full_name for g in listed if g.available and g.full_name}
 
 
-def _group(source, target, **more):
+def files_for_grids(grids=None) -> tuple:
+    """Files in all folders where PROJ looks for grids, but its own, as they are now.
+
+    Path, size and time of change of each: another file is another grid. ``grids``: a
+    folder with some.
+    """
+    with offline(grids):
+        states = [(path, path.stat()) for path in _files(_more_folders())]
+    return tuple((str(p), state.st_size, state.st_mtime_ns) for p, state in states)
+
+
+def held_grids():
+    """Names of the grids in folders that users named; None where they named none."""
+    folders = _more_folders()[:-1]
+    return [path.name for path in _grid_files(folders)] if folders else None
+
+
+def _more_folders():
+    """Folders in which PROJ looks for grids, beside its own."""
+    named = pyproj.datadir.get_data_dir().split(os.pathsep)[1:]
+    return [*named, pyproj.datadir.get_user_data_dir()]
+
+
+def _files(folders):
+    paths = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
+    return [path for path in paths if path.is_file()]
+
+
+def _grid_files(folders):
+    return [path for path in _files(folders) if path.suffix.lower() in GRIDS]
+
+
+def _listed(source, target, **more):
+    """Operations that PROJ can run, and those whose grids it lacks."""
     with warnings.catch_warnings():  # what is not available is said by our own errors
         warnings.simplefilter("ignore", UserWarning)
         try:
-            return TransformerGroup(
+            group = TransformerGroup(
                 source, target, always_xy=True, allow_ballpark=False, **more
             )
+        except IndexError:  # pyproj names the missing grid of one that has none:
+            return [], []  # its method is nothing that PROJ computes
         except pyproj.exceptions.ProjError as error:  # of a grid that is none
-            _refuse_broken_grids(error)
-            raise
+            raise _unreadable_grids(source, target, error) from error
+    return group.transformers, group.unavailable_operations
 
 
-def _refuse_broken_grids(error):
+def _unreadable_grids(source, target, error):
     """Name the files that have the name of a grid, and are none that PROJ can read."""
-    folders = pyproj.datadir.get_data_dir().split(os.pathsep)
-    folders.append(pyproj.datadir.get_user_data_dir())
-    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
-    named = [one for one in files if one.suffix.lower() in GRIDS and one.is_file()]
-    broken = [path for path in named if not _is_grid(path)]
+    own = pyproj.datadir.get_data_dir().split(os.pathsep)[:1]
+    files = _grid_files([*own, *_more_folders()])
+    broken = [path for path in files if not _is_grid(path)]
     if broken:
         sizes = [f"{path.name} ({path.stat().st_size} bytes)" for path in broken]
-        raise ProjectionError(
+        return ProjectionError(
             f"PROJ cannot read as a grid: {name_some(sizes)}; half a download, or a "
             "page of the web in its place",
             expected="grids as they are published",
             remedy=f"Get them again, or take them out of {broken[0].parent}",
-        ) from error
+        )
+    return ProjectionError(
+        f"{system_label(source)} to {system_label(target)}: PROJ cannot use a grid of "
+        f"an operation: {error}",
+        expected="under the name of a grid that grid, and none of another kind",
+        remedy=f"Get it again: of {name_some([path.name for path in files])}",
+    )
 
 
 def _is_grid(path):
@@ -201,7 +292,9 @@ def _operation(found, projections, transformer):
     parts = [
         part
         for part in whole.split(" + ")
-        if part not in projections and not part.startswith(AXIS_CHANGE)
+        if part not in projections
+        and not part.startswith(AXIS_CHANGE)
+        and not all(word in part for word in TO_GEOCENTRIC)
     ]
     steps = found.operations or ()
     ids = [s.to_json_dict().get("id") for s in steps if s.type_name != "Conversion"]
@@ -220,151 +313,11 @@ def _operation(found, projections, transformer):
         else (),
         None if area is None else (area.west, area.south, area.east, area.north),
         transformer,
+        _depends_on_time(steps, transformer),
     )
 
 
-@dataclass(frozen=True)
-class Demand:
-    """What is asked of an operation."""
-
-    accuracy_m: float  # worst that may be used
-    reason: str  # where that comes from, as messages say it
-    operation: str = ""  # (part of a) name or code of it, whatever its accuracy
-    is_stated: bool = False  # by a user: then it holds where PROJ states none
-
-
-def choose_operation(source, target, bounds, demand):
-    """Choose the operation between two systems for points within bounds [degrees].
-
-    The most accurate one that is available, or the one that was asked for; and a better
-    one whose grid is missing, or None. A ProjectionError names the candidates where
-    none is good enough, or the one asked for is none of them.
-    """
-    candidates = find_operations(source, target, bounds)
-    way = f"{system_label(source)} to {system_label(target)}"
-    if not candidates:
-        raise _no_operation(source, target, bounds, way)
-    if demand.operation:
-        return _chosen(candidates, way, demand), None
-    usable = [one for one in candidates if one.transformer is not None]
-    good = [one for one in usable if one.accuracy_m <= demand.accuracy_m]
-    if not good:
-        raise ProjectionError(
-            f"{way}: no operation is good enough; {_listed(candidates)}",
-            expected=f"an accuracy of {demand.accuracy_m:g} m, {demand.reason}",
-            remedy=_remedy(candidates, demand),
-        )
-    best = candidates[0]
-    is_better = best.missing and best.accuracy_m < good[0].accuracy_m
-    return good[0], best if is_better else None
-
-
-def _no_operation(source, target, bounds, way):
-    """Tell datums that are not known to each other from heights that are not."""
-    flat = source.to_2d(), target.to_2d()
-    if flat != (source, target) and find_operations(*flat, bounds):
-        return ProjectionError(
-            f"PROJ knows no operation from {way} for heights, such as by a geoid, and "
-            "one for the plan alone",
-            expected="heights of a system that PROJ can bring into the other",
-            remedy="Give the heights in the vertical system of the block, or take the "
-            "vertical systems out of crs where the heights are in one already",
-        )
-    return ProjectionError(
-        f"PROJ knows no operation from {way}",
-        expected="systems whose datums are known, and known to each other there",
-        remedy="Correct crs, or give the coordinates in the system of the block",
-    )
-
-
-def _chosen(candidates, way, demand):
-    called = [one for one in candidates if one.is_called(demand.operation)]
-    exact = [
-        one for one in called if one.name.casefold() == demand.operation.casefold()
-    ]
-    called = exact or called
-    usable = [one for one in called if one.transformer is not None]
-    asked = f"{way}: crs_operation = {demand.operation!r}"
-    if not called:
-        raise ProjectionError(
-            f"{asked} is none of the operations",
-            expected=_listed(candidates),
-            remedy="Write one of these names, or its EPSG code",
-        )
-    if not usable:
-        raise ProjectionError(
-            f"{asked} cannot be used: {_listed(called)}",
-            expected="a grid that is there",
-            remedy=f"{_where(called[0].missing)} or choose another operation",
-        )
-    one = usable[0]
-    by_code = demand.operation.casefold() in (code.casefold() for code in one.codes)
-    if not by_code and len({other.name for other in called}) > 1:
-        raise ProjectionError(
-            f"{asked} fits {len(called)} operations: {_listed(called)}",
-            expected="one of them",
-            remedy="Write its whole name, or its EPSG code",
-        )
-    if np.isfinite(one.accuracy_m):
-        return one
-    if not demand.is_stated:
-        raise ProjectionError(
-            f"{asked}: PROJ states no accuracy for it",
-            expected="an accuracy, since it is a source of error",
-            remedy="Set crs_accuracy_m to the accuracy that it has",
-        )
-    return Operation(**{**vars(one), "accuracy_m": demand.accuracy_m})
-
-
-def _listed(candidates):
-    rest = len(candidates) - MOST_CANDIDATES
-    said = ", ".join(str(one) for one in candidates[:MOST_CANDIDATES])
-    return f"{said} and {rest} more" if rest > 0 else said
-
-
-def _names(grids):
-    return " and ".join(name for name, _ in grids)
-
-
-def _where(grids):
-    """Say where grids are to be had."""
-    first = f"Get {_names(grids)}"
-    addresses = " and ".join(address for _, address in grids if address)
-    from_there = f" from {addresses}" if addresses else ""
-    seconds = [second_name_of(name) for name, _ in grids]
-    seconds = [name for name in seconds if name is not None]
-    known = f" (or as {' and '.join(seconds)})" if seconds else ""
-    return (
-        f"{first}{from_there}, or under that name{known} from the national survey, "
-        f"name its folder with --grids, or grids in [settings]{_held()},"
-    )
-
-
-def _held():
-    """What the folders of grids hold that were named, beside PROJ's own."""
-    folders = pyproj.datadir.get_data_dir().split(os.pathsep)[1:]
-    files = [path for folder in folders for path in sorted(Path(folder).glob("*"))]
-    names = [path.name for path in files if path.suffix.lower() in GRIDS]
-    said = f" (the folder that is named holds {name_some(names) or 'none'})"
-    return said if folders else ""
-
-
-def _remedy(candidates, demand):
-    """Tell every way out: the grid, the accuracy, another operation."""
-    stated = [one for one in candidates if np.isfinite(one.accuracy_m)]
-    usable = [one for one in stated if one.transformer is not None]
-    ways = []
-    if stated and stated[0].missing:
-        best = stated[0]
-        where, stated_m = _where(best.missing), f"{best.accuracy_m:g}"
-        is_enough = best.accuracy_m <= demand.accuracy_m
-        ways = [
-            where[:-1] if is_enough else f"{where} and set crs_accuracy_m = {stated_m}"
-        ]
-    if usable:
-        accuracy = usable[0].accuracy_m
-        ways.append(f"set crs_accuracy_m = {accuracy:g} to use {usable[0].name}")
-    else:
-        ways.append("choose an operation with crs_operation and crs_accuracy_m")
-    text = "; or ".join(ways)
-    return f"{text[0].upper()}{text[1:]}"
+def _depends_on_time(steps, transformer):
+    if transformer is None:
+        return any(TIME_IN_METHOD in step.method_name for step in steps)
+    return any(word in transformer.definition for word in TIME_IN_PROJ)

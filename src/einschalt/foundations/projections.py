@@ -11,14 +11,12 @@ import numpy as np
 import pyproj
 
 from einschalt.foundations.arguments import described
-from einschalt.foundations.coordinate_operations import (
-    choose_operation,
-    offline,
-    system_label,
-)
+from einschalt.foundations.coordinate_operations import offline, system_label
 from einschalt.foundations.databases_of_proj import fault_of_databases
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.longitudes import arc_of
+from einschalt.foundations.operation_choice import choose_operation
 
 NAMES = str | int | pyproj.CRS  # what may name a system
 CODE_BITS = 32
@@ -79,7 +77,8 @@ def read_source_crs(text):
 def _known_crs(text):
     _refuse_files(text)
     try:
-        return pyproj.CRS.from_user_input(_utf8(text))
+        with offline():
+            return pyproj.CRS.from_user_input(_utf8(text))
     except (pyproj.exceptions.CRSError, UnicodeEncodeError) as error:
         _require_databases(text, error)
         raise ProjectionError(
@@ -225,7 +224,7 @@ def reproject(points, source_crs, target_crs, demand, grids=None):
     try:
         with offline(grids):
             operation, better = choose_operation(source_crs, target_crs, bounds, demand)
-            moved = operation.transformer.transform(*points.T, errcheck=True)
+            moved = operation.apply(points, errcheck=True)
     except pyproj.exceptions.ProjError as error:
         way = f"{system_label(source_crs)} to {system_label(target_crs)}"
         raise ProjectionError(
@@ -233,7 +232,7 @@ def reproject(points, source_crs, target_crs, demand, grids=None):
             expected="points within the area of both systems, and of their grids",
             remedy="Check crs and the coordinates",
         ) from error
-    return np.column_stack(moved), operation, better
+    return moved, operation, better
 
 
 def _bounds(points, crs):
@@ -245,14 +244,14 @@ def _bounds(points, crs):
             "give the coordinates in the system of the block",
         )
     longitude, latitude = degrees_of(points[:, 0], points[:, 1], crs)
-    corners = (np.min(longitude), np.min(latitude), np.max(longitude), np.max(latitude))
-    if not np.all(np.isfinite(corners)):
+    if not np.all(np.isfinite([longitude, latitude])):
         raise ProjectionError(
             f"a point has no place on the Earth in {system_label(crs)}",
             expected="coordinates of this system",
             remedy="Check crs, and the unit of the coordinates",
         )
-    return corners
+    west, east = arc_of(longitude)
+    return west, np.min(latitude), east, np.max(latitude)
 
 
 def turn(points, source_crs, operation):
@@ -264,8 +263,8 @@ def turn(points, source_crs, operation):
     step[0] = STEP / source_crs.axis_info[0].unit_conversion_factor
     if source_crs.is_geographic:
         step[0] /= EARTH_RADIUS
-    ahead = np.column_stack(operation.transformer.transform(*(points + step).T))
-    behind = np.column_stack(operation.transformer.transform(*(points - step).T))
+    ahead = operation.apply(points + step)
+    behind = operation.apply(points - step)
     east, north = (ahead - behind)[:, :2].T
     return np.arctan2(north, east)
 
@@ -281,8 +280,8 @@ def plane_jacobian(points, operation):
     for axis in range(2):
         step = np.zeros(points.shape[1])
         step[axis] = STEP
-        ahead = np.column_stack(operation.transformer.transform(*(points + step).T))
-        behind = np.column_stack(operation.transformer.transform(*(points - step).T))
+        ahead = operation.apply(points + step)
+        behind = operation.apply(points - step)
         jacobian[:, :, axis] = (ahead - behind)[:, :2] / (2.0 * STEP)
     return jacobian
 
@@ -334,9 +333,7 @@ def scale_range(easting, northing, crs):
     crs = read_source_crs(crs)
     if not crs.is_projected:
         return None
-    longitude, latitude = degrees_of(np.median(easting), np.median(northing), crs)
-    plane = pyproj.Proj((crs.sub_crs_list or [crs])[0])
-    factors = plane.get_factors(longitude, latitude)
+    factors = _factors(np.median(easting), np.median(northing), crs)
     scales = factors.tissot_semiminor, factors.tissot_semimajor
     return scales if np.all(np.isfinite(scales)) else None
 
@@ -346,9 +343,19 @@ def scale_gradient(points, crs):
 
     ``points`` (n, 2): easting, northing [m]; ``crs``: a pyproj.CRS that is projected.
     """
-    plane = (crs.sub_crs_list or [crs])[0]
     steps = GRADIENT_STEP * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
     asked = (points[:, None] + steps).reshape(-1, 2)
-    factors = pyproj.Proj(plane).get_factors(*degrees_of(*asked.T, crs))
+    factors = _factors(*asked.T, crs)
     scale = np.log(factors.areal_scale).reshape(-1, 2, 2) / 2.0  # per length
     return np.hypot(*(scale[:, :, 0] - scale[:, :, 1]).T) / (2.0 * GRADIENT_STEP)
+
+
+def _factors(easting, northing, crs):
+    """Factors of PROJ of a system that is projected, at points in it."""
+    plane = (crs.sub_crs_list or [crs])[0]
+    longitude, latitude = degrees_of(easting, northing, crs)
+    meridian = plane.prime_meridian
+    # PROJ counts from the system's own: from Ferro, 17 2/3 degrees west of Greenwich
+    west = meridian.longitude * np.degrees(meridian.unit_conversion_factor)
+    with offline():
+        return pyproj.Proj(plane).get_factors(longitude - west, latitude)

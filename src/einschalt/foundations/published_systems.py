@@ -11,6 +11,7 @@ import pyproj
 from pyproj.crs import CoordinateOperation
 
 from einschalt.foundations.coordinate_operations import offline
+from einschalt.foundations.longitudes import arc_of
 from einschalt.foundations.projections import degrees_of, read_crs
 
 PROJJSON = "https://proj.org/schemas/v0.7/projjson.schema.json"
@@ -34,12 +35,20 @@ FINEST = 1e6  # parts of a degree to which areas are rounded, outwards
 def published_target(name):
     """Plane system into which a published transformation leads, or None of a site.
 
-    Of a compound system its plane part.
+    As :func:`plane_part` has it.
     """
     crs = None if name is None else read_crs(name)
-    if crs is None or crs.is_engineering:
-        return None
-    return (crs.sub_crs_list or [crs])[0]
+    return None if crs is None or crs.is_engineering else plane_part(crs)
+
+
+def plane_part(crs):
+    """What a system says of easting and northing.
+
+    Of a compound one its plane part; of one that says how to leave its datum (by
+    ``+towgs84``) the system without that.
+    """
+    plane = (crs.sub_crs_list or [crs])[0]
+    return plane.source_crs if plane.is_bound else plane
 
 
 def east_north(crs):
@@ -152,8 +161,7 @@ def operation_wkt(name, systems, method, accuracy_m, area):
     if math.isfinite(accuracy_m):
         content["accuracy"] = f"{accuracy_m:.4g}"
     if area is not None:
-        names = (*("west_longitude", "south_latitude"),)
-        names = (*names, "east_longitude", "north_latitude")
+        names = ["west_longitude", "south_latitude", "east_longitude", "north_latitude"]
         content["scope"] = "As its publication says"
         content["area"] = f"Identical points of {name}"
         content["bbox"] = dict(zip(names, area, strict=True))
@@ -163,13 +171,14 @@ def operation_wkt(name, systems, method, accuracy_m, area):
 def area_of_points(points, crs):
     """West, south, east, north [degrees], rounded outwards, of points (n, 2) of a crs.
 
-    None where they have no place on the Earth.
+    East is less than west over 180°; None where they have no place on the Earth.
     """
-    degrees = np.array(degrees_of(points[:, 0], points[:, 1], crs))
-    if not np.all(np.isfinite(degrees)):
+    longitude, latitude = degrees_of(points[:, 0], points[:, 1], crs)
+    if not np.all(np.isfinite([longitude, latitude])):
         return None
-    low = np.floor(degrees.min(axis=1) * FINEST) / FINEST
-    high = np.ceil(degrees.max(axis=1) * FINEST) / FINEST
+    west, east = arc_of(longitude)
+    low = np.floor(np.array([west, latitude.min()]) * FINEST) / FINEST
+    high = np.ceil(np.array([east, latitude.max()]) * FINEST) / FINEST
     return tuple(float(value) for value in (*low, *high))
 
 

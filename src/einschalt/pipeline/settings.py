@@ -100,7 +100,11 @@ class Settings(BaseModel):
         block; a quarter of their standard error where left out.
     crs_operation : str
         The operation to be used whatever its accuracy: its name in PROJ, a part of it,
-        or its EPSG code.
+        or its EPSG code; of several ways between systems those of each, parted by ";".
+    crs_epoch : float, optional
+        Epoch for which the coordinates hold, a decimal year such as 2020.5: for
+        operations between frames that move against each other, as ITRF2014 and the
+        systems that are fixed to a plate.
     output_crs : str
         System in which results are told, where it is not that of the block.
     grids : str
@@ -216,6 +220,15 @@ class Settings(BaseModel):
         "",
         description="Operation between reference systems, whatever its accuracy: its "
         "name in PROJ, a part of it, or its EPSG code.",
+    )
+    crs_epoch: Annotated[
+        float | None, Expected("a decimal year from 1900 to 2100, such as 2020.5")
+    ] = Field(
+        None,
+        ge=1900.0,
+        le=2100.0,
+        description="Epoch for which the coordinates hold, a decimal year: where their "
+        "frame moves against that of the block, as ITRF2014 does.",
     )
     output_crs: Annotated[str, Expected("a text, such as EPSG:25833")] = Field(
         "",

@@ -145,3 +145,12 @@ def test_exchanged_axes_of_the_ground_are_said_before_the_work(invoke, tmp_path)
     assert shown.exit_code == 2
     assert "inside with the two exchanged" in " ".join(shown.stderr.split())
     assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("option", SYSTEMS[::2])
+def test_systems_without_a_publication_are_refused(option, invoke, tmp_path):
+    options = "--output", tmp_path / "o", option, "EPSG:3067"
+    shown = invoke("transform", *TABLES, *options)
+    assert shown.exit_code == 2
+    assert f"{option} ETRS89 / TM35FIN(E,N) (EPSG:3067) is given" in shown.stderr
+    assert not (tmp_path / "o").exists()

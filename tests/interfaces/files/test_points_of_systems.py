@@ -327,3 +327,16 @@ def test_what_follows_from_a_fault_of_the_system_is_no_fault(small_block, old, n
     small_block.replace("block.toml", old, new)
     (problem,) = find_problems(small_block.path).problems
     assert problem.key == "crs"
+
+
+def test_control_of_a_frame_that_moves_needs_its_epoch(small_block):
+    settings = "crs_accuracy_m = 0.05"
+    place = ("EPSG:7856", (151.2, -33.9), "EPSG:9000")
+    frame = moved_block(small_block, *place, settings=settings)
+    with pytest.raises(EinschaltError, match=r"Set crs_epoch, such as"):
+        read_block(small_block.path)
+    # it was moved without one: as at 2020
+    block = read_block(small_block.path, {"crs_epoch": 2020.0})
+    found = block.control_points[PLANE].to_numpy()
+    np.testing.assert_allclose(found, frame[PLANE], rtol=0, atol=1e-4)
+    assert "at epoch 2020)" in " ".join(block.notes)

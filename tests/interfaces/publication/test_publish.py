@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,7 @@ import pytest
 
 import einschalt as es
 from einschalt.interfaces.publication import return_check
+from einschalt.interfaces.publication.publish import _names_of_files, publish_block
 
 FINLAND = Path(__file__).parents[3] / "data_examples" / "fi_ykj_tm35fin"
 SCHEMA = {  # of PROJ's data/triangulation.schema.json
@@ -316,6 +318,52 @@ def test_models_of_a_block_lead_from_the_machine_to_the_ground(good_result, tmp_
     np.testing.assert_allclose(moved, expected, **CLOSE)
 
 
+@pytest.fixture(scope="module")
+def block_in_a_folder(good_result, tmp_path_factory):
+    """What publication reads of a block's results."""
+    folder = tmp_path_factory.mktemp("results")
+    for name in ("models", "residuals", "points"):
+        getattr(good_result, name).to_parquet(folder / f"{name}.parquet")
+    facts = {"program": "einschalt", "block": {"name": "DEMO", "crs": "EPSG:31255"}}
+    (folder / "provenance.json").write_text(json.dumps(facts))
+    return folder
+
+
+@pytest.mark.parametrize("of", ["result", "folder"])
+@pytest.mark.parametrize(
+    ("systems", "said"),
+    [
+        (
+            {"crs": "EPSG:25833"},
+            r"\(EPSG:25833\) for the models of a block in MGI / .* \(EPSG:31255\)",
+        ),
+        ({"crs": "EPSG:4258"}, "has axes in degree"),
+        ({"source_crs": "EPSG:31258"}, "source_crs = .* expected none: they have mach"),
+    ],
+)
+def test_models_of_a_block_lead_to_its_own_system_alone(
+    of, systems, said, good_result, block_in_a_folder, tmp_path
+):
+    of_block = with_models(good_result, good_result.models)
+    result = of_block if of == "result" else block_in_a_folder
+    with pytest.raises(es.EinschaltError, match=said):
+        es.publish(result, "DEMO", tmp_path / "out", **systems)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_block_without_a_system_gets_none_that_its_points_cannot_have(
+    good_result, block_in_a_folder, tmp_path
+):
+    tables = {n: getattr(good_result, n) for n in ("models", "residuals", "points")}
+    options = {"own_crs": None, "crs": "EPSG:25833", "title": "the block"}
+    with pytest.raises(es.EinschaltError, match="outside the area of use of ETRS89"):
+        publish_block(tables, "DEMO", tmp_path / "out", **options)
+    # heights of a system say nothing in plan
+    crs = "EPSG:31255+5778"
+    done = es.publish(block_in_a_folder, "DEMO", tmp_path / "out", crs=crs)
+    assert done.operations["west"].between(13.0, 14.0).all()
+
+
 def test_spatial_models_over_a_curved_earth_are_not_published(good_result, tmp_path):
     spatial = good_result.models.assign(transformation="helmert_3d")
     with pytest.raises(es.EinschaltError, match="curvature is in no affine"):
@@ -350,7 +398,9 @@ def test_what_does_not_return_is_not_published(finland, tmp_path, monkeypatch):
     assert not (tmp_path / "out" / "YKJ.json").exists()
 
 
-@pytest.mark.parametrize("name", ["", "a b", "7", "Y", "Ü", "x" * 41, None])
+@pytest.mark.parametrize(
+    "name", ["", "a b", "7", "Y", "Ü", "x" * 41, None, "Provenance", "failure", "Com1"]
+)
 def test_names_that_proj_would_not_take_are_refused(name, finland, tmp_path):
     with pytest.raises(es.EinschaltError, match="name of a publication"):
         finland[-1].publish(name, tmp_path)
@@ -384,6 +434,10 @@ def test_spatial_transformations_are_published_as_strings(tmp_path):
             r"outside the area of use of MGI / Austria GK Central \(EPSG:31255\)",
         ),
         (
+            {"source_crs": "EPSG:2393"},
+            r"source_crs = KKJ .* \(EPSG:2393\), and no crs",
+        ),
+        (
             {"crs": "EPSG:3067", "source_crs": "EPSG:2056"},
             r"source_crs CH1903\+ / LV95 \(EPSG:2056\) puts the points at",
         ),
@@ -395,3 +449,41 @@ def test_systems_that_the_points_cannot_have_are_refused(
     with pytest.raises(es.EinschaltError, match=said):
         es.publish(finland[-1], "YKJ", tmp_path / "out", **systems)
     assert not (tmp_path / "out").exists()
+
+
+def test_one_file_is_not_written_over_another():
+    operations = [SimpleNamespace(code="OLD"), SimpleNamespace(code="old")]
+    with pytest.raises(es.EinschaltError, match=r"would write OLD\.json, "):
+        _names_of_files(operations, "OTHER")
+
+
+@pytest.mark.parametrize("crs", ["EPSG:31255", None])
+def test_points_in_a_line_have_no_triangles_and_are_published(crs, tmp_path):
+    names = ["A", "B", "C"]
+    model = pd.DataFrame({"model_id": "1", "point_id": names, "x": [0.0, 50.0, 100.0]})
+    model["y"] = 2.0 * model["x"]
+    ground = pd.DataFrame({"point_id": names})
+    ground["easting"] = 10_000.0 + 8.0 * model["x"] - model["y"]
+    ground["northing"] = 325_000.0 + model["x"] + 8.0 * model["y"]
+    fit = es.transform_models(model, ground, kind="helmert")
+    done = fit.publish("LINE", tmp_path / "out", crs=crs)
+    assert done.operations["triangles"].tolist() == [""]
+    assert not (done.folder / "LINE.json").exists()
+    assert "By its triangles" not in (done.folder / "README.md").read_text("utf-8")
+    assert ("EINSCHALT:LINE" in done.summary()) == (crs is not None)
+    for text in done.operations[["proj", "wkt"]].iloc[0]:
+        moved = pyproj.Transformer.from_pipeline(text).transform(100.0, 0.0)
+        np.testing.assert_allclose(moved, (10_800.0, 325_100.0), **CLOSE)
+
+
+def test_systems_with_a_way_out_of_their_datum_are_systems(finland, tmp_path):
+    crs = "+proj=utm +zone=35 +ellps=GRS80 +towgs84=0,0,0"
+    old = "+proj=tmerc +lon_0=27 +x_0=3500000 +ellps=intl +towgs84=-96,-103,-116"
+    done = finland[-1].publish("YKJ", tmp_path / "out", crs=crs, source_crs=old)
+
+    def run():
+        way = pyproj.Transformer.from_crs("EINSCHALT:YKJ", "EINSCHALT:YKJ_TARGET")
+        return way.transform(3_210_000.0, 6_700_000.0)
+
+    found = with_database(done.database, run)
+    np.testing.assert_allclose(found, (209948.3217, 6697187.0009), **CLOSE)

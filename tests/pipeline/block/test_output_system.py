@@ -43,6 +43,20 @@ def test_coordinates_are_those_of_proj(good_result, in_lambert, demo_block):
     np.testing.assert_allclose(in_lambert.coverages[PLANE], expected, atol=1e-8, rtol=0)
 
 
+def test_positions_of_two_steps_come_along(in_lambert, good_result, demo_block):
+    points = good_result.points.head(2)
+    of_two_steps = points[PLANE].to_numpy() + 0.3
+    of_two_steps[1] = np.nan  # unknown to the two steps
+    names = ["two_step_easting", "two_step_northing"]
+    table = points.assign(**dict(zip(names, of_two_steps.T, strict=True)))
+    told = in_lambert.output_system.told(table)
+    at = pd.DataFrame(of_two_steps[:1], columns=PLANE)
+    expected = moved(at, demo_block, "EPSG:31287")[0]
+    np.testing.assert_allclose(told[names].iloc[0], expected, atol=1e-8, rtol=0)
+    assert told[names].iloc[1].isna().all()
+    assert list(told) == list(table)
+
+
 def test_covariances_and_vectors_turn_and_scale_with_the_axes(demo_block):
     # errors of one axis alone, so that turning them shows; meridians apart by 1.5 gon
     settings = es.Settings(output_crs=UTM, crs_accuracy_m=2.0)
@@ -94,6 +108,13 @@ def test_ellipses_of_another_level_are_told_there_too(in_utm):
     small, usual = in_utm.confidence_ellipses(0.5), in_utm.ellipses
     np.testing.assert_array_equal(small[PLANE], usual[PLANE])
     assert (small["semi_major"] < usual["semi_major"]).all()
+
+
+def test_an_operation_by_which_control_came_is_none_of_the_way_out(demo_block):
+    settings = es.Settings(crs_operation="EPSG:1619", output_crs="EPSG:31258")
+    assert output_system_of(demo_block, settings).operation.accuracy_m == 0.0
+    settings = es.Settings(crs_operation="EPSG:1619", output_crs=UTM)
+    assert output_system_of(demo_block, settings).operation.name == "MGI to ETRS89 (1)"
 
 
 def test_an_operation_that_is_not_good_enough_ends_before_the_work(demo_block):

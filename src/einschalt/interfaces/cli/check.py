@@ -17,7 +17,8 @@ EXAMPLES = (
 
 @with_exit_status
 @with_settings_options(
-    "that of block.toml", ("crs_accuracy_m", "crs_operation", "output_crs", "grids")
+    "that of block.toml",
+    ("crs_accuracy_m", "crs_operation", "crs_epoch", "output_crs", "grids"),
 )
 @done_in_work
 def check(

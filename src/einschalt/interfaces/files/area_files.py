@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from einschalt.foundations.coordinate_operations import Demand
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import EinschaltError, FileError, ProjectionError
+from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
     label_of,

@@ -50,13 +50,15 @@ from einschalt.interfaces.files.points_of_systems import (
     other_system,
     require_columns,
     schema_in,
-    standard_errors_of,
     with_plane_names,
 )
 from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.pipeline.block.block import FLIGHTS, Block, Flight
 from einschalt.pipeline.block.check import check_block
-from einschalt.pipeline.block.output_system import demand_of
+from einschalt.pipeline.block.ways_between_systems import (
+    demand_of,
+    standard_errors_of,
+)
 
 
 @dataclass(frozen=True, eq=False)

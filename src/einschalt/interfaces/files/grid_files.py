@@ -7,7 +7,7 @@ told without a look at the points, and a better grid that comes is a change as w
 from functools import lru_cache
 from pathlib import Path
 
-from einschalt.foundations.coordinate_operations import installed_grids
+from einschalt.foundations.coordinate_operations import files_for_grids, installed_grids
 from einschalt.foundations.errors import ProjectionError, SettingsError, name_some
 from einschalt.foundations.projections import read_crs, read_source_crs
 from einschalt.interfaces.files.block_parts import POINT_TABLES
@@ -66,16 +66,14 @@ def grids_between(own, target, folder) -> dict:
     """
     if own == target:
         return {}
-    names = ()  # with which grids may come or go
-    if folder is not None:
-        folder = folder.absolute()
-        names = tuple(sorted(folder.iterdir()))
-    found = _grids_between(own, target, folder, names)
+    folder = None if folder is None else folder.absolute()
+    # grids may come, go and change while a program runs for days
+    found = _grids_between(own, target, folder, files_for_grids(folder))
     return {f"grids.{name}": Path(path) for name, path in found}
 
 
 @lru_cache(maxsize=256)
-def _grids_between(own, target, folder, _names):
+def _grids_between(own, target, folder, _files):
     ways = {(own.to_2d(), target.to_2d()), (own, target)}  # without heights, and with
     found = {}
     for way in ways:

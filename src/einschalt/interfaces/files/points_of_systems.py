@@ -30,9 +30,15 @@ from einschalt.foundations.projections import (
 )
 from einschalt.pipeline.block.axis_order import tells_axes
 from einschalt.pipeline.block.places import target_problems
+from einschalt.pipeline.block.ways_between_systems import (
+    BY_AXIS,
+    PLANE,
+    gives_heights,
+    has_heights,
+    in_as_many_axes,
+)
 
-BY_AXIS = ["standard_error_easting", "standard_error_northing"]
-PLANE, GEOGRAPHIC = ("easting", "northing"), ("longitude", "latitude")
+GEOGRAPHIC = ("longitude", "latitude")
 UNITS = {"degree": "degrees", "metre": "metres", "grad": "grads"}
 
 
@@ -133,18 +139,6 @@ def with_plane_names(frame):
     return frame.rename(columns=dict(zip(GEOGRAPHIC, PLANE, strict=True)))
 
 
-def standard_errors_of(checked, default):
-    """TOTAL standard errors of points, in whichever columns they stand [m].
-
-    ``default`` where they stand in none.
-    """
-    if "standard_error_m" in checked:
-        return checked["standard_error_m"]
-    if set(BY_AXIS) <= set(checked):
-        return np.hypot(*(checked[name] for name in BY_AXIS))
-    return default
-
-
 @dataclass(frozen=True, eq=False)
 class Brought:
     """Points in the system of the block."""
@@ -163,8 +157,9 @@ def bring(frame, checked, systems, demand, *, grids=None, source=""):
     operation meets the ``demand``, the points lie elsewhere, or nobody knows what their
     heights are in the system of the block.
     """
-    own, target, said = _in_as_many_axes(checked, *systems)
-    names = [*PLANE, *(["height"] if len(own.axis_info) > len(PLANE) else [])]
+    _require_system_of_heights(checked, *systems)
+    (own, target), said = in_as_many_axes(*systems, checked)
+    names = [*PLANE, "height"] if has_heights(own) else PLANE
     given = checked[names].to_numpy(dtype=float)
     lacks_height = np.isnan(given).any(axis=1)
     points = np.where(np.isnan(given), np.nanmean(given, axis=0), given)
@@ -193,26 +188,20 @@ def _axes_told(checked, points, own, target):
     return tells_axes(checked, own) or bool(target_problems(exchanged, own, target, ""))
 
 
-def _in_as_many_axes(checked, own, target):
-    """Both systems with heights or without, and what is said of the heights."""
-    flat = own.to_2d(), target.to_2d()
-    if "height" not in checked or not checked["height"].notna().any():
-        return *flat, ""
-    has_own, has_target = (len(crs.axis_info) > len(PLANE) for crs in (own, target))
-    if has_own and has_target:
-        return own, target, ""
+def _require_system_of_heights(checked, own, target):
+    """Refuse heights of which nobody knows what they are in the system of the block."""
+    if not gives_heights(checked) or has_heights(own) == has_heights(target):
+        return
     way = f"{system_label(own)} to {system_label(target)}"
-    if has_target:
+    if has_heights(target):
         raise ProjectionError(
             f"{way}: the heights of the points have no system, those of the block do",
             expected="crs of the points with their heights, such as EPSG:25833+5621",
             remedy="Add the vertical system to crs of the points, or take that of the "
             "block away",
         )
-    if not has_own:
-        return *flat, "; heights are left as they are"
     if own.is_compound and own.axis_info[-1].unit_name == METRE:
-        return *flat, f"; heights stay {own.sub_crs_list[-1].name}"
+        return
     kind = f"in {own.axis_info[-1].unit_name}" if own.is_compound else "ellipsoidal"
     raise ProjectionError(
         f"{way}: the heights of the points are {kind}, and the block has no system of "

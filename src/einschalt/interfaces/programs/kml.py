@@ -4,8 +4,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from einschalt.foundations.coordinate_operations import Demand
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.operation_choice import Demand
 from einschalt.foundations.projections import (
     WGS_84,
     read_crs,

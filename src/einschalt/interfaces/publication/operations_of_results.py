@@ -16,6 +16,7 @@ from einschalt.foundations.published_systems import (
     area_of_points,
     east_north,
     own_frame,
+    plane_part,
     published_target,
     site_frame,
 )
@@ -56,7 +57,7 @@ class Frames:
             return site_frame(title, unit_m), known or site_frame("Local system")
         if self.source_crs is None:
             return own_frame(title, target, unit_m), east_north(target)
-        old = (read_crs(self.source_crs).sub_crs_list or [read_crs(self.source_crs)])[0]
+        old = plane_part(read_crs(self.source_crs))
         return own_frame(f"{title} ({old.name})", old), east_north(target)
 
     @property

@@ -177,11 +177,14 @@ echo easting northing | cct -z 0 -t 0 -d 4 +proj=pipeline +step {first.affine_st
   +step {gridshift_step(home / f"{first.code}.tif")}
 ```"""
     if first.net is None:
+        read = (
+            "easting northing | cct -z 0 -t 0 -d 4" if first.is_plane else "x y z | cct"
+        )
         return f"""\
 ## As a PROJ string
 
 ```
-echo x y z | cct +proj=pipeline +step {first.affine_step}
+echo {read} +proj=pipeline +step {first.affine_step}
 ```"""
     triangles = home / f"{first.code}.json"
     return f"""\

@@ -8,21 +8,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
-from einschalt.foundations.areas_of_use import area_of, in_area
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
-from einschalt.foundations.errors import (
-    ConsistencyError,
-    ProjectionError,
-    SettingsError,
-    raise_problems,
-)
-from einschalt.foundations.projections import degrees_of, label_of, read_crs
+from einschalt.foundations.errors import SettingsError, name_some
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
 from einschalt.interfaces.files.output_folder import InputFiles, Output, write_folder
-from einschalt.interfaces.files.written_files import PROVENANCE, Source
+from einschalt.interfaces.files.written_files import FAILURE, PROVENANCE, Source
 from einschalt.interfaces.provenance import provenance_of_tables
 from einschalt.interfaces.publication.gtg_file import gridshift_step, write_gtg
 from einschalt.interfaces.publication.operations_of_results import (
@@ -43,17 +36,23 @@ from einschalt.interfaces.publication.return_check import (
     require_database_returns,
     require_text_returns,
 )
+from einschalt.interfaces.publication.stated_systems import (
+    require_places,
+    require_system_of_block,
+    require_systems,
+)
 from einschalt.interfaces.publication.tinshift_file import (
     tinshift_step,
     write_tinshift,
 )
-from einschalt.pipeline.block.axis_order import own_axis_problems
 from einschalt.stages.results import Result
 
 PAGE, OPERATIONS, LEFT_OUT = "README.md", "operations.csv", "left_out.csv"
 BLOCK_TABLES = ("models", "residuals", "points")
-ZONES_BEYOND = 10.0  # degrees beyond its area in which an old system is used
+GROUND = ["easting", "northing"]
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{1,39}")
+RESERVED = {Path(name).stem for name in (PROVENANCE, FAILURE)}  # files are NAME.json
+DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]", re.IGNORECASE)  # of Windows
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,10 +92,8 @@ class Publication(Result):
             counted = typesetting.count(len(self.left_out), "identical point")
             lines.append(f"{counted} left out, see {LEFT_OUT}")
         if self.database is not None:
-            files = self.operations["triangles"] + self.operations["grid"]
-            in_plan = self.operations[files != ""]
             lines.append(
-                f"PROJ finds {AUTHORITY}:{in_plan['code'].iloc[0]} with "
+                f"PROJ finds {AUTHORITY}:{self.operations['code'].iloc[0]} with "
                 f"PROJ_AUX_DB={self.database}"
             )
         return "\n".join([*lines, f"How to use it: {self.folder / PAGE}"])
@@ -104,12 +101,16 @@ class Publication(Result):
 
 def require_name(name):
     """Refuse a name that PROJ and file systems would not take as it is."""
-    if isinstance(name, str) and NAME.fullmatch(name):
-        return
-    raise SettingsError(
-        f"the name of a publication is {described(name)}",
-        expected="a letter, then letters, digits, - or _, 2 to 40 in all",
-    )
+    if not (isinstance(name, str) and NAME.fullmatch(name)):
+        raise SettingsError(
+            f"the name of a publication is {described(name)}",
+            expected="a letter, then letters, digits, - or _, 2 to 40 in all",
+        )
+    if name.casefold() in RESERVED or DEVICE.fullmatch(name):
+        raise SettingsError(
+            f"the name of a publication is {name}, as a file of another kind is called",
+            expected="a name of its own, such as that of the old frame",
+        )
 
 
 def publish_operations(
@@ -137,9 +138,8 @@ def publish_operations(
         if any(one.grid is not None for one in operations):
             require_grids_are_read(Path(proj_db))
     home = folder.absolute() if installed_at is None else Path(installed_at)
-    names = frozenset((f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE))
-    source = Source("publish", name)
-    output = Output(source, names, InputFiles(files), overwrite)
+    names = _names_of_files(operations, name)
+    output = Output(Source("publish", name), names, InputFiles(files), overwrite)
     plane = [one for one in operations if one.is_plane]
     has_database = frames.target is not None and bool(plane)
     done = []
@@ -166,6 +166,21 @@ def publish_operations(
     write_folder(folder, output, facts, write)
     database = home / f"{name}.db" if has_database else None
     return Publication(name, folder, *done[0], database)
+
+
+def _names_of_files(operations, name):
+    """Every file that may be written, each of them once."""
+    names = [f"{name}.db", PAGE, OPERATIONS, LEFT_OUT, PROVENANCE]
+    for one in operations:
+        names += [f"{one.code}{suffix}" for suffix in (".json", ".tif", ".wkt")]
+    taken = [file.casefold() for file in names]
+    twice = [file for file in names if taken.count(file.casefold()) > 1]
+    if twice:  # the one would be written over the other
+        raise SettingsError(
+            f"the publication would write {name_some(sorted(set(twice)))} twice",
+            expected="another name",
+        )
+    return frozenset(names)
 
 
 def _write_triangles(operations, frames, folder):
@@ -204,41 +219,42 @@ def _said(accuracy):
 
 def _checked_table(operations, staging, home):
     """Each operation as text, after PROJ has run it; the files are in ``staging``."""
-    rows = []
     for one in operations:
-        texts = {}
-        for place, is_kept in ((staging, False), (home, True)):
-            step = _step(one, place)
-            pipeline = f"+proj=pipeline +step {step}"
-            wkt = operation_wkt(
-                one.title,
-                (one.frame, one.system),
-                one.method(pipeline),
-                one.accuracy_m,
-                one.area,
-            )
-            texts = {"proj": pipeline, "wkt": wkt}
-            if not is_kept:
-                require_text_returns(one, "PROJ string", pipeline)
-                require_text_returns(one, "WKT", wkt)
-                if one.net is not None and not one.is_distributed:
-                    triangles = tinshift_step(staging / f"{one.code}.json")
-                    require_text_returns(one, "triangles", triangles)
-        area = one.area or (np.nan,) * 4
-        rows.append(
-            {
-                "code": one.code,
-                "model": one.model,
-                "accuracy": one.accuracy_m,
-                "n_points": len(one.source),
-                "n_held_out": one.n_held_out,
-                **dict(zip(("west", "south", "east", "north"), area, strict=True)),
-                "triangles": "" if one.net is None else f"{one.code}.json",
-                "grid": "" if one.grid is None else f"{one.code}.tif",
-                **texts,
-            }
-        )
-    return pd.DataFrame(rows)
+        _require_returns(one, staging)
+    return pd.DataFrame([_row(one, home) for one in operations])
+
+
+def _require_returns(one, staging):
+    """Let PROJ run an operation in each form, with its files where they are now."""
+    texts = _texts(one, staging)
+    require_text_returns(one, "PROJ string", texts["proj"])
+    require_text_returns(one, "WKT", texts["wkt"])
+    if one.net is not None and not one.is_distributed:
+        triangles = tinshift_step(staging / f"{one.code}.json")
+        require_text_returns(one, "triangles", triangles)
+
+
+def _row(one, home):
+    area = one.area or (np.nan,) * 4
+    return {
+        "code": one.code,
+        "model": one.model,
+        "accuracy": one.accuracy_m,
+        "n_points": len(one.source),
+        "n_held_out": one.n_held_out,
+        **dict(zip(("west", "south", "east", "north"), area, strict=True)),
+        "triangles": "" if one.net is None else f"{one.code}.json",
+        "grid": "" if one.grid is None else f"{one.code}.tif",
+        **_texts(one, home),
+    }
+
+
+def _texts(one, place):
+    """An operation as PROJ string and WKT, with its files in a folder."""
+    pipeline = f"+proj=pipeline +step {_step(one, place)}"
+    ends, method = (one.frame, one.system), one.method(pipeline)
+    wkt = operation_wkt(one.title, ends, method, one.accuracy_m, one.area)
+    return {"proj": pipeline, "wkt": wkt}
 
 
 def _step(one, place):
@@ -288,55 +304,6 @@ def _write_checked_database(operations, frames, path, home, proj_db):
             require_database_returns(operations, code, path)
 
 
-def require_systems(crs, source_crs):
-    """Refuse systems that are none for coordinates of the ground, or of a frame."""
-    for name, system in (("crs", crs), ("source_crs", source_crs)):
-        try:
-            if system is not None:
-                read_crs(system)
-        except ProjectionError as error:
-            found = error.found.replace("crs", name, 1)
-            raise error.with_facts(found=found) from error
-
-
-def require_places(source, target, frames, files=(None, None)):
-    """Refuse systems in whose areas points do not lie.
-
-    ``source``, ``target``: DataFrames, x, y of the old frame, easting, northing of the
-    ground; ``files``: the names of both. The system of an old frame is used beyond its
-    area, as YKJ is in the whole of Finland: some zones further on.
-    """
-    problems = []
-    if frames.target is not None and len(target):
-        problems += own_axis_problems(target, frames.target, files[1])[0]
-    if frames.source_crs is not None and len(source):
-        system = read_crs(frames.source_crs)
-        problems += _far_problems(source[["x", "y"]].to_numpy(), system, files[0])
-    raise_problems(problems)
-
-
-def _far_problems(points, system, file):
-    """Say that most points of an old frame are nowhere near its system's area."""
-    area = area_of(system)
-    if area is None:
-        return []
-    longitude, latitude = degrees_of(*np.median(points, axis=0), system)
-    if in_area(longitude, latitude, system, around=ZONES_BEYOND):
-        return []
-    west, south, east, north = area
-    at = f"longitude {longitude:.2f}°, latitude {latitude:.2f}°"
-    return [
-        ConsistencyError(
-            f"source_crs {system_label(system)} puts the points at {at}",
-            expected=f"within {ZONES_BEYOND:g}° of its area, longitudes {west:g}° to "
-            f"{east:g}°, latitudes {south:g}° to {north:g}°",
-            remedy="Correct source_crs, or leave it out: the frame is then one of its "
-            "own",
-            file=file,
-        )
-    ]
-
-
 def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     """Publish a ModelTransformation; see :func:`einschalt.publish`."""
     require_name(name)
@@ -354,24 +321,26 @@ def publish_fit(fit, name, folder, *, crs=None, source_crs=None, **options):
     )
 
 
-def publish_block(tables, name, folder, *, crs, title, bent=(), **options):
-    """Publish the models of a block; ``tables`` as :func:`operations_of_block`."""
+def publish_block(
+    tables, name, folder, *, own_crs, crs=None, source_crs=None, bent=(), **options
+):
+    """Publish the models of a block.
+
+    ``tables`` as :func:`operations_of_block`; ``own_crs``: system of the block, or
+    None, into which its models lead. Another ``crs`` would put them elsewhere.
+    """
     require_name(name)
-    frames = Frames(name, crs)
+    require_system_of_block(crs, source_crs, own_crs)
+    frames = Frames(name, own_crs or crs)
+    require_places(None, tables["points"][GROUND].dropna(), frames)
     operations = operations_of_block(tables, frames, bent)
-    title = f"the models of the block {title}"
-    return publish_operations(operations, frames, folder, title=title, **options)
+    return publish_operations(operations, frames, folder, **options)
 
 
 def publish_densification(
     result, name, folder, *, crs=None, source_crs=None, **options
 ):
     """Publish the models of a DensificationResult; see :func:`einschalt.publish`."""
-    if source_crs is not None:
-        raise SettingsError(
-            f"source_crs = {label_of(source_crs)} for the models of a block",
-            expected="none: they have machine coordinates",
-        )
     deformation = result.assessment.deformation
     flights = () if deformation is None else deformation.flights
     # models lead to the system of the block, whatever that of the results
@@ -380,9 +349,16 @@ def publish_densification(
         tables,
         name,
         folder,
-        crs=crs or result.block.crs,
-        title=result.block.name,
+        own_crs=result.block.crs,
+        crs=crs,
+        source_crs=source_crs,
+        title=title_of_block(result.block.name),
         bent=[flight.flight for flight in flights if flight.is_modelled],
         files=result.block.files,
         **options,
     )
+
+
+def title_of_block(name):
+    """What is published of a block, for people."""
+    return f"the models of the block {name}"

@@ -16,6 +16,8 @@ from einschalt.foundations.published_systems import (
 from einschalt.theory.residual_distribution.shift_grid import ShiftGrid
 from einschalt.theory.triangulation.triangle_net import TriangleNet
 
+LEAST_WIDTH = 1e-6  # of the length of a set of points: those of less lie in a line
+
 
 @dataclass(frozen=True, eq=False)
 class PublishedOperation:
@@ -56,11 +58,16 @@ class PublishedOperation:
     def net(self):
         """Triangles that hold its domain: TriangleNet, None in space and of a grid.
 
-        Of an affine transformation those of the hull of its points, all alike.
+        Of an affine transformation those of the hull of its points, all alike; None
+        where these lie in a line.
         """
         if self.is_distributed or not self.is_plane:
             return self.given_net
-        hull = self.source[ConvexHull(self.source - self.source.mean(axis=0)).vertices]
+        away = self.source - self.source.mean(axis=0)
+        along, across = np.linalg.svd(away, compute_uv=False)
+        if not across > LEAST_WIDTH * along:
+            return None
+        hull = self.source[ConvexHull(away).vertices]
         after = np.arange(1, len(hull) - 1)
         fan = np.column_stack([np.zeros_like(after), after, after + 1])
         return TriangleNet(hull, self.affine(hull), fan)

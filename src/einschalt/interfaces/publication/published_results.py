@@ -18,6 +18,7 @@ from einschalt.interfaces.publication.publish import (
     Publication,
     publish_block,
     publish_fit,
+    title_of_block,
 )
 from einschalt.stages import gridded_transformation as gridded
 from einschalt.stages import stage3_model_transformation as stage3
@@ -183,10 +184,9 @@ def publish_folder(folder, name, output, *, crs=None, source_crs=None, **options
     folder = Path(folder)
     facts = provenance_in(folder)
     files = [path for path in sorted(folder.iterdir()) if path.is_file()]
-    options |= {"files": files}
+    options |= {"files": files, "crs": crs, "source_crs": source_crs}
     if facts.get("command") == "transform":
         fit = _fit_in(folder)
-        options |= {"crs": crs, "source_crs": source_crs}
         return publish_fit(fit, name, output, **options)
     block = facts.get("block") or {}
     if "output" in facts:
@@ -201,8 +201,8 @@ def publish_folder(folder, name, output, *, crs=None, source_crs=None, **options
         {table: _table(folder, table) for table in BLOCK_TABLES},
         name,
         output,
-        crs=crs or block.get("crs"),
-        title=block.get("name") or "",
+        own_crs=block.get("crs"),
+        title=title_of_block(block.get("name") or ""),
         bent=_bent(folder),
         **options,
     )

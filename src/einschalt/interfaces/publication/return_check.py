@@ -30,14 +30,14 @@ def points_of_operation(operation, n_points=N_POINTS):
         return operation.source
     rng = np.random.default_rng(SEED)
     n_points = min(n_points, max(100, len(operation.source)))
-    if operation.grid is not None:
+    net = operation.net
+    if net is None:
         known = operation.source
         chosen = rng.integers(0, len(known), (n_points, 3))
         shares = rng.dirichlet(np.ones(3), n_points)[..., None]
         asked = np.concatenate([known, (shares * known[chosen]).sum(axis=1)])
         # what was set aside for its place lies beyond
         return asked[np.isfinite(operation.apply(asked)).all(axis=1)]
-    net = operation.net
     chosen = rng.integers(0, len(net.corners), n_points)
     shares = rng.dirichlet(np.ones(3), n_points)
     within = np.einsum("nk,nkj->nj", shares, net.source[net.corners[chosen]])

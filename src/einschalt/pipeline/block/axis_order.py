@@ -8,8 +8,7 @@ from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import ConsistencyError, ProjectionError
 from einschalt.foundations.projections import read_crs
 from einschalt.pipeline.block.places import place_problems
-
-PLANE = ("easting", "northing")
+from einschalt.pipeline.block.ways_between_systems import PLANE
 
 
 def axis_problems(frame, crs, source):

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from einschalt.foundations.coordinate_operations import (
-    Demand,
     Operation,
     offline,
     system_label,
@@ -25,11 +24,19 @@ from einschalt.foundations.projections import (
     reproject,
 )
 from einschalt.pipeline.block.places import scale_problems, target_problems
+from einschalt.pipeline.block.ways_between_systems import (
+    BY_AXIS,
+    PLANE,
+    demand_of,
+    gives_heights,
+    has_heights,
+    in_as_many_axes,
+    standard_errors_of,
+)
 from einschalt.stages.error_propagation.shared_error import APPROXIMATE, CONTROL
 
-PLANE = ["easting", "northing"]
+POSITIONS = ("", "two_step_")  # prefixes of columns that say where a point lies
 VECTORS = ("residual", "difference", "distributed")
-BY_AXIS = ["standard_error_easting", "standard_error_northing"]
 # lengths in the plane, which change with its scale
 LENGTHS = (
     *("distance", "semi_major", "semi_minor", "spread_total"),
@@ -37,23 +44,7 @@ LENGTHS = (
 )
 AZIMUTH = "azimuth_gon"
 GON = np.pi / 200.0
-SHARE_OF_ERROR = 0.25  # of the standard error: adds 3 per cent to it
 OTHER_OUTPUT = "Name the system or the zone of the place as output_crs"
-UNKNOWN_ERROR = 0.01  # metres, where points have no standard error
-
-
-def demand_of(settings, standard_errors):
-    """How accurate the operation must be, for points of a TOTAL standard error [m]."""
-    named = settings.crs_operation
-    if settings.crs_accuracy_m is not None:
-        said = settings.crs_accuracy_m, "as crs_accuracy_m says"
-        return Demand(*said, named, is_stated=True)
-    if standard_errors is None:
-        reason = "since the points have no standard error (crs_accuracy_m allows more)"
-        return Demand(UNKNOWN_ERROR, reason, named)
-    size = float(np.median(np.asarray(standard_errors, dtype=float)))
-    reason = f"a quarter of the {size:g} m of the points (crs_accuracy_m allows more)"
-    return Demand(SHARE_OF_ERROR * size, reason, named)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +62,7 @@ class OutputSystem:
     @property
     def is_spatial(self):
         """Whether heights change as well."""
-        return len(self.own.axis_info) > len(PLANE)
+        return has_heights(self.own)
 
     def told(self, table, positions=None):
         """Bring a table of results into the system of the results.
@@ -82,11 +73,14 @@ class OutputSystem:
         """
         if table is None or not len(table):
             return table
-        points = self._places(table, positions)
+        points = self._where_rows_lie(table, positions)
         with offline(self.grids):
             jacobian = plane_jacobian(points, self.operation)
         scale = np.sqrt(np.abs(np.linalg.det(jacobian)))
-        columns = self._coordinates(table, points) if PLANE[0] in table else {}
+        columns = {}
+        for prefix in POSITIONS:
+            if f"{prefix}{PLANE[0]}" in table:
+                columns |= self._coordinates(table, points, prefix)
         columns |= _turned_vectors(table, jacobian)
         columns |= _turned_errors(table, jacobian)
         if AZIMUTH in table:
@@ -96,7 +90,7 @@ class OutputSystem:
                 columns[name] = table[name].to_numpy(dtype=float) * scale
         return table.assign(**columns)
 
-    def _places(self, table, positions):
+    def _where_rows_lie(self, table, positions):
         """Where the rows lie; those that lie nowhere, in the middle of the others."""
         names = [*PLANE, "height"] if self.is_spatial else PLANE
         known = table if PLANE[0] in table else positions.reindex(table["point_id"])
@@ -104,18 +98,16 @@ class OutputSystem:
         whole = (table if positions is None else positions).reindex(columns=names)
         return np.where(np.isnan(points), np.nanmean(whole, axis=0), points)
 
-    def _coordinates(self, table, points):
-        is_known = table[PLANE].notna().all(axis=1).to_numpy()
+    def _coordinates(self, table, points, prefix):
+        """Positions of rows that lie at ``points``, in columns with a prefix."""
+        axes = [*PLANE, "height"] if self.is_spatial else PLANE
+        given = table.reindex(columns=[f"{prefix}{axis}" for axis in axes])
+        known = given.notna().to_numpy()
+        known = known & known[:, : len(PLANE)].all(axis=1, keepdims=True)
+        at = np.where(known, given.to_numpy(dtype=float), points)
         with offline(self.grids):
-            moved = np.column_stack(self.operation.transformer.transform(*points.T))
-        names = [*PLANE, "height"] if self.is_spatial else PLANE
-        known = dict.fromkeys(PLANE, is_known)
-        if self.is_spatial:
-            known["height"] = is_known & table["height"].notna().to_numpy()
-        return {
-            name: np.where(known[name], moved[:, place], np.nan)
-            for place, name in enumerate(names)
-        }
+            moved = np.where(known, self.operation.apply(at), np.nan)
+        return {name: moved[:, k] for k, name in enumerate(given) if name in table}
 
 
 def _is_length_in_plane(column):
@@ -180,9 +172,9 @@ def output_system_of(block, settings) -> OutputSystem | None:
     if own == target:
         return None
     known, error = _known_points(block)
-    has_heights = "height" in known and known["height"].notna().any()
-    flat, said = _in_as_many_axes(own, target, has_heights=has_heights)
-    names = [*PLANE, "height"] if len(flat[0].axis_info) > len(PLANE) else PLANE
+    _require_system_of_heights(own, target, known)
+    flat, said = in_as_many_axes(own, target, known)
+    names = [*PLANE, "height"] if has_heights(flat[0]) else PLANE
     points = known[names].to_numpy(dtype=float)
     points = np.where(np.isnan(points), np.nanmean(points, axis=0), points)
     problems = target_problems(points, *flat, source=None)
@@ -209,22 +201,11 @@ def _known_points(block):
     control = block.control_points
     if control is None:
         return block.approximate_points, block.approximate_m_0_m
-    if "standard_error_m" in control:
-        return control, control["standard_error_m"]
-    if set(BY_AXIS) <= set(control):
-        return control, np.hypot(*(control[name] for name in BY_AXIS))
-    return control, None
+    return control, standard_errors_of(control, None)
 
 
-def _in_as_many_axes(own, target, *, has_heights):
-    """Both systems with heights or without, and what is said of the heights."""
-    flat = own.to_2d(), target.to_2d()
-    has_own, has_target = (len(crs.axis_info) > len(PLANE) for crs in (own, target))
-    if not has_heights:
-        return flat, ""
-    if has_own and has_target:
-        return (own, target), ""
-    if has_target:
+def _require_system_of_heights(own, target, points):
+    if gives_heights(points) and has_heights(target) and not has_heights(own):
         raise ProjectionError(
             f"output_crs has a system of heights, {system_label(target)}, and the "
             f"block has none, {system_label(own)}",
@@ -232,8 +213,6 @@ def _in_as_many_axes(own, target, *, has_heights):
             remedy="Add the vertical system to crs of the block, or take that of "
             "output_crs away",
         )
-    said = own.sub_crs_list[-1].name if own.is_compound else "as they are"
-    return flat, f"; heights stay {said}"
 
 
 def _grids(block, settings):

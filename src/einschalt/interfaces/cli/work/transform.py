@@ -10,6 +10,7 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.projections import label_of
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
@@ -21,11 +22,7 @@ from einschalt.interfaces.files.tables_by_suffix import (
 )
 from einschalt.interfaces.files.written_files import PROVENANCE
 from einschalt.interfaces.publication.operations_of_results import Frames
-from einschalt.interfaces.publication.publish import (
-    require_name,
-    require_places,
-    require_systems,
-)
+from einschalt.interfaces.publication.publish import require_name
 from einschalt.interfaces.publication.published_results import (
     DISTRIBUTION,
     IDENTICAL,
@@ -34,6 +31,10 @@ from einschalt.interfaces.publication.published_results import (
     transform_models,
 )
 from einschalt.interfaces.publication.published_results import publish as publish_result
+from einschalt.interfaces.publication.stated_systems import (
+    require_places,
+    require_systems,
+)
 from einschalt.stages.transformation_kinds import (
     TRANSFORMATION_KINDS,
     ground_schema,
@@ -138,6 +139,16 @@ def _require_options(distribute, cell, publish, crs, source_crs):
     if publish is not None:
         require_name(publish)
         require_systems(crs, source_crs)
+        return
+    named = {"--crs": crs, "--source-crs": source_crs}
+    for option, system in named.items():
+        if system is not None:
+            raise SettingsError(
+                f"{option} {label_of(system)} is given, without --publish",
+                expected="none: points stay in the systems of their tables",
+                remedy=f"Publish the transformation with --publish, or take {option} "
+                "out",
+            )
 
 
 def _say_what_is_left_out(fit, distribute, outliers):

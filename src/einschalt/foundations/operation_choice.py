@@ -1,0 +1,189 @@
+"""Which of the operations between two reference systems is used, and why no other.
+
+Only what is as good as is asked, and what a user names: never in silence. Errors tell
+the candidates, and every way out.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from einschalt.foundations.coordinate_operations import (
+    CONVERSION,
+    find_operations,
+    held_grids,
+    names_of,
+    system_label,
+)
+from einschalt.foundations.databases_of_proj import second_name_of
+from einschalt.foundations.errors import ProjectionError, name_some
+
+MOST_CANDIDATES = 5
+SEVERAL = ";"  # between the names of operations
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What is asked of an operation."""
+
+    accuracy_m: float  # worst that may be used
+    reason: str  # where that comes from, as messages say it
+    # (parts of) names or codes of those that are taken whatever their accuracy
+    operation: str = ""
+    is_stated: bool = False  # by a user: then it holds where PROJ states none
+    epoch: float | None = None  # of the coordinates, a decimal year
+
+    @property
+    def names(self):
+        """Names or codes of the operations that are asked for."""
+        parts = (part.strip() for part in self.operation.split(SEVERAL))
+        return [part for part in parts if part]
+
+
+def choose_operation(source, target, bounds, demand):
+    """Choose the operation between two systems for points within bounds [degrees].
+
+    The most accurate one that is available, or the one that was asked for; and a better
+    one whose grid is missing, or None. A ProjectionError names the candidates where
+    none is good enough, or the one asked for is none of them.
+    """
+    found = find_operations(source, target, bounds)
+    candidates = [one.at(demand.epoch) for one in found]
+    way = f"{system_label(source)} to {system_label(target)}"
+    if not candidates:
+        raise _no_operation(source, target, bounds, way)
+    if demand.names:
+        return _chosen(candidates, way, demand), None
+    enough = [one for one in candidates if one.accuracy_m <= demand.accuracy_m]
+    good = [one for one in enough if one.can_run]
+    if not good:
+        _require_epoch(enough, way)
+        raise ProjectionError(
+            f"{way}: no operation is good enough; {_said(candidates)}",
+            expected=f"an accuracy of {demand.accuracy_m:g} m, {demand.reason}",
+            remedy=_remedy(candidates, demand),
+        )
+    best = candidates[0]
+    is_better = not best.can_run and best.accuracy_m < good[0].accuracy_m
+    return good[0], best if is_better else None
+
+
+def _require_epoch(operations, way):
+    """Refuse operations that lack nothing but the epoch of the coordinates."""
+    lacking = [one for one in operations if one.transformer and not one.can_run]
+    if lacking:
+        raise ProjectionError(
+            f"{way}: {lacking[0]}, and none is given: the frames move against each "
+            "other, by centimetres a year",
+            expected="the epoch for which the coordinates hold, as a decimal year",
+            remedy="Set crs_epoch, such as crs_epoch = 2020.5",
+        )
+
+
+def _no_operation(source, target, bounds, way):
+    """Tell datums that are not known to each other from heights that are not."""
+    flat = source.to_2d(), target.to_2d()
+    if flat != (source, target) and find_operations(*flat, bounds):
+        return ProjectionError(
+            f"PROJ knows no operation from {way} for heights, such as by a geoid, and "
+            "one for the plan alone",
+            expected="heights of a system that PROJ can bring into the other",
+            remedy="Give the heights in the vertical system of the block, or take the "
+            "vertical systems out of crs where the heights are in one already",
+        )
+    return ProjectionError(
+        f"PROJ knows no operation from {way} that it can compute",
+        expected="systems whose datums are known, and known to each other there",
+        remedy="Correct crs, or give the coordinates in the system of the block",
+    )
+
+
+def _chosen(candidates, way, demand):
+    wanted = demand.names
+    called = [one for one in candidates if any(map(one.is_called, wanted))]
+    called = [one for one in called if any(map(one.is_exactly, wanted))] or called
+    usable = [one for one in called if one.transformer is not None]
+    asked = f"{way}: crs_operation = {demand.operation!r}"
+    if not called and candidates[0].name == CONVERSION:
+        return candidates[0]  # it is for another way: here the datum stays
+    if not called:
+        raise ProjectionError(
+            f"{asked} is none of the operations",
+            expected=_said(candidates),
+            remedy="Write one of these names, or its EPSG code; of several ways, such "
+            f"as to output_crs, those of each, parted by {SEVERAL!r}",
+        )
+    if not usable:
+        raise ProjectionError(
+            f"{asked} cannot be used: {_said(called)}",
+            expected="a grid that is there",
+            remedy=f"{_where(called[0].missing)} or choose another operation",
+        )
+    _require_epoch(usable[:1], asked)
+    one = usable[0]
+    share_a_code = any(all(o.has_code(name) for o in called) for name in wanted)
+    if not share_a_code and len({other.name for other in called}) > 1:
+        raise ProjectionError(
+            f"{asked} fits {len(called)} operations: {_said(called)}",
+            expected="one of them",
+            remedy="Write its whole name, or its EPSG code",
+        )
+    if np.isfinite(one.accuracy_m):
+        return one
+    if not demand.is_stated:
+        raise ProjectionError(
+            f"{asked}: PROJ states no accuracy for it",
+            expected="an accuracy, since it is a source of error",
+            remedy="Set crs_accuracy_m to the accuracy that it has",
+        )
+    return replace(one, accuracy_m=demand.accuracy_m)
+
+
+def _said(candidates):
+    rest = len(candidates) - MOST_CANDIDATES
+    said = ", ".join(str(one) for one in candidates[:MOST_CANDIDATES])
+    return f"{said} and {rest} more" if rest > 0 else said
+
+
+def _where(grids):
+    """Say where grids are to be had."""
+    first = f"Get {names_of(grids)}"
+    addresses = " and ".join(address for _, address in grids if address)
+    from_there = f" from {addresses}" if addresses else ""
+    seconds = [second_name_of(name) for name, _ in grids]
+    seconds = [name for name in seconds if name is not None]
+    known = f" (or as {' and '.join(seconds)})" if seconds else ""
+    return (
+        f"{first}{from_there}, or under that name{known} from the national survey, "
+        f"name its folder with --grids, or grids in [settings]{_held()},"
+    )
+
+
+def _held():
+    """What the folders of grids hold that were named, beside PROJ's own."""
+    names = held_grids()
+    if names is None:
+        return ""
+    return f" (the folder that is named holds {name_some(names) or 'none'})"
+
+
+def _remedy(candidates, demand):
+    """Tell every way out: the grid, the accuracy, another operation."""
+    stated = [one for one in candidates if np.isfinite(one.accuracy_m)]
+    usable = [one for one in stated if one.transformer is not None]
+    ways = []
+    if stated and stated[0].missing:
+        best = stated[0]
+        where, stated_m = _where(best.missing), f"{best.accuracy_m:g}"
+        is_enough = best.accuracy_m <= demand.accuracy_m
+        ways = [
+            where[:-1] if is_enough else f"{where} and set crs_accuracy_m = {stated_m}"
+        ]
+    if usable:
+        accuracy = usable[0].accuracy_m
+        epoch = "" if usable[0].can_run else "crs_epoch and "
+        ways.append(f"set {epoch}crs_accuracy_m = {accuracy:g} to use {usable[0].name}")
+    else:
+        ways.append("choose an operation with crs_operation and crs_accuracy_m")
+    text = "; or ".join(ways)
+    return f"{text[0].upper()}{text[1:]}"
