@@ -6,8 +6,9 @@ these touch, directly or through what was eliminated before: its boundary.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def block_pattern(neighbours, elimination) -> BlockPattern:
     return BlockPattern(start, row)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _pattern(start, neighbours, order, position):
     n = order.size
     column = np.zeros(n + 1, dtype=np.int64)
@@ -92,7 +93,7 @@ def find_fronts(pattern, elimination) -> Fronts:
     return Fronts(elimination.start, elimination.parent, n_children, start, boundary)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _boundaries(column, row, front_start, parent):
     """Of each front in any order, and the number of its children."""
     n_fronts, n = parent.size, front_start[-1]

@@ -4,9 +4,9 @@ A pivot that has lost all its digits belongs to an unknown that nothing determin
 is held, so that the part of the block that is determined can be solved all the same.
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     RIGHT,
@@ -21,7 +21,7 @@ LEAST_PIVOT = 1e-14
 HELD = 1e100
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _collect(panel, sizes, own_first, blocks, column, row, local):
     """Put the blocks of a front's own columns into its panel."""
     n_own, size, u = sizes
@@ -34,7 +34,7 @@ def _collect(panel, sizes, own_first, blocks, column, row, local):
                     panel[(left + b) * size + top + a] += blocks[k, a, b]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _add_update(panel, update, sizes, child, boundary, local):
     """Add what a child left, lower triangle, to panel and update of its parent."""
     n_own, size, u = sizes
@@ -57,7 +57,7 @@ def _add_update(panel, update, sizes, child, boundary, local):
                         update[target + a] += child[source + a]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _factor_carefully(panel, k, size, reference, held):
     """Cholesky factor of a front's own part; pivots that vanish are held."""
     for j in range(k):
@@ -80,7 +80,7 @@ def _factor_carefully(panel, k, size, reference, held):
             panel[j * size + i] = value / root
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _factor_own(panel, k, size, reference, held, copy, work):
     for j in range(k):
         for i in range(j, k):
@@ -99,7 +99,7 @@ def _factor_own(panel, k, size, reference, held, copy, work):
     _factor_carefully(panel, k, size, reference, held)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def factor_fronts(
     blocks, pattern, panels, panel_start, fronts, part, sizes, is_held, work
 ):

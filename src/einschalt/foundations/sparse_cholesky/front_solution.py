@@ -1,8 +1,8 @@
 """Solutions of the factored block, up and down the tree of fronts."""
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     LEFT,
@@ -12,21 +12,21 @@ from einschalt.foundations.sparse_cholesky.dense_kernels import (
 )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _front(f, start, boundary_start, boundary, u):
     """First of a front's own unknowns, how many they are, and its boundary."""
     edge = boundary[boundary_start[f] : boundary_start[f + 1]]
     return start[f] * u, (start[f + 1] - start[f]) * u, edge
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _with_room(buffer, n_numbers):
     if buffer.size < n_numbers:
         return np.empty(n_numbers, dtype=buffer.dtype)
     return buffer
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, work):
     """Replace x by Lᴴ⁻¹ x, from the last front to the first."""
     n_right = x.shape[0]
@@ -54,7 +54,7 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
             x[r, first : first + k] = buffer[r * size : r * size + k]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, work):
     """Replace the right sides x by the solution; see ``Factor.solve``."""
     n_right = x.shape[0]

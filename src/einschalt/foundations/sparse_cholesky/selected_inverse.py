@@ -7,9 +7,9 @@ For a front that eliminates the models s and has the boundary b,
 and Z_bb is part of what its parent knows (Erisman and Tinney 1975).
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     PLAIN,
@@ -21,7 +21,7 @@ from einschalt.foundations.sparse_cholesky.dense_kernels import (
 )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _gather(known, size_known, target, n_edge, local, edge, u):
     """Lower triangle of the boundary's inverse, out of the parent's."""
     rest = n_edge * u
@@ -36,7 +36,7 @@ def _gather(known, size_known, target, n_edge, local, edge, u):
                     target[place + a] = known[source + a]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, work):
     """Fill the blocks of the inverse of a branch or the trunk, from the top down.
 
