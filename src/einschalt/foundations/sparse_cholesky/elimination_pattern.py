@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +125,9 @@ def _boundaries(column, row, front_start, parent):
             child = next_child[child]
         if start[f] + count > boundary.size:
             larger = np.empty(2 * boundary.size + count, dtype=np.int64)
-            larger[: start[f]] = boundary[: start[f]]
+            copy_values(larger[: start[f]], boundary[: start[f]])
             boundary = larger
-        boundary[start[f] : start[f] + count] = found[:count]
+        copy_values(boundary[start[f] : start[f] + count], found[:count])
         start[f + 1] = start[f] + count
         above = parent[f]
         if above >= 0:

@@ -6,7 +6,7 @@ is held, so that the part of the block that is determined can be solved all the 
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     RIGHT,
@@ -131,7 +131,9 @@ def factor_fronts(
         if left_start[f] >= 0 and f != own_root:
             waiting[top] = f
             place[top + 1] = place[top] + rest * rest
-            stack[place[top] : place[top + 1]] = left[left_start[f] :][: rest * rest]
+            copy_values(
+                stack[place[top] : place[top + 1]], left[left_start[f] :][: rest * rest]
+            )
             top += 1
             continue
         if update.size < rest * rest:
@@ -168,9 +170,11 @@ def factor_fronts(
                 subtract_square(panel[k:], rest, k, size, update, rest, work)
         for j in range(rest):
             low = place[top] + j * rest
-            stack[low + j : low + rest] = update[j * rest + j : (j + 1) * rest]
+            copy_values(
+                stack[low + j : low + rest], update[j * rest + j : (j + 1) * rest]
+            )
         waiting[top] = f
         place[top + 1] = place[top] + rest * rest
         top += 1
     if own_root >= 0:
-        left[left_start[own_root] :][: place[1]] = stack[: place[1]]
+        copy_values(left[left_start[own_root] :][: place[1]], stack[: place[1]])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     LEFT,
@@ -40,7 +40,7 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
         buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
-            buffer[r * size : r * size + k] = x[r, first : first + k]
+            copy_values(buffer[r * size : r * size + k], x[r, first : first + k])
             for i in range(edge.size):
                 for a in range(u):
                     buffer[r * size + k + i * u + a] = x[r, edge[i] * u + a]
@@ -51,7 +51,7 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
             )
         solve_triangle(LEFT, ADJOINT, (k, n_right), panel, size, buffer, size, work)
         for r in range(n_right):
-            x[r, first : first + k] = buffer[r * size : r * size + k]
+            copy_values(x[r, first : first + k], buffer[r * size : r * size + k])
 
 
 @compiled
@@ -68,7 +68,7 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
         buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
-            buffer[r * size : r * size + k] = x[r, first : first + k]
+            copy_values(buffer[r * size : r * size + k], x[r, first : first + k])
             buffer[r * size + k : (r + 1) * size] = 0.0
         solve_triangle(LEFT, PLAIN, (k, n_right), panel, size, buffer, size, work)
         if rest > 0:
@@ -77,7 +77,7 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
                 PLAIN, panel[k:], size, buffer, size, buffer[k:], size, shape, work
             )
         for r in range(n_right):
-            x[r, first : first + k] = buffer[r * size : r * size + k]
+            copy_values(x[r, first : first + k], buffer[r * size : r * size + k])
             for i in range(edge.size):
                 for a in range(u):
                     x[r, edge[i] * u + a] += buffer[r * size + k + i * u + a]

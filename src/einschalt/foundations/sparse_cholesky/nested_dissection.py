@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 
 LEAF = 5  # models: smaller parts are eliminated as a whole
 LEAST_PART = 0.3  # of a part, that either half of it has
@@ -147,14 +147,14 @@ def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
             axis = longer if trial == 0 else 1 - longer
             for m in models:
                 key[m] = xy[m, axis]
-        models[:] = models[np.argsort(key[models], kind="mergesort")]
+        copy_values(models, models[np.argsort(key[models], kind="mergesort")])
         place, size = _best_place(models, rank, side, label, start, neighbours)
         if size < best:
             best, half = size, place
-            best_models[:] = models
+            copy_values(best_models, models)
         if best <= GOOD_CUT * (n // 2):
             break
-    models[:] = best_models
+    copy_values(models, best_models)
     for i in range(n):
         side[models[i]] = label if i < half else label + 1
     left = _mark_boundary(

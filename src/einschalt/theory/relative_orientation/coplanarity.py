@@ -27,7 +27,7 @@ import numpy as np
 
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import over_segments
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DETERMINANTS,
@@ -228,7 +228,8 @@ def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
         put_pose(pose, out.pose[k])
         out.n_in_front[k] = n_in_front
         out.squares[k] = close_conditions(image, corrections, zr, pose)
-        out.corrections[:, begin:end] = corrections
+        for i in range(4):
+            copy_values(out.corrections[i, begin:end], corrections[i])
 
 
 @compiled(**COMPILED)

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from einschalt.foundations.kernels import compiled
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DIAGONAL,
@@ -273,7 +273,7 @@ def choose(image, zr):
             squares, bases = survey_lattice(image, zr)
             first = found[0]
             found = np.full((MOST_STARTS + 2, N_FOUND), np.inf)
-            found[0] = first
+            copy_values(found[0], first)
         is_last = is_searched(found, place, image.shape[1], squares)
         if is_last:
             best = pose_at(found[np.argmin(found[:, COST])])

@@ -191,7 +191,9 @@ def _semidefinite_root(matrix, root):
         pivot = np.argmax(np.diag(rest))
         if not rest[pivot, pivot] > limit:
             return
-        root[:, k] = rest[:, pivot] / math.sqrt(rest[pivot, pivot])
+        length = math.sqrt(rest[pivot, pivot])
+        for i in range(len(matrix)):
+            root[i, k] = rest[i, pivot] / length
         for i in range(len(matrix)):
             for j in range(len(matrix)):
                 rest[i, j] -= root[i, k] * root[j, k]
