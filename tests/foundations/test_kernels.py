@@ -61,6 +61,11 @@ def test_the_order_of_options_is_that_of_their_names():
     assert source_stamp(first) == source_stamp(second)
 
 
+def test_the_cache_asks_for_the_stamp_of_the_kernel_with_its_options():
+    kernel = coplanarity.is_determined
+    assert kernel._cache._cache_file._source_stamp == source_stamp(kernel)
+
+
 def kept(value):
     return value
 
