@@ -61,10 +61,12 @@ ONLY_IN = {
     "pandas": [
         f"foundations/{name}.py" for name in ("batches", "cell_values", "tables")
     ],
+    # elsewhere `compiled` of kernels.py, whose cache knows all sources of a kernel
+    "numba": ["foundations/kernels.py", "foundations/sparse_cholesky/dense_kernels.py"],
     "sys": [],
     "logging": [],
 }
-FREE_FROM_FLOOR = {"pandas": 2, "sys": 4, "logging": 4, "pyproj": 5}
+FREE_FROM_FLOOR = {"pandas": 2, "sys": 4, "logging": 4, "pyproj": 5, "numba": 5}
 
 MODULES = sorted(path for path in SOURCE.rglob("*.py") if path.parent != SOURCE)
 
@@ -266,7 +268,7 @@ def n_lines(function):
 
 def is_kernel(node):
     # a fused kernel is one loop over the points; cutting it up would hide that
-    return any("njit" in ast.unparse(mark) for mark in node.decorator_list)
+    return any("compiled" in ast.unparse(mark) for mark in node.decorator_list)
 
 
 def test_modules_stay_short():

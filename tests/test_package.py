@@ -90,14 +90,12 @@ def installed(wheel, tmp_path_factory):
 
 
 def _take_compiled_kernels(package):
-    """Kernels compiled for the same sources; numba looks at the sources' times."""
+    """Kernels compiled for the same sources."""
     sources = Path(es.__file__).parent
     for kernel in sources.rglob("*.nb[ic]"):
         place = package / kernel.relative_to(sources)
         place.parent.mkdir(exist_ok=True)
         shutil.copy2(kernel, place)
-    for module in package.rglob("*.py"):
-        shutil.copystat(sources / module.relative_to(package), module)
 
 
 def test_the_wheel_holds_data_licences_and_no_more(wheel):

@@ -10,8 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled
 
 ROWS_WORTH_A_THREAD = 50_000
 
@@ -50,7 +51,7 @@ def segments(codes, n_groups) -> Segments:
     return Segments(_counting_sort(codes, start), start)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _counting_sort(codes, start):
     order = np.empty(codes.size, dtype=np.int64)
     place = start[:-1].copy()

@@ -6,8 +6,9 @@ metres. So products and sums are carried as a value and its rounding error (Dekk
 1971), and the block is as exact as its parameters can be written down.
 """
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled
 
 SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -37,7 +38,7 @@ def _as_parts(array, parts):
     return array.view(np.float64).reshape(*array.shape, parts)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def _add_product(high, low, a, b):
     """Add a b to high + low; returns both."""
     product = a * b
@@ -56,7 +57,7 @@ def _add_product(high, low, a, b):
     return total, low + lost
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _transform(high, low, design, model, parameters):
     n_rows, d, u, parts = design.shape
     for row in range(n_rows):

@@ -5,9 +5,10 @@ making a text, a copy or a dictionary of them; only where it is not so, the name
 looked at again, one by one, to say what is wrong.
 """
 
-import numba
 import numpy as np
 import pyarrow as pa
+
+from einschalt.foundations.kernels import compiled
 
 MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)  # odd, its bits without pattern
 FIRST_SIGN, LAST_SIGN = 0x21, 0x7E  # of ASCII, without blanks
@@ -62,7 +63,7 @@ def _buffers(names):
     return places, np.frombuffer(data or b"", dtype=np.uint8)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _are_tidy(places, data):
     for row in range(len(places) - 1):
         start, end = places[row], places[row + 1]
@@ -74,7 +75,7 @@ def _are_tidy(places, data):
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _add(sums, places, data):
     for row in range(len(places) - 1):
         total = (sums[row] ^ np.uint64(places[row + 1] - places[row])) * MULTIPLIER

@@ -200,11 +200,12 @@ def degrees_of(easting, northing, crs):
     [degrees] in WGS 84, to some hundred metres; infinite where a point has none.
     """
     with offline():
-        return _to_degrees(crs).transform(easting, northing)
+        return to_degrees(crs).transform(easting, northing)
 
 
 @lru_cache(maxsize=64)
-def _to_degrees(crs):
+def to_degrees(crs):
+    """Transformer from a system to degrees in WGS 84, longitude first."""
     return pyproj.Transformer.from_crs(crs.to_2d(), WGS_84, always_xy=True)
 
 

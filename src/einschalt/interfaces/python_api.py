@@ -26,8 +26,6 @@ from einschalt.foundations.errors import (
 )
 from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
-from einschalt.interfaces.batch.batch_run import batch_folder, plan_batch, run_batch
-from einschalt.interfaces.batch.block_search import find_blocks
 from einschalt.interfaces.files.block_writing import write_block
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
@@ -43,8 +41,6 @@ from einschalt.interfaces.programs.export import export as export_result
 from einschalt.interfaces.publication.publish import Publication, publish_densification
 from einschalt.pipeline import densify as computed
 from einschalt.pipeline import result as results
-from einschalt.pipeline.batch.dask_engine import DaskEngine
-from einschalt.pipeline.batch.local_engine import LocalEngine
 from einschalt.pipeline.block import block as checked
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation import simulate_block as simulated
@@ -450,22 +446,27 @@ def densify_many(
         The call is wrong, the output cannot be written, or another batch runs in it. A
         block that fails is a row.
     """
+    # imported when there is a batch: each block alone would wait for it
+    from einschalt.interfaces.batch import batch_run  # noqa: PLC0415
+
     output = as_path("output", output)
     blocks = _folders_of(blocks, output)
     given = _given_settings(settings)
     _require_callable(progress, "the news after each block")
     engine = chosen_engine(scheduler, workers, memory_gb, time_limit_s)
     options = {"given": given, "which": which, "overwrite": overwrite}
-    plan_batch(blocks, output, **options)  # what is wrong is said before
-    with batch_folder(output) as folder:
-        plan = plan_batch(blocks, folder, **options)
-        return run_batch(plan, engine, progress=progress)
+    batch_run.plan_batch(blocks, output, **options)  # what is wrong is said before
+    with batch_run.batch_folder(output) as folder:
+        plan = batch_run.plan_batch(blocks, folder, **options)
+        return batch_run.run_batch(plan, engine, progress=progress)
 
 
 def _folders_of(blocks, output):
     """Folders of the blocks: those that are given, or all below the one that is."""
     if isinstance(blocks, (str, os.PathLike)):
-        return find_blocks(as_path("blocks", blocks), output)
+        from einschalt.interfaces.batch import block_search  # noqa: PLC0415
+
+        return block_search.find_blocks(as_path("blocks", blocks), output)
     expected = "a folder below which the blocks lie, or a list of the blocks' folders"
     require_kind("blocks", blocks, Iterable, expected=expected)
     return [as_path("blocks", block) for block in blocks]
@@ -502,16 +503,19 @@ def chosen_engine(scheduler=None, workers=None, memory_gb=None, time_limit_s=Non
     per core where left out. A task may use so much ``memory_gb`` [GB]; one that takes
     longer than ``time_limit_s`` [s] is given up.
     """
+    # imported when there is a batch, as above
+    from einschalt.pipeline.batch import dask_engine, local_engine  # noqa: PLC0415
+
     limits = {"memory_gb": memory_gb, "time_limit_s": time_limit_s}
     if scheduler is None:
-        return LocalEngine(workers, **limits)
+        return local_engine.LocalEngine(workers, **limits)
     if workers is not None:
         raise SettingsError(
             "workers are given beside a scheduler",
             expected="as many workers as the cluster was started with",
             remedy="Leave them out, or the scheduler",
         )
-    return DaskEngine(scheduler, **limits)
+    return dask_engine.DaskEngine(scheduler, **limits)
 
 
 def simulate_block(

@@ -20,9 +20,6 @@ from einschalt.stages.relative_orientation.orient_from_images import (
     OUTLIERS,
     orient_from_images,
 )
-from einschalt.stages.relative_orientation.orient_from_parallaxes import (
-    orient_from_parallaxes,
-)
 from einschalt.stages.relative_orientation.parallax_errors import (
     OrientationErrors,
     parallax_errors,
@@ -263,6 +260,11 @@ def _to_image_scale(points, principal_distance):
 
 
 def _from_parallaxes(flight):
+    # imported when a flight has parallaxes: it has the methods of half a century
+    from einschalt.stages.relative_orientation.orient_from_parallaxes import (  # noqa: PLC0415
+        orient_from_parallaxes,
+    )
+
     to_mm = METRES_PER_UNIT[flight.model_unit] / METRES_PER_MM
     options = _given(case=flight.orientation_case, method=flight.orientation_method)
     oriented = orient_from_parallaxes(

@@ -1,7 +1,11 @@
 """Progress on standard error."""
 
 import sys
+from types import SimpleNamespace
 
+from einschalt.foundations import kernels
+from einschalt.interfaces.cli import compiling
+from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.progress import stage_progress
 from einschalt.pipeline.progress import Stage
 
@@ -43,3 +47,37 @@ def test_a_bar_does_not_read_markup(capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with stage_progress(is_quiet=False) as progress:
         progress("[/nonsense]", 0.5)
+
+
+def test_what_is_compiled_is_said_at_the_stage_that_waits(capsys, monkeypatch):
+    monkeypatch.setattr(compiling, "PAUSE", 0.0)
+    monkeypatch.setattr(kernels, "_watch", kernels._Watch())
+    with (
+        stage_progress(is_quiet=False) as show,
+        compilations_shown(show) as progress,
+    ):
+        progress.n_usual = 2
+        progress(Stage.MODEL_TRANSFORMATION, 0.5)
+        for name in ("_fit", "_sums", "_one_more"):
+            kernels._watch.n_kernels += 1
+            kernels._watch.announce(name)
+    assert capsys.readouterr().err.splitlines() == [
+        " 50%  model transformation",
+        " 50%  compiling 1 of about 2 kernels, once after installation",
+        " 50%  compiling 2 of about 2 kernels, once after installation",
+        " 50%  compiling kernel 3, once after installation",
+    ]
+
+
+def test_not_every_kernel_is_said(capsys, monkeypatch):
+    monkeypatch.setattr(kernels, "_watch", kernels._Watch())
+    with stage_progress(is_quiet=False) as show, compilations_shown(show):
+        for name in ("_fit", "_sums"):
+            kernels._watch.announce(name)
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_blocks_from_images_take_more_kernels(demo_block):
+    low = SimpleNamespace(is_oriented_numerically=True)
+    from_images = SimpleNamespace(flights={"low_flight": low})
+    assert usual_kernels(demo_block) < usual_kernels(from_images)

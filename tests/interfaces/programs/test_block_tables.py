@@ -161,7 +161,7 @@ def test_formats_of_ones_own_stand_for_tables(small_block, monkeypatch):
 
             return read
 
-    monkeypatch.setattr(recognised, "entry_points", lambda **_: [Point()])
+    monkeypatch.setattr(recognised, "installed_readers", lambda: [Point()])
     small_block.write("c.abc", "".join(" ".join(r) + "\n" for r in rows(small_block)))
     small_block.replace("block.toml", "control_points.csv", "c.abc")
     found = find_problems(small_block.path)

@@ -283,7 +283,7 @@ def test_formats_of_ones_own_are_read_by_suffix_or_name(tmp_path, monkeypatch):
         def load(self):
             return lambda _: {"control_points": pd.DataFrame({"point_id": ["1"]})}
 
-    monkeypatch.setattr(recognised, "entry_points", lambda **_: [Point()])
+    monkeypatch.setattr(recognised, "installed_readers", lambda: [Point()])
     (tmp_path / "a.abc").write_text("")
     (tmp_path / "a.txt").write_text("")
     for path, name in ((tmp_path / "a.abc", None), (tmp_path / "a.txt", ".abc")):

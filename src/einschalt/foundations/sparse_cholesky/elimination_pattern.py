@@ -6,8 +6,9 @@ these touch, directly or through what was eliminated before: its boundary.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled, copy_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def block_pattern(neighbours, elimination) -> BlockPattern:
     return BlockPattern(start, row)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _pattern(start, neighbours, order, position):
     n = order.size
     column = np.zeros(n + 1, dtype=np.int64)
@@ -92,7 +93,7 @@ def find_fronts(pattern, elimination) -> Fronts:
     return Fronts(elimination.start, elimination.parent, n_children, start, boundary)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _boundaries(column, row, front_start, parent):
     """Of each front in any order, and the number of its children."""
     n_fronts, n = parent.size, front_start[-1]
@@ -124,9 +125,9 @@ def _boundaries(column, row, front_start, parent):
             child = next_child[child]
         if start[f] + count > boundary.size:
             larger = np.empty(2 * boundary.size + count, dtype=np.int64)
-            larger[: start[f]] = boundary[: start[f]]
+            copy_values(larger[: start[f]], boundary[: start[f]])
             boundary = larger
-        boundary[start[f] : start[f] + count] = found[:count]
+        copy_values(boundary[start[f] : start[f] + count], found[:count])
         start[f + 1] = start[f] + count
         above = parent[f]
         if above >= 0:

@@ -10,10 +10,10 @@ number of cores, to the last bit.
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from einschalt.foundations import batches
+from einschalt.foundations.kernels import compiled
 
 NO_BRANCH = -1  # in place of the root: the trunk
 # multiplications below which threads cost more than they gain: some milliseconds
@@ -90,7 +90,7 @@ def _part(root, visited, arrays):
     return TreePart(int(root), visited, int(stack), int(path))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _room(own_root, visited, own, edge, parent, n_children, left_start):
     """Elements of stack and path; see ``TreePart``."""
     waiting = np.empty(visited.size, dtype=np.int64)
@@ -115,7 +115,7 @@ def _room(own_root, visited, own, edge, parent, n_children, left_start):
     return largest_pile, longest
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _gather_upwards(work, first, parent):
     """Add up the work of each branch; find its first front."""
     for f in range(parent.size):

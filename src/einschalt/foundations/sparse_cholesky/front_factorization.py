@@ -4,9 +4,9 @@ A pivot that has lost all its digits belongs to an unknown that nothing determin
 is held, so that the part of the block that is determined can be solved all the same.
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     RIGHT,
@@ -21,7 +21,7 @@ LEAST_PIVOT = 1e-14
 HELD = 1e100
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _collect(panel, sizes, own_first, blocks, column, row, local):
     """Put the blocks of a front's own columns into its panel."""
     n_own, size, u = sizes
@@ -34,7 +34,7 @@ def _collect(panel, sizes, own_first, blocks, column, row, local):
                     panel[(left + b) * size + top + a] += blocks[k, a, b]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _add_update(panel, update, sizes, child, boundary, local):
     """Add what a child left, lower triangle, to panel and update of its parent."""
     n_own, size, u = sizes
@@ -57,7 +57,7 @@ def _add_update(panel, update, sizes, child, boundary, local):
                         update[target + a] += child[source + a]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _factor_carefully(panel, k, size, reference, held):
     """Cholesky factor of a front's own part; pivots that vanish are held."""
     for j in range(k):
@@ -80,7 +80,7 @@ def _factor_carefully(panel, k, size, reference, held):
             panel[j * size + i] = value / root
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _factor_own(panel, k, size, reference, held, copy, work):
     for j in range(k):
         for i in range(j, k):
@@ -99,7 +99,7 @@ def _factor_own(panel, k, size, reference, held, copy, work):
     _factor_carefully(panel, k, size, reference, held)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def factor_fronts(
     blocks, pattern, panels, panel_start, fronts, part, sizes, is_held, work
 ):
@@ -131,7 +131,9 @@ def factor_fronts(
         if left_start[f] >= 0 and f != own_root:
             waiting[top] = f
             place[top + 1] = place[top] + rest * rest
-            stack[place[top] : place[top + 1]] = left[left_start[f] :][: rest * rest]
+            copy_values(
+                stack[place[top] : place[top + 1]], left[left_start[f] :][: rest * rest]
+            )
             top += 1
             continue
         if update.size < rest * rest:
@@ -168,9 +170,11 @@ def factor_fronts(
                 subtract_square(panel[k:], rest, k, size, update, rest, work)
         for j in range(rest):
             low = place[top] + j * rest
-            stack[low + j : low + rest] = update[j * rest + j : (j + 1) * rest]
+            copy_values(
+                stack[low + j : low + rest], update[j * rest + j : (j + 1) * rest]
+            )
         waiting[top] = f
         place[top + 1] = place[top] + rest * rest
         top += 1
     if own_root >= 0:
-        left[left_start[own_root] :][: place[1]] = stack[: place[1]]
+        copy_values(left[left_start[own_root] :][: place[1]], stack[: place[1]])

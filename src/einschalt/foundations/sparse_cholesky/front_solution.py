@@ -1,8 +1,8 @@
 """Solutions of the factored block, up and down the tree of fronts."""
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     LEFT,
@@ -12,21 +12,21 @@ from einschalt.foundations.sparse_cholesky.dense_kernels import (
 )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _front(f, start, boundary_start, boundary, u):
     """First of a front's own unknowns, how many they are, and its boundary."""
     edge = boundary[boundary_start[f] : boundary_start[f + 1]]
     return start[f] * u, (start[f + 1] - start[f]) * u, edge
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _with_room(buffer, n_numbers):
     if buffer.size < n_numbers:
         return np.empty(n_numbers, dtype=buffer.dtype)
     return buffer
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, work):
     """Replace x by Lᴴ⁻¹ x, from the last front to the first."""
     n_right = x.shape[0]
@@ -40,7 +40,7 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
         buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
-            buffer[r * size : r * size + k] = x[r, first : first + k]
+            copy_values(buffer[r * size : r * size + k], x[r, first : first + k])
             for i in range(edge.size):
                 for a in range(u):
                     buffer[r * size + k + i * u + a] = x[r, edge[i] * u + a]
@@ -51,10 +51,10 @@ def solve_backward(x, panels, panel_start, start, boundary_start, boundary, u, w
             )
         solve_triangle(LEFT, ADJOINT, (k, n_right), panel, size, buffer, size, work)
         for r in range(n_right):
-            x[r, first : first + k] = buffer[r * size : r * size + k]
+            copy_values(x[r, first : first + k], buffer[r * size : r * size + k])
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, work):
     """Replace the right sides x by the solution; see ``Factor.solve``."""
     n_right = x.shape[0]
@@ -68,7 +68,7 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
         buffer = _with_room(buffer, size * n_right)
         panel = panels[panel_start[f] :]
         for r in range(n_right):
-            buffer[r * size : r * size + k] = x[r, first : first + k]
+            copy_values(buffer[r * size : r * size + k], x[r, first : first + k])
             buffer[r * size + k : (r + 1) * size] = 0.0
         solve_triangle(LEFT, PLAIN, (k, n_right), panel, size, buffer, size, work)
         if rest > 0:
@@ -77,7 +77,7 @@ def solve_fronts(x, panels, panel_start, start, boundary_start, boundary, u, wor
                 PLAIN, panel[k:], size, buffer, size, buffer[k:], size, shape, work
             )
         for r in range(n_right):
-            x[r, first : first + k] = buffer[r * size : r * size + k]
+            copy_values(x[r, first : first + k], buffer[r * size : r * size + k])
             for i in range(edge.size):
                 for a in range(u):
                     x[r, edge[i] * u + a] += buffer[r * size + k + i * u + a]

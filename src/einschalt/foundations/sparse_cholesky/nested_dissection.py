@@ -9,8 +9,9 @@ O(n log n) elements and costs O(n^1.5) operations, which no other order can bett
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled, copy_values
 
 LEAF = 5  # models: smaller parts are eliminated as a whole
 LEAST_PART = 0.3  # of a part, that either half of it has
@@ -45,7 +46,7 @@ def dissect(neighbours, positions) -> Elimination:
     return Elimination(order, position, start, parent)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _best_place(models, rank, side, part, start, neighbours):
     """Where to cut a sorted part: models of the first half, and of its separator.
 
@@ -81,7 +82,7 @@ def _best_place(models, rank, side, part, start, neighbours):
     return place, least
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _mark_boundary(models, other, side, start, neighbours, is_boundary):
     """Mark those of the models that have a neighbour on the other side; count them."""
     count = 0
@@ -95,7 +96,7 @@ def _mark_boundary(models, other, side, start, neighbours, is_boundary):
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _levels(models, part, side, start, neighbours, key):
     """Distance of every model from one at the edge of its part, as a key."""
     queue = np.empty(models.size, dtype=np.int64)
@@ -124,7 +125,7 @@ def _levels(models, part, side, start, neighbours, key):
         seed = queue[models.size - 1]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
     """Cut a part; reorders it as first half, second half, separator: their sizes."""
     n = models.size
@@ -146,14 +147,14 @@ def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
             axis = longer if trial == 0 else 1 - longer
             for m in models:
                 key[m] = xy[m, axis]
-        models[:] = models[np.argsort(key[models], kind="mergesort")]
+        copy_values(models, models[np.argsort(key[models], kind="mergesort")])
         place, size = _best_place(models, rank, side, label, start, neighbours)
         if size < best:
             best, half = size, place
-            best_models[:] = models
+            copy_values(best_models, models)
         if best <= GOOD_CUT * (n // 2):
             break
-    models[:] = best_models
+    copy_values(models, best_models)
     for i in range(n):
         side[models[i]] = label if i < half else label + 1
     left = _mark_boundary(
@@ -181,7 +182,7 @@ def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
     return n_first, n_second
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _dissect(start, neighbours, xy, leaf):
     n = start.size - 1
     order = np.arange(n)

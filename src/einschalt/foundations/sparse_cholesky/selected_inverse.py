@@ -7,9 +7,9 @@ For a front that eliminates the models s and has the boundary b,
 and Z_bb is part of what its parent knows (Erisman and Tinney 1975).
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.foundations.sparse_cholesky.dense_kernels import (
     ADJOINT,
     PLAIN,
@@ -21,7 +21,7 @@ from einschalt.foundations.sparse_cholesky.dense_kernels import (
 )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _gather(known, size_known, target, n_edge, local, edge, u):
     """Lower triangle of the boundary's inverse, out of the parent's."""
     rest = n_edge * u
@@ -36,7 +36,7 @@ def _gather(known, size_known, target, n_edge, local, edge, u):
                     target[place + a] = known[source + a]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, work):
     """Fill the blocks of the inverse of a branch or the trunk, from the top down.
 
@@ -72,7 +72,9 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, wor
         if own_inverse.size < k * k:
             own_inverse = np.empty(k * k, dtype=inverse.dtype)
         if f == own_root:
-            edge_inverse[: rest * rest] = left[left_start[f] :][: rest * rest]
+            copy_values(
+                edge_inverse[: rest * rest], left[left_start[f] :][: rest * rest]
+            )
         elif rest > 0:
             first_above, last_above = start[above], start[above + 1]
             edge_above = boundary[boundary_start[above] : boundary_start[above + 1]]
@@ -85,15 +87,22 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, wor
             known = pile[place[depth - 1] :]
             _gather(known, size_above, edge_inverse, n_edge, local, edge, u)
         if left_start[f] >= 0 and f != own_root:
-            left[left_start[f] :][: rest * rest] = edge_inverse[: rest * rest]
+            copy_values(
+                left[left_start[f] :][: rest * rest], edge_inverse[: rest * rest]
+            )
             continue
         panel = panels[panel_start[f] :]
         for j in range(k):
-            own_inverse[j * k + j : (j + 1) * k] = panel[j * size + j : j * size + k]
+            copy_values(
+                own_inverse[j * k + j : (j + 1) * k], panel[j * size + j : j * size + k]
+            )
         if k > 0:
             if rest > 0:
                 for j in range(k):
-                    y[j * rest : (j + 1) * rest] = panel[j * size + k : (j + 1) * size]
+                    copy_values(
+                        y[j * rest : (j + 1) * rest],
+                        panel[j * size + k : (j + 1) * size],
+                    )
                 solve_triangle(RIGHT, PLAIN, (rest, k), panel, size, y, rest, work)
                 multiply_hermitian(
                     edge_inverse, rest, y, rest, below, rest, (rest, k), work
@@ -124,11 +133,16 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, wor
             whole = pile[place[depth] :]
             for j in range(k):
                 low = j * size
-                whole[low + j : low + k] = own_inverse[j * k + j : (j + 1) * k]
-                whole[low + k : low + size] = below[j * rest : (j + 1) * rest]
+                copy_values(
+                    whole[low + j : low + k], own_inverse[j * k + j : (j + 1) * k]
+                )
+                copy_values(
+                    whole[low + k : low + size], below[j * rest : (j + 1) * rest]
+                )
             for j in range(rest):
                 low = (k + j) * size + k
-                whole[low + j : low + rest] = edge_inverse[
-                    j * rest + j : (j + 1) * rest
-                ]
+                copy_values(
+                    whole[low + j : low + rest],
+                    edge_inverse[j * rest + j : (j + 1) * rest],
+                )
             place[depth + 1] = place[depth] + size * size

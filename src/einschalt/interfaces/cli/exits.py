@@ -30,6 +30,8 @@ HABITS = {
     "json": (JSON, "Print one JSON object; text goes to standard error."),
     "verbose": ("--verbose -v", "Report the options in effect and the time taken."),
 }
+# new objects less those that are gone; Python would look 70 times as often, for nothing
+RUBBISH_WORTH_A_LOOK = 50_000
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
@@ -140,6 +142,7 @@ def _imported_for_good(name):
     try:
         module = import_module(name)
         gc.freeze()
+        gc.set_threshold(RUBBISH_WORTH_A_LOOK)
     finally:
         gc.enable()
     return module

@@ -7,6 +7,7 @@ and gives DataFrames by the names of their tables.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -222,9 +223,15 @@ def _named(name):
     )
 
 
+@cache  # a file of every installed package is read, and each table asks
+def installed_readers():
+    """Entry points of packages that read formats of their own."""
+    return tuple(entry_points(group=PLUGINS))
+
+
 def _plugin(name):
     """Reader of an installed package, by its suffix or its word."""
-    for point in entry_points(group=PLUGINS):
+    for point in installed_readers():
         if point.name == name:
             return lambda path: _of_plugin(point, Path(path))
     return None

@@ -1,5 +1,6 @@
 """Results in plain values, for files that other programs read."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -23,6 +24,8 @@ def plain(value):
     >>> plain({"size": float("nan"), "names": ("7/8", "8/9")})
     {'size': None, 'names': ['7/8', '8/9']}
     """
+    if type(value) is float:  # most are, and there are ten thousands
+        return value if math.isfinite(value) else None
     if value is None or isinstance(value, (bool, np.bool_)):
         return None if value is None else bool(value)
     if isinstance(value, Enum):

@@ -7,10 +7,10 @@ it takes 1.3 s, most of it scipy.stats, more than whole blocks take to be comput
 Source: Holm 1979; see docs/theory/reliability.md.
 """
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.kernels import compiled
 
 
 def holm(p_values, start):
@@ -111,7 +111,7 @@ class _Ranked:
         return result
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _run_maximum(values, start):
     for k in range(len(start) - 1):
         for i in range(start[k] + 1, start[k + 1]):

@@ -13,11 +13,11 @@ from enum import Enum
 from functools import reduce
 from operator import matmul
 
-import numba
 import numpy as np
 from scipy import sparse
 
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
 N_PLAN = 2
@@ -392,7 +392,7 @@ def _of_real_axes(scalar):
     return np.stack(rows, -2)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _multiply_rows(pointer, column, value, variances, pairs, out):
     n_axes = out.shape[1]
     for p in range(len(pairs)):

@@ -7,10 +7,10 @@ covariance of the end is L Σ Lᵀ.
 See docs/theory/propagation.md.
 """
 
-import numba
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.point_operator import of_blocks
 
 
@@ -46,7 +46,7 @@ def hat_operator(design, cofactors, weight_sum, weights, layout):
     return of_blocks(blocks, layout.fitted, layout.pointer, len(weights))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _fill_hat(blocks, designs, weight_sum, weights, pairs):
     # in one pass: gathered for all pairs, the designs would take a gigabyte
     left, right = designs

@@ -9,11 +9,11 @@ docs/theory/reliability.md.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.special import chdtri, chndtrinc, stdtr
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
 
 # below it a point alone fixes its model: nothing of it is left in its residual
@@ -145,7 +145,7 @@ def joint_point_tests(points, sum_of_squares, redundancy) -> PointTests:
     return PointTests(w, p_value)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _test_jointly(first, last, start, v, weights, h, cross, omega, f, w, p):
     for k in range(first, last):
         is_testable = f[k] > AXES_OF_A_POINT and omega[k] > 0.0

@@ -10,11 +10,11 @@ Sources: Baarda 1968; Huber 1981, ch. 7; see docs/theory/robust.md.
 
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 from scipy.special import chdtri
 
 from einschalt.foundations.batches import over_segments, segment_min_max
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.multiple_testing import count_tested
 
 MOST_ITERATIONS = 100
@@ -153,7 +153,7 @@ def segment_median(values, start):
     return median
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _medians(first, last, start, values, median):
     for k in range(first, last):
         count = start[k + 1] - start[k]

@@ -8,8 +8,9 @@ with correlated or unequal coordinates, or flights of different kinds, couple th
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
+
+from einschalt.foundations.kernels import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,7 @@ def reduce_models(xy, model, n_models):
     return reduced, ModelFrames(centroid, extent)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _reduce(xy, start, reduced, centroid, extent):
     for m in range(start.size - 1):
         low, high = start[m], start[m + 1]

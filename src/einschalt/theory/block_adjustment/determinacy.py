@@ -10,9 +10,9 @@ which models they are.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.model_graph import incidence_of
 
 FINE, FEW_TIES, TIES_ON_LINE, NO_CONTROL, CONTROL_ON_LINE, LOOSE = range(6)
@@ -62,7 +62,7 @@ def examine(observations) -> Determinacy:
     return Determinacy(verdict, n_ties, part, n_control)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _prune(verdict, n_ties, needed, is_control, model, point, model_start, fan, rows):
     """Take out models with too few ties, until all that are left have enough."""
     n_models = needed.size
@@ -102,7 +102,7 @@ def _prune(verdict, n_ties, needed, is_control, model, point, model_start, fan, 
                         tail += 1
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _label_parts(verdict, model, point, model_start, fan, rows):
     part = np.full(verdict.size, -1, dtype=np.int64)
     queue = np.empty(verdict.size, dtype=np.int64)

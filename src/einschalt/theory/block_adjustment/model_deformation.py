@@ -8,10 +8,10 @@ no common term finds; it shows in residuals of neighbouring points that are alik
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.special import fdtrc
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.block_solution import (
     ROUGHLY,
     UndeterminedTermsError,
@@ -132,7 +132,7 @@ def neighbour_autocorrelation(solution, flight) -> Likeness:
     return Likeness(float(product / scale), float(error))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _nearest(xy, start):
     """Nearest other point of the same model; −1 where there is none."""
     nearest = np.full(len(xy), -1, dtype=np.int64)

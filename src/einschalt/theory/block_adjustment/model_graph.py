@@ -7,10 +7,10 @@ of the models, found by chaining them together, the order of elimination is take
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import segments
+from einschalt.foundations.kernels import compiled
 
 # a similarity that shrinks more than this is no similarity
 LEAST_FACTOR = 1e-3
@@ -62,7 +62,7 @@ class Reordered:
     points: np.ndarray
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _reorder(order, point, model_start):
     n_rows = point.size
     n_points = 0
@@ -111,7 +111,7 @@ def neighbours_of(incidence) -> Neighbours:
     return Neighbours(*_find_neighbours(*incidence.arrays))
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _find_neighbours(model, point, model_start, point_start, rows):
     n_models = model_start.size - 1
     start = np.zeros(n_models + 1, dtype=np.int64)
@@ -150,7 +150,7 @@ def chained_positions(incidence, xy):
     return np.column_stack([position.real, position.imag])
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _most_shared(m, model, point, model_start, fan, is_placed, shared):
     """Placed model that shares most points with this one; −1 where none does."""
     point_start, rows = fan
@@ -168,7 +168,7 @@ def _most_shared(m, model, point, model_start, fan, is_placed, shared):
     return best
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _onto(m, anchor, z, model, point, model_start, fan):
     """Similarity from a model to one that shares points with it: factor and shift."""
     point_start, rows = fan
@@ -193,7 +193,7 @@ def _onto(m, anchor, z, model, point, model_start, fan):
     return factor, gs - factor * zs
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _chain(z, model, point, model_start, fan):
     point_start, rows = fan
     n_models = model_start.size - 1

@@ -16,10 +16,10 @@ correlated coordinates they are two rows of each G. See docs/theory/block_adjust
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from einschalt.foundations.exact_sums import transform_exactly
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.model_graph import Incidence
 
 # rows of a point and unknowns of a model without anything that it has for itself.
@@ -98,7 +98,7 @@ def invert_point_blocks(incidence, weights, control_weight, is_fixed):
     return inverse
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _mean_values(points, values, weights, fan, prior, control):
     point_start, rows = fan
     control_weight, is_fixed, inverse = prior
@@ -125,7 +125,7 @@ def _mean_values(points, values, weights, fan, prior, control):
                 points[p, c, r] = value
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _gradient(gradient, residuals, design, weights, model_start):
     _, d, u = design.shape
     for m in range(model_start.size - 1):
@@ -159,7 +159,7 @@ def _ranks(d, u):
     return (0,) * d, (0,) * u if (d, u) in UNROLLED else np.empty(u)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
     # loops over the length of a tuple are unrolled
     d, u = len(ranks[0]), len(ranks[1])
@@ -241,7 +241,7 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
     return PointCofactors(points, transformed, cross @ p[system.incidence.point])
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _spread_inverse(result, inverse, pattern, incidence, numbers, ranks):
     d, u = len(ranks[0]), len(ranks[1])
     points, transformed, cross = result

@@ -12,11 +12,11 @@ Sources: Baarda 1968, Pope 1976; see docs/theory/reliability.md.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.special import stdtr
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.sorted_points import SortedPoints
 from einschalt.theory.adjustment.reliability import (
     PointTests,
@@ -132,7 +132,7 @@ def _sigma(orientation):
     return np.where(sigma > LEAST_SIGMA_MM, sigma, np.nan)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _compare(
     first, last, start, image, distance, poses, cofactors, corrections, spread
 ):

@@ -23,11 +23,11 @@ of its own standard error.
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DETERMINANTS,
@@ -197,7 +197,7 @@ class _Arrays(NamedTuple):
 # three kernels instead of one: that takes a third of the time to compile
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _choose_range(first, last, model_start, scaled, right_z, out):
     """Find the approximate orientations of a range of pairs."""
     for k in range(first, last):
@@ -210,7 +210,7 @@ def _choose_range(first, last, model_start, scaled, right_z, out):
         put_pose(pose, out.pose[k])
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
     """Descend to the minimum, and close the conditions there."""
     limits = (np.int64(MOST_FINE_STEPS), FINE)
@@ -228,10 +228,11 @@ def _adjust_range(first, last, model_start, scaled, right_z, mode, out):
         put_pose(pose, out.pose[k])
         out.n_in_front[k] = n_in_front
         out.squares[k] = close_conditions(image, corrections, zr, pose)
-        out.corrections[:, begin:end] = corrections
+        for i in range(4):
+            copy_values(out.corrections[i, begin:end], corrections[i])
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _judge_range(first, last, model_start, scaled, right_z, mode, out):
     """Find the precision, and blot out what is not determined."""
     for k in range(first, last):
@@ -248,7 +249,7 @@ def _judge_range(first, last, model_start, scaled, right_z, mode, out):
             out.corrections[:, begin:end], numbers[:] = np.nan, np.nan
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def close_conditions(image, corrections, zr, pose):
     """Sum of squares of the smallest corrections that satisfy the conditions at a pose.
 
@@ -261,14 +262,14 @@ def close_conditions(image, corrections, zr, pose):
     return sums[SQUARES]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def is_determined(cofactor):
     """Whether the points determine an orientation well enough to be of any use."""
     # the comparison fails for NaN, too
     return np.trace(cofactor) * IMAGE_ERROR**2 <= WEAKEST**2
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def estimate_precision(at, zr, pose, mode, numbers, cofactor):
     """Cofactors of the orientation and redundancy numbers of its conditions.
 

@@ -30,15 +30,12 @@ on the rotation group spare the choice of a base component that must not vanish.
 import math
 from typing import NamedTuple
 
-import numba
+from einschalt.foundations.kernels import compiled
 
 # sums may be regrouped; NaN and infinity keep their meaning
 FAST = {"reassoc", "contract", "arcp", "nsz"}
 COMPILED = {
-    "cache": True,
-    "nogil": True,
     "error_model": "numpy",
-    "no_cfunc_wrapper": True,
     # a callee that is not inlined exists twice, its own copy and the caller's, and
     # with FAST they differ in the last bits: the run that compiles would call the one,
     # the runs that load from the cache the other
@@ -69,7 +66,7 @@ FIRST_ORDER = Mode(True, 0.0, False)
 DETERMINANTS = Mode(False, 0.0, True)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def frame_of(pose, fixes_x):
     """Base vector with its two derivatives, and rotation, of a pose.
 
@@ -93,7 +90,7 @@ def frame_of(pose, fixes_x):
     return (x, y, z), (s0, s1, s2, t0, t1, t2), rotation
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def moved(pose, step):
     """Pose after a step of its five parameters.
 
@@ -108,7 +105,7 @@ def moved(pose, step):
     return (x / length, y / length, z / length), product(cayley(half), r)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def cayley(half):
     """Rotation matrix of the quaternion (1, half), not normalised before."""
     a, b, c = half
@@ -119,7 +116,7 @@ def cayley(half):
     return top + middle + bottom
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def product(first, second):
     """Product of two 3 x 3 matrices, row by row."""
     a, b, c, d, e, f, g, h, i = first
@@ -130,7 +127,7 @@ def product(first, second):
     return top + middle + bottom
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def right_ray(x, y, z, rotation):
     """Ray of the right camera in the system of the left image."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation
@@ -141,7 +138,7 @@ def right_ray(x, y, z, rotation):
     )
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def coplanarity(point, zr, base, rotation):
     """Condition of one point and all its derivatives.
 
@@ -165,7 +162,7 @@ def coplanarity(point, zr, base, rotation):
     return b0 * a0 + b1 * a1 + b2 * a2, (a0, a1, a2), by_turn, by_image
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def parameter_row(by_base, by_turn, tangents):
     """dF/d(five parameters) from dF/de and dF/dw."""
     a0, a1, a2 = by_base
@@ -175,7 +172,7 @@ def parameter_row(by_base, by_turn, tangents):
     return along_first, along_second, by_turn[0], by_turn[1], by_turn[2]
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def add_condition(sums, row, f, weight):
     """Sums with one more condition, of the misclosure f."""
     a, b, c, d, e = row
@@ -189,7 +186,7 @@ def add_condition(sums, row, f, weight):
     return to_b + of_c + of_d + of_e + more + last
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def form_normals(image, corrections, zr, frame, mode):
     """The 21 sums of all points of a pair at one pose.
 
@@ -218,7 +215,7 @@ def form_normals(image, corrections, zr, frame, mode):
     return sums
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def factorise(sums, damping):
     """Cholesky factor of the normal matrix with its diagonal times 1 + damping.
 
@@ -245,7 +242,7 @@ def factorise(sums, damping):
     return l00, l10, l11, l20, l21, l22, l30, l31, l32, l33, l40, l41, l42, l43, l44
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def reduce_side(factor, right_side):
     """L^-1 times a right side: its square is that of N^-1, and never negative."""
     l00, l10, l11, l20, l21, l22, l30, l31, l32, l33, l40, l41, l42, l43, l44 = factor
@@ -257,7 +254,7 @@ def reduce_side(factor, right_side):
     return y0, y1, y2, y3, y4
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def solve(factor, right_side):
     """Solution of the normal equations with a factorised matrix."""
     l00, l10, l11, l20, l21, l22, l30, l31, l32, l33, l40, l41, l42, l43, l44 = factor
@@ -270,14 +267,14 @@ def solve(factor, right_side):
     return x0, x1, x2, x3, x4
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def square_of(side):
     """Sum of the squares of five numbers."""
     a, b, c, d, e = side
     return a * a + b * b + c * c + d * d + e * e
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def descent_step(sums, damping):
     """Damped Gauss-Newton step, and by how much it should lessen the sum of squares.
 

@@ -20,9 +20,9 @@ Source: G. H. Golub, C. F. Van Loan: Matrix Computations, chapter 5.
 
 import math
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.relative_orientation.coplanarity_condition import COMPILED
 
 N_PARAMETERS = 5
@@ -31,7 +31,7 @@ N_PARAMETERS = 5
 DEPENDENT = 1e-12
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def fill_precision(rows, weights, strengths, tangents, numbers, cofactor):
     """Cofactors of base vector and turn, and redundancy numbers of the conditions.
 
@@ -64,7 +64,7 @@ def fill_precision(rows, weights, strengths, tangents, numbers, cofactor):
             cofactor[b, a] = cofactor[a, b]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def triangle_of(rows, weights):
     """Upper triangle R with R.T R = sum w j j.T, shape (5, 5)."""
     triangle, rest = np.zeros((N_PARAMETERS, N_PARAMETERS)), np.empty(N_PARAMETERS)
@@ -85,7 +85,7 @@ def triangle_of(rows, weights):
     return triangle
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def invert_triangle(triangle):
     """Inverse of an upper triangle; NaN where its columns depend on each other."""
     inverse = np.zeros((N_PARAMETERS, N_PARAMETERS))
@@ -106,7 +106,7 @@ def invert_triangle(triangle):
     return inverse
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _spread(inverse, y, tangents, v):
     """What x = R^-1 y means for base vector and turn."""
     x = np.empty(N_PARAMETERS)

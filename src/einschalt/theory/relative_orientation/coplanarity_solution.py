@@ -18,9 +18,9 @@ the valleys of narrow bundles are straight in the rotation alone.
 
 import math
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled, copy_values
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     DIAGONAL,
@@ -81,7 +81,7 @@ TELLING = 12.0
 SAME_TRACE = 1.0 + 2.0 * math.cos(0.02)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def descend(image, corrections, zr, pose, mode, limits):
     """Minimise the sum of squares from a pose: pose, sums, whether it converged.
 
@@ -113,7 +113,7 @@ def descend(image, corrections, zr, pose, mode, limits):
     return pose, sums, False
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def less_damping(damping, step, sums, next_sums):
     """Damping with which an accepted step would have led to where its slope is zero.
 
@@ -127,7 +127,7 @@ def less_damping(damping, step, sums, next_sums):
     return max(0.0, damping + slope / size) if size > 0.0 else 0.0
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def more_damping(damping, step, gain, sums, next_sums):
     """Damping after a step that was not accepted.
 
@@ -143,7 +143,7 @@ def more_damping(damping, step, gain, sums, next_sums):
     return damping + gain / size * (1.0 / part - 1.0)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def step_size(step, sums):
     """Square of a step in the metric of the damping."""
     size = 0.0
@@ -152,7 +152,7 @@ def step_size(step, sums):
     return size
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def is_short(step):
     """Whether a step is short enough for the linearisation to be of use."""
     square = 0.0
@@ -161,7 +161,7 @@ def is_short(step):
     return square < LONGEST_STEP * LONGEST_STEP
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def misfit(squares, n):
     """-2 log likelihood of a solution with errors of unknown size.
 
@@ -174,14 +174,14 @@ def misfit(squares, n):
     return (n - N_PARAMETERS) * size + disbelief
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def tilts(pose):
     """Sines of the base against the left and right image, cosine between the axes."""
     (x, y, z), r = pose
     return z, r[2] * x + r[5] * y + r[8] * z, r[8]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def cost(pose, squares, n, n_front):
     """What the choice between solutions makes smallest."""
     left, right, axes = tilts(pose)
@@ -190,7 +190,7 @@ def cost(pose, squares, n, n_front):
     return misfit(squares, n) + obliquity + IN_FRONT_REWARD * (n - n_front)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def is_safe(pose, sums, n, n_front):
     """Whether a solution from the cheap start needs no search for others."""
     left, right, axes = tilts(pose)
@@ -203,7 +203,7 @@ def is_safe(pose, sums, n, n_front):
     return variance < SAFE_SIGMA * SAFE_SIGMA and spread < SAFE_SPREAD * SAFE_SPREAD
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def trace_of_inverse(factor):
     """Sum of the cofactors of the five parameters."""
     return (
@@ -215,14 +215,14 @@ def trace_of_inverse(factor):
     )
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def pose_at(row):
     """Pose that stands in a row of an array."""
     rotation = row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10], row[11]
     return (row[0], row[1], row[2]), rotation
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def put_pose(pose, row):
     """Write a pose into the first places of a row of an array."""
     base, rotation = pose
@@ -232,7 +232,7 @@ def put_pose(pose, row):
         row[3 + i] = rotation[i]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def find(image, idle, zr, start, found):
     """Descend from one start: the pose, and whether it is safe without any search.
 
@@ -252,7 +252,7 @@ def find(image, idle, zr, start, found):
     return pose, is_converged and is_safe(pose, sums, n, n_front)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def choose(image, zr):
     """Best approximate pose of a pair, and whether another one fits equally well."""
     idle = np.zeros_like(image)
@@ -273,7 +273,7 @@ def choose(image, zr):
             squares, bases = survey_lattice(image, zr)
             first = found[0]
             found = np.full((MOST_STARTS + 2, N_FOUND), np.inf)
-            found[0] = first
+            copy_values(found[0], first)
         is_last = is_searched(found, place, image.shape[1], squares)
         if is_last:
             best = pose_at(found[np.argmin(found[:, COST])])
@@ -284,7 +284,7 @@ def choose(image, zr):
     return pose_at(found[best]), has_rival(found, best)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def is_searched(found, place, n, squares):
     """Whether the search may end.
 
@@ -302,7 +302,7 @@ def is_searched(found, place, n, squares):
     return False
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def has_rival(found, best):
     """Whether a solution that differs from the best fits about as well."""
     for row in found:

@@ -27,10 +27,10 @@ the comparison with the flat twin is our own.
 from dataclasses import dataclass
 from functools import cached_property
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments, segment_min_max, segment_sum
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.relative_orientation.base_normal_planes import (
     PlaneCriteria,
     examine_planes,
@@ -220,7 +220,7 @@ class _Equations:
         return values / np.sqrt(np.maximum(self.n_points, 1))[:, np.newaxis]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _make_triangular(first_model, last_model, start, rows, triangle):
     """Turn each row into the triangle of its model by plane rotations (Givens)."""
     for model in range(first_model, last_model):

@@ -19,11 +19,11 @@ Sources: Beaton and Tukey 1974 (Technometrics 16); Baarda 1968.
 
 import math
 
-import numba
 import numpy as np
 from scipy.special import betaln, fdtrc
 
 from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.norms import SIGMA_PER_MEDIAN
 from einschalt.theory.adjustment.robust import snoop
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -134,7 +134,7 @@ def _far_from_majority(pairs, estimator):
     return is_out
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _find_majority(first, last, start, scaled, right_z, poses, is_out):
     for k in range(first, last):
         begin, end = start[k], start[k + 1]
@@ -156,7 +156,7 @@ def _find_majority(first, last, start, scaled, right_z, poses, is_out):
             is_out[begin:end] = size > PUT_ASIDE * scale
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def misclosure_scale(image, zr, pose, size):
     """Standard error of a misclosure by the median, in left principal distances.
 
@@ -172,7 +172,7 @@ def misclosure_scale(image, zr, pose, size):
     return SIGMA_PER_MEDIAN * np.median(size) * math.sqrt(n / (n - N_PARAMETERS))
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def weight_factor(ratio, norm, is_absolute):
     """Factor of a weight: of absolute values, or of a norm (limit, is_tukey)."""
     limit, is_tukey = norm
@@ -184,7 +184,7 @@ def weight_factor(ratio, norm, is_absolute):
     return limit / max(ratio, limit)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def weighted_sums(image, zr, pose, scale, norm, is_absolute):
     """Normal equations with weights that fall with the size of a misclosure."""
     base, tangents, rotation = frame_of(pose, False)

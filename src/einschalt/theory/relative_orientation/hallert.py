@@ -13,10 +13,10 @@ Source: B. Hallert 1944, as quoted by J. Krames 1951 and in the ISPRS archives.
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments, segment_sum
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.least_squares import standard_error_of_unit_weight
 from einschalt.theory.relative_orientation.parallax_equations import (
     DEPENDENT_LEFT,
@@ -128,7 +128,7 @@ def _adjustment(rows, projected, inverse, condition, model_start):
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _orthogonalise(first_model, last_model, start, rows, triangle, inverse):
     """Split the rows [A p] of each model into Q, which takes their place, and R."""
     for model in range(first_model, last_model):
@@ -138,7 +138,7 @@ def _orthogonalise(first_model, last_model, start, rows, triangle, inverse):
             _invert_upper(triangle[model], inverse[model])
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _gram_schmidt(rows, triangle):
     for column in range(N_ELEMENTS):
         length = 0.0
@@ -160,7 +160,7 @@ def _gram_schmidt(rows, triangle):
     return True
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _invert_upper(triangle, inverse):
     inverse[:] = 0.0
     for column in range(N_ELEMENTS):

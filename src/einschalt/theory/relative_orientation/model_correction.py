@@ -17,9 +17,9 @@ corrected model keeps the machine's origin and directions, hence differs from th
 by a similarity.
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.relative_orientation.parallax_equations import (
     DEPENDENT_LEFT,
     DEPENDENT_RIGHT,
@@ -110,7 +110,7 @@ def _bundles(xyz, base, elements, case):
     return xyz, np.full(n_points, base, dtype=float), angles, centres
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _correct(xyz, base, angles, centres):
     corrected = np.empty_like(xyz)
     parallax = np.empty(xyz.shape[0])
@@ -138,7 +138,7 @@ def _correct(xyz, base, angles, centres):
     return corrected, parallax
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _disturb(xyz, base, angles, centres):
     machine = np.empty_like(xyz)
     parallax = np.empty(xyz.shape[0])
@@ -158,7 +158,7 @@ def _disturb(xyz, base, angles, centres):
     return machine, parallax
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _turned(vector, angles):
     x, y, z = vector
     x, y = _turned_in_plane(x, y, angles[2])
@@ -167,7 +167,7 @@ def _turned(vector, angles):
     return x, y, z
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _turned_back(vector, angles):
     x, y, z = vector
     y, z = _turned_in_plane(y, z, -angles[0])
@@ -176,18 +176,18 @@ def _turned_back(vector, angles):
     return x, y, z
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _turned_in_plane(first, second, angle):
     cosine, sine = np.cos(angle), np.sin(angle)
     return cosine * first - sine * second, sine * first + cosine * second
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _difference(a, b):
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _volume(a, b, c):
     """Volume of the box on three edges, their triple product."""
     return (

@@ -20,12 +20,12 @@ the y axis than to the x axis, x and y exchange their roles.
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import over_segments
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.kernels import compiled
 
 RULES = ("adjusted_rays", "midpoint", "mean_y", "left_ray")
 ADJUSTED, MIDPOINT, MEAN_Y, LEFT_RAY = range(4)
@@ -74,7 +74,7 @@ def form_model(image, model_start, principal_distance, cameras, rule, correction
     return model
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _intersect(first, last, model_start, image, distance, cameras, code, xyz):
     stations, axes = cameras
     for k in range(first, last):
@@ -90,7 +90,7 @@ def _intersect(first, last, model_start, image, distance, cameras, code, xyz):
             xyz[i, 0], xyz[i, 1], xyz[i, 2] = left[0] + x, left[1] + y, left[2] + z
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _measure(first, last, model_start, image, distance, cameras, y_parallax):
     stations, axes = cameras
     for k in range(first, last):
@@ -104,7 +104,7 @@ def _measure(first, last, model_start, image, distance, cameras, y_parallax):
             y_parallax[i] = base[across] + along_v * v[across] - along_u * u[across]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _ray(x, y, distance, rotation):
     """Direction of an image point in the model system."""
     return (
@@ -114,13 +114,13 @@ def _ray(x, y, distance, rotation):
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _roles(base):
     """Axis across the base and axis along it: y and x, or x and y."""
     return (1, 0) if abs(base[0]) >= abs(base[1]) else (0, 1)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _level_distances(u, v, base):
     """Where the rays meet in the plane of z and the axis along the base."""
     _, along = _roles(base)
@@ -130,7 +130,7 @@ def _level_distances(u, v, base):
     return left, right
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _level_point(u, v, base, is_mean):
     """Point by the intersection in the plane of z and the axis along the base."""
     left, right = _level_distances(u, v, base)
@@ -142,7 +142,7 @@ def _level_point(u, v, base, is_mean):
     return 0.5 * (x + base[0] + right * v[0]), y, z
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _middle(u, v, base):
     """Middle of the common perpendicular of two rays."""
     a = _cross(u, v)
@@ -156,7 +156,7 @@ def _middle(u, v, base):
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _cross(a, b):
     return (
         a[1] * b[2] - a[2] * b[1],
@@ -165,6 +165,6 @@ def _cross(a, b):
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -18,10 +18,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.rotations import rotation_by_vector
 from einschalt.theory.relative_orientation.coplanarity_condition import COMPILED
 from einschalt.theory.relative_orientation.orientation_elements import (
@@ -120,7 +120,7 @@ def model_precision(pairs, xyz, model_start) -> ModelPrecision:
     return found
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, out):
     by_place, by_change = np.empty((4, 3)), np.empty((4, N_CHANGES))
     inverse = np.empty((3, 3))
@@ -147,7 +147,7 @@ def _propagate(first, last, start, xyz, distance, cameras, changes, cofactors, o
             _multiply(gained, gained.T, 1.0, out.orientation_part[i])
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _orthogonalise(a, inverse):
     """Replace A = Q R by Q (Gram and Schmidt, twice), and fill R^-1.
 
@@ -178,7 +178,7 @@ def _orthogonalise(a, inverse):
     inverse[0, 2] *= inverse[2, 2]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _semidefinite_root(matrix, root):
     """Fill L with L L.T = C (Cholesky with pivots); NaN where C is.
 
@@ -191,14 +191,16 @@ def _semidefinite_root(matrix, root):
         pivot = np.argmax(np.diag(rest))
         if not rest[pivot, pivot] > limit:
             return
-        root[:, k] = rest[:, pivot] / math.sqrt(rest[pivot, pivot])
+        length = math.sqrt(rest[pivot, pivot])
+        for i in range(len(matrix)):
+            root[i, k] = rest[i, pivot] / length
         for i in range(len(matrix)):
             for j in range(len(matrix)):
                 rest[i, j] -= root[i, k] * root[j, k]
         rest[pivot, :], rest[:, pivot] = 0.0, 0.0
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _differentiate(reduced, c, rotation, changes, out):
     """Rows of A and B of one photograph; ``reduced`` is the place from its centre."""
     by_place, by_change = out
@@ -225,7 +227,7 @@ def _differentiate(reduced, c, rotation, changes, out):
             by_change[axis, j] = total
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _multiply(left, right, factor, out):
     for i in range(left.shape[0]):
         for j in range(right.shape[1]):

@@ -10,10 +10,10 @@ change of the coordinates by e changes the parameters by
 See docs/theory/relative_orientation/model_precision.md.
 """
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
     NO_SUMS,
@@ -58,7 +58,7 @@ def orientation_influence(orientation, adjusted, factors):
     return found / scale[:, None, None]
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _influence(first, last, start, scaled, right_z, poses, factors, found):
     for k in range(first, last):
         zr = right_z[k]

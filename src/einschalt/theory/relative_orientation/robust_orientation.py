@@ -14,10 +14,10 @@ Sources: Huber 1981, ch. 7; see docs/theory/robust.md.
 import math
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.norms import HUBER, TUKEY
 from einschalt.theory.relative_orientation.coplanarity import (
     BEHIND,
@@ -117,7 +117,7 @@ def orient_robustly(pairs, norm):
     return RobustOrientation(robust, factors)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _orient_range(first, last, start, scaled, right_z, norm, out):
     poses, cofactor, squares, n_in_front, status, corrections, numbers, factors = out
     for k in range(first, last):
@@ -145,7 +145,7 @@ def _orient_range(first, last, start, scaled, right_z, norm, out):
         put_pose(pose, poses[k])
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _descend(image, zr, pose, norm):
     """Pose, scale of the misclosures there, and whether it converged."""
     size = np.empty(image.shape[1])
@@ -167,7 +167,7 @@ def _descend(image, zr, pose, norm):
     return pose, scale, False
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _set_factors(image, zr, pose, scaled_norm, factor):
     scale, norm = scaled_norm
     misclosure_scale(image, zr, pose, factor)
@@ -177,7 +177,7 @@ def _set_factors(image, zr, pose, scaled_norm, factor):
         )
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def _judge(image, zr, pose, of_points, cofactor):
     """Fill corrections, redundancy numbers and cofactors; weighted sum of squares."""
     factor, corrections, numbers = of_points

@@ -17,9 +17,9 @@ Perspective Projections, Proc. R. Soc. B 227); eliminating the base, Kneip and L
 
 import math
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.rotations import rotation_by_vector
 from einschalt.theory.relative_orientation.coplanarity_condition import (
     COMPILED,
@@ -64,7 +64,7 @@ def rotation_lattice(step, n_rings):
 LATTICE = rotation_lattice(LATTICE_STEP, N_TILT_RINGS)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def normal_case_start(image, zr):
     """Pose by a plane similarity of the two images, (4, n).
 
@@ -92,7 +92,7 @@ def normal_case_start(image, zr):
     return unit(base), (cos_k, -sin_k, 0.0, sin_k, cos_k, 0.0, 0.0, 0.0, 1.0)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def unit(vector):
     """Unit vector; (1, 0, 0) where the vector is zero."""
     x, y, z = vector
@@ -102,7 +102,7 @@ def unit(vector):
     return x / length, y / length, z / length
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def depths(point, zr, pose):
     """Distances of a point along its two rays, in bases, times the square of u x v.
 
@@ -121,7 +121,7 @@ def depths(point, zr, pose):
     return left, right, a0 * a0 + a1 * a1 + a2 * a2
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def facing(image, zr, pose):
     """Pose with the base towards the side of more points in front, and their number.
 
@@ -141,7 +141,7 @@ def facing(image, zr, pose):
     return ((-x, -y, -z), rotation), n_behind
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def inverse_depth_plane(image, zr, pose):
     """Plane p . X = 1 through the model points, with the base as unit of length.
 
@@ -169,7 +169,7 @@ def inverse_depth_plane(image, zr, pose):
     )
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def planar_twin(image, zr, pose):
     """Whether points in a plane allow a second orientation, and that orientation.
 
@@ -196,7 +196,7 @@ def planar_twin(image, zr, pose):
     return n_above == 0 or n_below == 0, twin
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def rank_one_more(factor, a, b):
     """Matrix I + factor a b.T, row by row."""
     x, y, z = a
@@ -207,13 +207,13 @@ def rank_one_more(factor, a, b):
     return top + middle + bottom
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def transposed(m):
     """Transpose of a matrix, row by row."""
     return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def with_best_base(image, zr, pose):
     """Pose with the base that fits best to its rotation.
 
@@ -233,7 +233,7 @@ def with_best_base(image, zr, pose):
     return smallest_eigenvector(a, b, c, d, e, f), rotation
 
 
-@numba.njit(fastmath=FAST, **COMPILED)
+@compiled(fastmath=FAST, **COMPILED)
 def base_of_rotation(image, zr, rotation):
     """Base that fits best to a rotation, every u x v being scaled to length 1."""
     a = b = c = d = e = f = 0.0
@@ -246,7 +246,7 @@ def base_of_rotation(image, zr, rotation):
     return smallest_eigenvector(a, b, c, d, e, f)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def smallest_eigenvector(a, b, c, d, e, f):
     """Eigenvector of ((a, b, d), (b, c, e), (d, e, f)) of its smallest eigenvalue."""
     mean = (a + c + f) / 3.0
@@ -268,7 +268,7 @@ def smallest_eigenvector(a, b, c, d, e, f):
     return unit((x2, y2, z2))
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def survey_lattice(image, zr):
     """Sum of squares of every rotation of the lattice with its best base, and these."""
     # only the shape of the sum of squares is wanted, which some of the points give
@@ -285,7 +285,7 @@ def survey_lattice(image, zr):
     return squares, bases
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def next_start(squares, bases):
     """Pose with the smallest sum of squares of the lattice.
 
@@ -301,7 +301,7 @@ def next_start(squares, bases):
     return (bases[best, 0], bases[best, 1], bases[best, 2]), lattice_rotation(best)
 
 
-@numba.njit(**COMPILED)
+@compiled(**COMPILED)
 def lattice_rotation(place):
     """Rotation of a place of the lattice as a tuple of 9 floats."""
     r = LATTICE[place]

@@ -7,11 +7,11 @@ with the number of places alone, and no matrix is larger than the neighbourhood.
 See docs/theory/collocation.md.
 """
 
-import numba
 import numpy as np
 from scipy.spatial import KDTree
 
 from einschalt.foundations.batches import n_cores, over_segments
+from einschalt.foundations.kernels import compiled
 
 N_NEAREST = 16
 AT_ONCE = 50_000
@@ -95,7 +95,7 @@ def _tabulated(covariance, radius):
     return covariance(distance), slope, 1.0 / step, covariance.variance, *exact
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _covariance(east, north, table):
     values, slopes, per_step, _, sills, rates = table
     distance = np.sqrt(east**2 + north**2)
@@ -113,7 +113,7 @@ def _covariance(east, north, table):
     return total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _solve_neighbourhoods(
     first, last, _, known, shifts, near, places, table, found, variances
 ):
@@ -149,7 +149,7 @@ def _solve_neighbourhoods(
             found[row, axis] = total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _product(one, other):
     total = 0.0
     for i in range(one.size):
@@ -157,7 +157,7 @@ def _product(one, other):
     return total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _factorize(matrix, least):
     """Cholesky factor in the lower triangle."""
     for i in range(matrix.shape[0]):
@@ -171,7 +171,7 @@ def _factorize(matrix, least):
                 matrix[i, j] = rest / matrix[j, j]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _forward(factor, right):
     for i in range(right.size):
         for k in range(i):
@@ -179,7 +179,7 @@ def _forward(factor, right):
         right[i] /= factor[i, i]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _backward(factor, right):
     for i in range(right.size - 1, -1, -1):
         for k in range(i + 1, right.size):

@@ -12,10 +12,11 @@ See docs/theory/residual_distribution.md.
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from scipy import sparse
 from scipy.spatial import ConvexHull, Delaunay, QhullError
+
+from einschalt.foundations.kernels import compiled
 
 # share of the size of a triangle below which a point lies on its corner or side
 NEAR = 1e-9
@@ -128,7 +129,7 @@ def _circumcentres(a, b, c):
     return a + np.stack([east, north], axis=1)
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _sibson_weights(mesh, points, home):
     """Rows, columns and weights of all points that lie within the hull."""
     capacity = 8 * points.shape[0] + 16
@@ -163,14 +164,14 @@ def _sibson_weights(mesh, points, home):
     return rows[:filled], columns[:filled], weights[:filled]
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _doubled(array, more):
     longer = np.empty(2 * array.size + more, dtype=array.dtype)
     longer[: array.size] = array
     return longer
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _at_corner_or_side(mesh, point, triangle, near, area):
     """Weights of a point on a corner or on the hull; 0 where it lies on neither."""
     corners = mesh.corners[triangle]
@@ -199,7 +200,7 @@ def _at_corner_or_side(mesh, point, triangle, near, area):
     return 0
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _find_cavity(mesh, point, triangle, seen, mark, cavity):
     """Triangles whose circumscribed circle holds the point, from its own outwards."""
     cavity[0] = triangle
@@ -220,7 +221,7 @@ def _find_cavity(mesh, point, triangle, seen, mark, cavity):
     return n_cavity
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _steal(mesh, point, cavity, marks, first, last, is_near, near, area):
     """Twice the areas that the point takes from its natural neighbours.
 
@@ -255,7 +256,7 @@ def _steal(mesh, point, cavity, marks, first, last, is_near, near, area):
     return n_near
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled
 def _centre_with(point, one, two):
     """Centre, from the point, of the circle through it and two others."""
     a, b = one - point, two - point

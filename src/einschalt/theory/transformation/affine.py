@@ -4,9 +4,9 @@ Six parameters, at least three points that are not on a line. It absorbs a diffe
 film scale along and across the flight, and is Kovarik's choice for that reason.
 """
 
-import numba
 import numpy as np
 
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.transformation.plane_fit import (
     PlaneSolution,
     assemble_fit,
@@ -109,7 +109,7 @@ def _parameters(moments, linear):
     return parameters
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _solve(model_model, model_ground, status):
     """Inverse of Σ w d dᵀ and the matrix A; NaN where a model is not usable."""
     inverse, linear = np.empty_like(model_model), np.empty_like(model_model)

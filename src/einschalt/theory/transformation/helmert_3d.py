@@ -6,10 +6,10 @@ R = R_x(ω) R_y(φ) R_z(κ), right-handed. At least three points that are not on
 from dataclasses import dataclass
 from functools import cached_property
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.foundations.rotations import (
     GIMBAL_COSINE,
     angle_rates,
@@ -220,7 +220,7 @@ def _sums(xyz, enh, weights, start):
     return sums
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _sum_moments(first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s_mm, s_gm):
     d, big_d = np.empty(3), np.empty(3)
     for k in range(first, last):
@@ -247,7 +247,7 @@ def _sum_moments(first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s_mm, s
                     s_gm[k, c, b] += weights[i] * big_d[c] * d[b]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _point_by_point(
     first, last, start, xyz, enh, weights, w_sum, c_m, c_g, s, r, q_s, q_r, v, h, vv
 ):

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.least_squares import (
     standard_error_of_unit_weight,
     total_from_coordinate,
@@ -196,7 +196,7 @@ def plane_moments(xy, en, weights, start):
     return moments
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _sum_moments(first, last, start, xy, en, weights, w_sum, c_xy, c_en, s_mm, s_mg):
     for k in range(first, last):
         low, high = start[k], start[k + 1]
@@ -265,7 +265,7 @@ def assemble_fit(kind, points, moments, solution, parameters, gain):
     )
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _point_by_point(
     first, last, start, xy, en, weights, w_sum, c_xy, c_en, a, k_e, k_n, v, h, vv
 ):

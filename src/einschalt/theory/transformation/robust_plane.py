@@ -10,10 +10,10 @@ Source: Huber 1981, ch. 7; see docs/theory/robust.md.
 from dataclasses import replace
 from functools import partial
 
-import numba
 import numpy as np
 
 from einschalt.foundations.batches import over_segments
+from einschalt.foundations.kernels import compiled
 from einschalt.theory.adjustment.norms import FAMILIES
 from einschalt.theory.adjustment.robust import (
     LEAST_FACTOR,
@@ -31,9 +31,7 @@ THINNEST = 1e-10
 INSERTED = 64  # more points than that are sorted by numpy, once
 
 _compiled = partial(
-    numba.njit,
-    cache=True,
-    nogil=True,
+    compiled,
     error_model="numpy",
     fastmath={"reassoc", "contract", "arcp", "nsz"},
     # with free sums a callee must exist once: see coplanarity_condition

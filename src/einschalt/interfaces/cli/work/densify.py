@@ -3,6 +3,7 @@
 import typer
 
 from einschalt.interfaces import python_api
+from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.cli.progress import stage_progress
@@ -33,20 +34,21 @@ def densify(
     # before the work, which would be lost
     require_scale(ellipse_scale)
     require_printable(pdf, report=not no_report)
-    read = python_api.read_block(block, given)
-    settings = read.settings
     with (
-        held_folder(output, output_of(read, overwrite=overwrite)),
-        stage_progress(is_quiet=quiet) as progress,
+        stage_progress(is_quiet=quiet) as show,
+        compilations_shown(show) as progress,
     ):
-        report_progress = stage_reporter(progress)
-        result = python_api.densify(read, settings, progress=progress)
-        report_progress(Stage.ASSESSMENT)
-        result.assessment  # noqa: B018
-        report_progress(Stage.WRITING)
-        options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
-        options |= {"report": not no_report, "paper": pdf}
-        write_result(result, output, **options, beside=True)
+        read = python_api.read_block(block, given)
+        progress.n_usual = usual_kernels(read)
+        with held_folder(output, output_of(read, overwrite=overwrite)):
+            result = python_api.densify(read, read.settings, progress=progress)
+            report_progress = stage_reporter(progress)
+            report_progress(Stage.ASSESSMENT)
+            result.assessment  # noqa: B018
+            report_progress(Stage.WRITING)
+            options = {"ellipse_scale": ellipse_scale, "overwrite": overwrite}
+            options |= {"report": not no_report, "paper": pdf}
+            write_result(result, output, **options, beside=True)
     report(output, block=read.name, **figures_of(result))
     if not quiet:
         print_out(result.summary())

@@ -1,0 +1,86 @@
+"""Compiled kernels are kept for their sources, and their compilation is told."""
+
+from pathlib import Path
+
+import pytest
+
+from einschalt.foundations import kernels
+from einschalt.foundations.kernels import (
+    compilations_told_to,
+    compiled,
+    source_stamp,
+)
+from einschalt.foundations.sparse_cholesky import front_factorization
+from einschalt.theory.relative_orientation import coplanarity
+
+CALLED = "coplanarity_condition.py"
+
+
+def stamp_without(monkeypatch, kernel, file):
+    """Its stamp if the file had another text."""
+    real = kernels._digest
+
+    def changed(path):
+        return "changed" if Path(path).name == file else real(path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(kernels, "_digest", changed)
+        return source_stamp(kernel)
+
+
+@pytest.mark.parametrize("file", ["coplanarity.py", CALLED])
+def test_a_change_of_a_source_makes_a_kernel_stale(file, monkeypatch):
+    kernel = coplanarity.estimate_precision
+    assert stamp_without(monkeypatch, kernel, file) != source_stamp(kernel)
+
+
+def test_functions_for_compiled_code_alone_are_sources_too(monkeypatch):
+    kernel = front_factorization.factor_fronts
+    stamp = stamp_without(monkeypatch, kernel, "dense_kernels.py")
+    assert stamp != source_stamp(kernel)
+
+
+def test_a_change_elsewhere_keeps_a_kernel(monkeypatch):
+    kernel = coplanarity.estimate_precision
+    assert stamp_without(monkeypatch, kernel, "krames.py") == source_stamp(kernel)
+
+
+def test_numbers_and_options_make_a_kernel_stale(monkeypatch):
+    kernel = coplanarity.is_determined
+    stamp = source_stamp(kernel)
+    monkeypatch.setitem(kernel.targetoptions, "error_model", "python")
+    assert source_stamp(kernel) != stamp
+    monkeypatch.undo()
+    monkeypatch.setattr(coplanarity, "WEAKEST", 2 * coplanarity.WEAKEST)
+    assert source_stamp(kernel) != stamp
+
+
+def test_the_order_of_options_is_that_of_their_names():
+    first = compiled(fastmath={"nsz", "arcp", "contract"})(kept)
+    second = compiled(fastmath={"contract", "nsz", "arcp"})(kept)
+    assert source_stamp(first) == source_stamp(second)
+
+
+def test_the_cache_asks_for_the_stamp_of_the_kernel_with_its_options():
+    kernel = coplanarity.is_determined
+    assert kernel._cache._cache_file._source_stamp == source_stamp(kernel)
+
+
+def kept(value):
+    return value
+
+
+def test_a_compilation_is_told_and_a_kernel_that_is_found_is_not(monkeypatch):
+    monkeypatch.setattr(kernels, "_watch", kernels._Watch())
+    kernel = compiled(kept)
+    told = []
+    with compilations_told_to(told.append):
+        monkeypatch.setattr(kernel._cache, "_load_overload", lambda *_: "found")
+        assert kernel._cache.load_overload(None, kernel.targetctx) == "found"
+        assert told == []
+        monkeypatch.setattr(kernel._cache, "_load_overload", lambda *_: None)
+        for _ in range(2):
+            assert kernel._cache.load_overload(None, kernel.targetctx) is None
+    kernel._cache.load_overload(None, kernel.targetctx)  # nobody listens any more
+    assert [one[:3] for one in told] == [("kept", 2, 0), ("kept", 3, 1)]
+    assert 0 <= told[0].seconds <= told[1].seconds
