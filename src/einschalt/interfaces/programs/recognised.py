@@ -7,6 +7,7 @@ and gives DataFrames by the names of their tables.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -224,10 +225,14 @@ def _named(name):
 
 def _plugin(name):
     """Reader of an installed package, by its suffix or its word."""
-    for point in entry_points(group=PLUGINS):
-        if point.name == name:
-            return lambda path: _of_plugin(point, Path(path))
-    return None
+    point = _installed(entry_points).get(name)
+    return None if point is None else lambda path: _of_plugin(point, Path(path))
+
+
+@lru_cache(maxsize=1)  # every table is asked for, and each search reads all metadata
+def _installed(find):
+    """Readers of installed packages by their name; of two with one, the first."""
+    return {point.name: point for point in reversed(find(group=PLUGINS))}
 
 
 def _of_plugin(point, path):
