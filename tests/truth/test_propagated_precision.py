@@ -27,7 +27,7 @@ MODES = [
     ("all", "rigorous"),
 ]
 # every mode has blocks of its own, so that all together are forty that know nothing of
-# each other; the first ones are as in test_errors_of_one_block, exact in every mode
+# each other. That no mode is wrong for itself shows test_errors_of_one_block, exactly
 N_BLOCKS = 8
 # how far a mean of eight may lie away: 3.3 standard errors. Between blocks the squares
 # scatter by 0.09, the shares in ellipses by 0.015 (95 %) and 0.034 (39.3 %)
