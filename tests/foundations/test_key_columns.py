@@ -61,6 +61,9 @@ def test_long_columns_say_the_same_byte_by_byte(monkeypatch, kind, n_chunks):
     models = column(["x", "8", "1", "8", "81", "8"])
     assert not key_columns.may_repeat([ids, models])  # 7/8|1 is not 7/|81
     assert key_columns.may_repeat([column(["x", "a", "b", "a"]), column(list("xyzy"))])
-    assert key_columns.are_tidy(column(["x", "0012", "7 8", "a"]))
-    for odd in (" a", "a\t", "", "\xa0a", "\u2003a", "a\u2003", None):
-        assert not key_columns.are_tidy(column(["x", "a", odd, "b"])), odd
+    # and short ones by a pattern
+    for least in (1, 50_000):
+        monkeypatch.setattr(key_columns, "MANY", least)
+        assert key_columns.are_tidy(column(["x", "0012", "7 8", "7\n8", "a"]))
+        for odd in (" a", "a\t", "a\n", "", "\xa0a", "\u2003a", "a\u2003", "a\0", None):
+            assert not key_columns.are_tidy(column(["x", "a", odd, "b"])), odd

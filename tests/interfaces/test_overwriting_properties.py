@@ -20,7 +20,7 @@ from einschalt.interfaces import python_api
 from einschalt.interfaces.batch import block_run
 from einschalt.interfaces.cli.main import app
 from einschalt.interfaces.files import orientation_folder, result_folder
-from einschalt.interfaces.reports import figure_files
+from einschalt.interfaces.reports import figure_files, planning_figures
 from einschalt.pipeline.batch.local_engine import Answer
 
 POINTS = [(0, 0), (92, 0), (0, 90), (92, 90), (0, -90), (92, -90), (46, 5)]
@@ -121,6 +121,7 @@ def quick(template):
         )
         for name in ("parallax_figure", "krames_figure"):
             patch.setattr(orientation_folder, name, lambda *_: svg)
+        patch.setattr(planning_figures, "diagrams_figure", lambda _: None)
         patch.setattr(figure_files, "figure_bytes", lambda *_: {"svg": svg.encode()})
         yield
 

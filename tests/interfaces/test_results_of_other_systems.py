@@ -69,11 +69,12 @@ def case(request, make_block, tmp_path_factory):
 def test_results_are_the_same_within_the_stated_accuracy(case):
     expected, block, _, accuracy = case
     found = es.densify(es.read_block(block.path))
-    apart = (found.points[PLANE] - expected.points[PLANE]).to_numpy()
+    points, others = found.solution.points, expected.solution.points
+    apart = (points[PLANE] - others[PLANE]).to_numpy()
     # there and back by the same operation; between datums it takes all heights for 0,
     # which leaves a millimetre. The wrong one of two feet would be decimetres
     assert np.hypot(*apart.T).max() < (2e-3 if accuracy else 1e-6)
-    ours, alone = (one.points["standard_error_total"] for one in (found, expected))
+    ours, alone = (one["standard_error_total"] for one in (points, others))
     np.testing.assert_allclose(ours, np.hypot(alone, accuracy), rtol=1e-2)
 
 

@@ -61,7 +61,9 @@ def test_models_that_were_corrected_before_stay_as_they_are(exact_block):
     ignored = es.Settings(earth_curvature="ignored", outliers="keep")
     flat = es.densify(replace(exact_block, crs=None), es.Settings(outliers="keep"))
     found = es.densify(exact_block, ignored)
-    np.testing.assert_array_equal(found.points[AXES], flat.points[AXES])
+    np.testing.assert_array_equal(
+        found.solution.points[AXES], flat.solution.points[AXES]
+    )
     assert "curved Earth" not in found.summary()
     assert "curved Earth" in es.densify(exact_block).summary()
     alone = es.adjust_block(replace(exact_block, settings=ignored), kind="helmert_3d")
@@ -117,8 +119,8 @@ def test_the_scale_of_the_map_changes_across_plane_models():
 
     def missed(**more):
         result = es.densify(block, es.Settings(outliers="keep", **more))
-        points = result.points[result.points["role"] == "new"]
-        points = points.merge(block.truth, on="point_id")
+        points = result.solution.points
+        points = points[points["role"] == "new"].merge(block.truth, on="point_id")
         away = [points[f"{name}_x"] - points[f"{name}_y"] for name in AXES[:2]]
         return np.hypot(*away).max(), result.summary()
 

@@ -48,7 +48,7 @@ def figures():
         block = bent(block, EDGE_M, seed)
         for way, settings in WAYS.items():
             result = densify(block, settings)
-            row = compared(result.points, block.truth)
+            row = compared(result.solution.points, block.truth)
             rows.append((way, *row, result.claim is None or result.claim.is_supported))
     columns = ["way", "claimed", "true", "ellipses", "is_supported"]
     return pd.DataFrame(rows, columns=columns).groupby("way").mean()

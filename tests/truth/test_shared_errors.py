@@ -53,14 +53,14 @@ def figures():
     found = {"strips": {"two steps": []}}
     for seed in range(N_STRIPS):
         block = _block("strips", seed)
-        row = compared(densify(block).points, block.truth)
+        row = compared(densify(block).solution.points, block.truth)
         found["strips"]["two steps"].append(row)
     for kind in ("parts", "distance"):
         found[kind] = {way: [] for way in WAYS}
         for seed in SEEDS:
             block = _block(kind, seed)
             result = densify(block, Settings(method="simultaneous"))
-            ways = {"two steps": result.two_step, "simultaneous": result}
+            ways = {"two steps": result.two_step, "simultaneous": result.solution}
             for way, solved in ways.items():
                 found[kind][way].append(compared(solved.points, block.truth))
     return found

@@ -12,7 +12,8 @@ from einschalt.pipeline.densify import densify
 from einschalt.pipeline.simulation.simulate_block import BlockGeometry, simulate_block
 
 GROUND = ["easting", "northing", "height"]
-N_BLOCKS = 24
+# so many that means are known to 0.1 of the squares, and to 0.01 of the shares
+N_BLOCKS = {"images": 16, "machine": 24}
 
 
 @pytest.fixture(scope="module", params=["images", "machine"])
@@ -27,11 +28,12 @@ def runs(request):
         control_per_model=9,
     )
     found = []
-    for seed in range(N_BLOCKS):
+    for seed in range(N_BLOCKS[request.param]):
         block = simulate_block("demo", seed=seed, geometry=geometry)
         result = densify(block)
-        truth = block.truth.set_index("point_id").loc[result.points["point_id"], GROUND]
-        error = result.points[GROUND].to_numpy() - truth.to_numpy()
+        points = result.solution.points  # not judged: only their places count
+        truth = block.truth.set_index("point_id").loc[points["point_id"], GROUND]
+        error = points[GROUND].to_numpy() - truth.to_numpy()
         covariance = result.errors.covariance
         solved = np.linalg.solve(covariance[:, :2, :2], error[:, :2, None])[:, :, 0]
         square = np.sum(error[:, :2] * solved, axis=1)
@@ -49,18 +51,18 @@ def runs(request):
 
 def test_normalised_squares_are_one(runs):
     for squares in (runs.square, runs.height):
-        scatter = np.std(squares, ddof=1) / np.sqrt(N_BLOCKS)
+        scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))
         assert scatter < 0.1
         assert squares.mean() == pytest.approx(1.0, abs=3.0 * scatter)
 
 
 def test_ellipses_hold_what_they_say(runs):
-    scatter = np.std(runs.inside, ddof=1) / np.sqrt(N_BLOCKS)
+    scatter = np.std(runs.inside, ddof=1) / np.sqrt(len(runs.inside))
     assert runs.inside.mean() == pytest.approx(0.95, abs=3.0 * scatter)
     assert scatter < 0.01
 
 
 def test_claimed_and_true_root_mean_square(runs):
-    scatter = np.std(runs.true / runs.claimed, ddof=1) / np.sqrt(N_BLOCKS)
+    scatter = np.std(runs.true / runs.claimed, ddof=1) / np.sqrt(len(runs.true))
     ratio = runs.claimed.mean() / runs.true.mean()
     assert ratio == pytest.approx(1.0, abs=3.0 * scatter)

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from einschalt.foundations.names import Coded, encode
 
 LARGEST_CODE = 2**62
 MANY = 50_000  # rows from which compiled code is worth its start
+TIDY = r"(?s)\A[!-~](.*[!-~])?\z"  # begins and ends as in name_bytes
 
 
 def is_among(names, known):
@@ -49,12 +51,17 @@ def may_repeat(columns):
 
 
 def are_tidy(names):
-    """Whether no name of a long column of text is missing, or has blanks around it.
+    """Whether no name of a column of text is missing, or has blanks around it.
 
-    True is certain; False is said of short columns without looking.
+    True is certain; False is also said of names with letters beyond ASCII.
+
+    >>> are_tidy(["7/8", "0012"]), are_tidy(["7/8", " 0012"])
+    (True, False)
     """
     if len(names) < MANY:
-        return False
+        text = _as_text(names)
+        is_tidy = pc.match_substring_regex(text, TIDY)
+        return text.null_count == 0 and bool(pc.all(is_tidy).as_py())
     from einschalt.foundations import name_bytes  # noqa: PLC0415
 
     return name_bytes.are_tidy(_as_text(names))

@@ -294,8 +294,7 @@ def to_geocentric(points, crs):
     (n, 3) and their derivatives by easting, northing and height (n, 3, 3).
     """
     with offline():
-        target = _geocentric(crs)
-        way = pyproj.Transformer.from_crs(crs.to_3d(), target, always_xy=True)
+        way, _ = _geocentric_ways(crs)
         jacobian = np.empty((len(points), 3, 3))
         for axis in range(3):
             step = np.zeros(3)
@@ -312,9 +311,17 @@ def from_geocentric(xyz, crs):
     In a plane system of the same datum; infinite where a point has no place in it.
     """
     with offline():
-        source = _geocentric(crs)
-        way = pyproj.Transformer.from_crs(source, crs.to_3d(), always_xy=True)
+        _, way = _geocentric_ways(crs)
         return np.column_stack(way.transform(*np.asarray(xyz).T))
+
+
+@lru_cache(maxsize=64)  # PROJ takes 50 ms, and each flight of a block asks for it
+def _geocentric_ways(crs):
+    """Transformers of a plane system to the geocentric one of its datum, and back."""
+    plane, geocentric = crs.to_3d(), _geocentric(crs)
+    there = pyproj.Transformer.from_crs(plane, geocentric, always_xy=True)
+    back = pyproj.Transformer.from_crs(geocentric, plane, always_xy=True)
+    return there, back
 
 
 def _geocentric(crs):

@@ -219,7 +219,8 @@ def check_table(frame, schema, *, source=None) -> CheckedTable:
     unfit = _unfit(frame, schema, source)
     if unfit is not None:
         return CheckedTable(pd.DataFrame(), (unfit,))
-    frame = frame.rename(columns=str)
+    if not all(isinstance(name, str) for name in frame.columns):
+        frame = frame.rename(columns=str)
     problems = _check_columns(frame, schema, source)
     if frame.empty:
         return CheckedTable(frame, tuple(problems) or (_empty(source),))

@@ -50,7 +50,7 @@ def test_probabilities_of_clean_points_are_those_that_are_said(clean):
 
 def test_clean_points_are_suspects_as_often_as_the_significance_says(clean):
     n_points = sum(run.solution.screening.n_tested for run in clean)
-    n_suspects = sum(run.points["is_suspect"].sum() for run in clean)
+    n_suspects = sum(run.solution.points["is_suspect"].sum() for run in clean)
     low, high = stats.binom.ppf([0.0005, 0.9995], n_points, 0.001)
     assert low <= n_suspects <= high
     assert sum(coverages_that_differ(run.examination) is not None for run in clean) == 0

@@ -144,7 +144,7 @@ def test_a_block_that_nothing_holds_drifts_and_is_told(demo_block):
     low = replace(demo_block.low_flight, model_points=points)
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
     central = {"coverage_mean": "most_central"}
-    result = densify(block, Settings(iterations=40, **central))
+    result = densify(block, Settings(iterations=25, **central))
     found = drift(result.examination)
     assert found.code == "drift_without_control"
     assert found.remedy == "one_pass_or_measure_control"
@@ -162,7 +162,7 @@ def test_iterations_that_make_points_worse_are_told(demo_block):
     points = points[~points["point_id"].isin(names)].reset_index(drop=True)
     low = replace(demo_block.low_flight, model_points=points)
     block = replace(demo_block, low_flight=low, may_be_unmeasured=True)
-    settings = Settings(iterations=60, coverage_mean="most_central")
+    settings = Settings(iterations=30, coverage_mean="most_central")
     found = drift(densify(block, settings).examination)
     assert found.code == "iterations_that_spoil"
     assert found.observed > found.expected > 0.0

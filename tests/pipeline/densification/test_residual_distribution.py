@@ -65,7 +65,7 @@ def test_a_block_without_control_is_refused(block):
 def test_propagated_error_is_the_true_one_after_the_distribution():
     settings = Settings(residual_distribution="natural_neighbour")
     squares = []
-    for seed in range(30):
+    for seed in range(20):
         block = simulate_block("demo", seed=seed)
         result = densify(block, settings)
         columns = ["easting", "northing"]

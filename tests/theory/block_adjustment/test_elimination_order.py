@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from einschalt.foundations.sparse_cholesky.nested_dissection import dissect
 from einschalt.theory.block_adjustment.model_graph import (
@@ -22,8 +23,9 @@ def block():
     rng = np.random.default_rng(8)
     centre = (np.stack(np.divmod(np.arange(SIDE**2), SIDE), axis=-1) + 0.5) * SPACING
     ground = rng.uniform(0.0, SIDE * SPACING, (7 * SIDE**2, 2))
-    away = [np.abs(ground - c).max(axis=1) < 0.75 * SPACING for c in centre]
-    model, point = np.nonzero(away)
+    near = cKDTree(ground).query_ball_point(centre, 0.75 * SPACING, p=np.inf)
+    model = np.repeat(np.arange(SIDE**2), [len(points) for points in near])
+    point = np.concatenate([np.sort(points) for points in near]).astype(int)
     turn = np.exp(1j * rng.uniform(-np.pi, np.pi, SIDE**2)) / 8.0
     z = (ground[point] - centre[model]) @ [1.0, 1j]
     z = turn[model] * (z + SIGMA * rng.standard_normal((len(z), 2)) @ [1.0, 1j])

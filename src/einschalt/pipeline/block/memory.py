@@ -11,15 +11,14 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
-from einschalt.foundations.key_columns import is_among
 from einschalt.foundations.limited_memory import (
     gigabytes,
     is_there_room_for,
     memory_limits,
 )
+from einschalt.foundations.names import encode, encode_pairs
 
 # measured, everything together: blocks with 1000 to 1500 points in a model in both
 # flights; a point in 1000 and in 3000 models; clouds of 10⁵, 3·10⁵ and 10⁶ points
@@ -43,18 +42,18 @@ def needed_bytes(block) -> dict:
         table = flight.model_table()
         if table.empty:
             continue
-        is_fitted = is_among(table["point_id"], _known_points(block, name))
-        by_model = pd.Series(is_fitted).groupby(
-            [table["coverage"].to_numpy(), table["model_id"].to_numpy()], sort=False
-        )
-        sizes = by_model.agg(["sum", "size"]).astype(float)
-        models_of_point = table["point_id"].value_counts(sort=False).to_numpy(float)
-        n_pairs += float((sizes["sum"] * sizes["size"]).sum())
+        point = encode(table["point_id"])
+        is_known = encode(_known_points(block, name)).locate(point) >= 0
+        model = encode_pairs(table["coverage"], table["model_id"]).codes
+        n_of_model = np.bincount(model)
+        n_fitted = np.bincount(model, is_known[point.codes])
+        models_of_point = np.bincount(point.codes)
+        n_pairs += float(n_fitted @ n_of_model)
         # models that share many points are pairs of models once only
-        shared = float((models_of_point**2).sum())
-        n_two_models += min(shared, float(len(sizes)) ** 2)
+        shared = float(models_of_point.astype(float) @ models_of_point)
+        n_two_models += min(shared, float(len(n_of_model)) ** 2)
         n_all += len(table)
-        largest = max(largest, int(sizes["size"].max()))
+        largest = max(largest, int(n_of_model.max()))
         most = max(most, int(models_of_point.max()))
     return {
         (f"up to {largest} points in a model", THIN_OUT): BYTES_PER_PAIR * n_pairs,

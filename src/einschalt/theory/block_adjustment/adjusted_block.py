@@ -63,10 +63,11 @@ class AdjustedBlock:
             return cofactors.points
         return cofactors.of_differences(self.solver.system.incidence.point)
 
-    def _projected(self, errors, control_errors):
+    def _projected(self, errors, control_errors, *, is_rough=False):
         """Points and residuals for right sides of the solver."""
         new = self.ordering.reordered
-        found = self.solver.project(errors[new.rows], control_errors[new.points])
+        right = errors[new.rows], control_errors[new.points]
+        found = self.solver.project(*right, is_rough=is_rough)
         residuals = in_old_order(found.residuals, new.rows)
         return in_old_order(found.points, new.points), residuals
 

@@ -99,16 +99,18 @@ class BlockSolution(AdjustedBlock):
         """Adjust the same observations with other deformations."""
         return adjust(self.observations, terms, self.ordering)
 
-    def answer_to(self, errors, control_errors):
+    def answer_to(self, errors, control_errors, *, is_rough=False):
         """Errors of the points, and residuals, that follow from given errors.
 
         ``errors`` (n_rows, 2, n_draws) are of the measured points on the ground,
         ``control_errors`` (n_points, 2, n_draws) of the given coordinates, 0 where
         there are none [m]. Points (n_points, 2, n_draws), residuals as the errors [m].
+        A rough answer is for sums over the block.
         """
         channels = self.solver.channels
         right = channels.split(-errors), channels.split(control_errors)
-        points, residuals = map(channels.join, self._projected(*right))
+        found = self._projected(*right, is_rough=is_rough)
+        points, residuals = map(channels.join, found)
         on_ground = self.linear[self.observations.model] @ self.deformation.columns
         weighted = on_ground * self.observations.standard_error[:, None, None] ** -2.0
         right = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))

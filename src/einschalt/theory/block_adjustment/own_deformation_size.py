@@ -141,7 +141,7 @@ def _drawn_residuals(plain, rng, n_draws):
     observations = plain.observations
     control = observations.drawn_control(rng, n_draws)
     errors = observations.drawn_errors(rng, n_draws, plain.linear)
-    return plain.answer_to(errors, control)[1]
+    return plain.answer_to(errors, control, is_rough=True)[1]
 
 
 class _Score:

@@ -83,11 +83,11 @@ class Solver:
     # (n_unknowns,): weight with which each unknown is 0 before it is observed
     prior: np.ndarray
 
-    def project(self, shift, control) -> Projection:
+    def project(self, shift, control, *, is_rough=False) -> Projection:
         """Adjust observations T − X = l (``shift``) and X = c (``control``).
 
         Both (n, d, n_right) [m]; a shift of 0.0 stands for all, c is 0 where a point is
-        no control.
+        no control. A rough solution is not refined: for sums over the block.
         """
         system, incidence = self.system, self.system.incidence
         shape = (incidence.n_models, system.n_unknowns, control.shape[2])
@@ -108,7 +108,7 @@ class Solver:
             # last; the first says nothing of it
             expected = size * size / last if np.isfinite(last) else size
             parameters, last = parameters - step, size
-            if expected < CONVERGED:
+            if is_rough or expected < CONVERGED:
                 break
             residuals = self._project(parameters, shift, control).residuals
         return self._project(parameters, shift, control)

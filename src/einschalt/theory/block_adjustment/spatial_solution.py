@@ -67,9 +67,9 @@ class SpatialSolution(AdjustedBlock):
         """Adjust other observations of the same models."""
         return adjust_spatially(observations, self.placement)
 
-    def answer_to(self, errors, control_errors):
+    def answer_to(self, errors, control_errors, *, is_rough=False):
         """Errors of points, and residuals; as in plan, of small errors."""
-        return self._projected(-errors, control_errors)
+        return self._projected(-errors, control_errors, is_rough=is_rough)
 
     @property
     def relative_errors(self):

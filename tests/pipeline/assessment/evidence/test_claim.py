@@ -32,24 +32,43 @@ def shared(block):
     return densify(onto_given_approximations(block, photograph_error=0.1, seed=1))
 
 
-@pytest.mark.parametrize(
-    ("kind", "settings"),
-    [
+@pytest.fixture(
+    scope="module",
+    params=[
         ("affine", {"coverage_mean": "most_central"}),
         ("helmert", {"weighting": "weighted"}),
         ("affine", {"weighting": "rigorous"}),
     ],
+    ids=str,
 )
-def test_predictions_are_what_other_blocks_have(kind, settings):
-    """The mean over simulated blocks is what one block predicts for itself."""
-    observed, predicted = [], []
+def twelve(request):
+    """Claims of clean blocks, and squares of control left out by its covariance."""
+    kind, settings = request.param
+    claims, squares = [], []
     for seed in range(12):
         block = simulate_block("demo", seed=seed)
         flights = {
             name: replace(flight, transformation=kind)
             for name, flight in block.flights.items()
         }
-        claim = densify(replace(block, **flights), Settings(**settings)).claim
+        result = densify(replace(block, **flights), Settings(**settings))
+        claims.append(result.claim)
+        squares.append(result.left_out_control.normalized_square)
+    return claims, squares
+
+
+def test_control_left_out_differs_by_the_standard_errors_that_are_given(twelve):
+    """Squares by their covariances, over blocks; their scatter says how sure it is."""
+    _, squares = twelve
+    scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))
+    assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * scatter)
+    assert scatter < 0.15
+
+
+def test_predictions_are_what_other_blocks_have(twelve):
+    """The mean over simulated blocks is what one block predicts for itself."""
+    observed, predicted = [], []
+    for claim in twelve[0]:
         assert [test.name for test in claim.tests][:3] == [COVERAGES, HIGH, RESIDUALS]
         observed.append([test.observed**2 for test in claim.tests[:3]])
         predicted.append([test.predicted**2 for test in claim.tests[:3]])

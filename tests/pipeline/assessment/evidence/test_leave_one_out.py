@@ -131,19 +131,6 @@ def test_points_that_a_model_needs_are_not_left_out(demo_block):
     assert kept <= set(everything["point_id"])
 
 
-def test_differences_have_the_standard_errors_that_are_given():
-    """Squares by their covariances, over blocks; their scatter says how sure it is."""
-    for kind in ("affine", "helmert"):
-        squares = []
-        for seed in range(12):
-            block = of_kinds(simulate_block("demo", seed=seed), kind, kind)
-            result = densify(block, Settings(coverage_mean="most_central"))
-            squares.append(result.left_out_control.normalized_square)
-        scatter = np.std(squares, ddof=1) / np.sqrt(len(squares))
-        assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * scatter)
-        assert scatter < 0.15
-
-
 def test_table_holds_together(good_result):
     table = good_result.control_left_out
     d = table[DIFFERENCES].to_numpy()

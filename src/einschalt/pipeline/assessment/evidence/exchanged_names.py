@@ -87,13 +87,16 @@ def _worst_points(solution, name):
     residuals = solution.residuals[solution.residuals["flight"] == name]
     gross = solution.gross_measurements
     gross = gross[gross["flight"] == name].assign(is_suspect=True)
+    misfits = _models_that_fit_badly(solution, name)
+    if not (residuals["is_suspect"].any() or len(gross) or len(misfits)):
+        return residuals.iloc[:0]
     columns = [*MODEL, "point_id", "residual_easting", "residual_northing"]
     parts = [part for part in (residuals, gross) if len(part)] or [residuals]
     both = pd.concat([part[[*columns, "is_suspect"]] for part in parts])
     # two exchanged points mask each other: a model may fit badly without a suspect
     keys = pd.MultiIndex.from_frame(both[MODEL])
     is_wrong = both.groupby(MODEL)["is_suspect"].transform("any")
-    both = both[is_wrong | keys.isin(_models_that_fit_badly(solution, name))]
+    both = both[is_wrong | keys.isin(misfits)]
     miss = np.hypot(both["residual_easting"], both["residual_northing"])
     both = both.assign(miss=miss).sort_values("miss", ascending=False, kind="stable")
     models = both[MODEL].drop_duplicates().head(MOST_MODELS)

@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
     NOTHING,
@@ -259,12 +260,14 @@ def _film_of(name, flight, places):
     held = flight.model_table()
     plan = places.reindex(held["point_id"]).to_numpy(dtype=float)
     axes = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
-    keys = [held[key].to_numpy() for key in ("coverage", "model_id") if key in held]
-    along = held[[]].reset_index(drop=True).assign(**_named(plan @ axes))
-    models = along.groupby(keys)
-    widest = (models.max() - models.min()).max(axis=1)
+    model = row_codes([held[key] for key in ("coverage", "model_id") if key in held])
+    order = np.argsort(model, kind="stable")
+    start = np.flatnonzero(np.diff(model[order], prepend=-1))
+    along = (plan @ axes)[order]
+    widths = np.fmax.reduceat(along, start) - np.fmin.reduceat(along, start)
+    widest = np.fmax.reduce(widths, axis=1)
     widest = widest[widest > 0.0]
-    diameter = float(widest.median()) if len(widest) else np.nan
+    diameter = float(np.median(widest)) if len(widest) else np.nan
     ratio = _scale_of(flight, places) / flight.scale_number
     return FilmSize(name, float(flight.scale_number), diameter, ratio)
 
@@ -279,7 +282,3 @@ def _scale_of(flight, places):
     of_image = METRES_PER_MM * np.sqrt(spread["x"] + spread["y"])
     of_ground = np.sqrt(spread[PLAN].sum(axis=1))
     return float((of_ground / of_image).median())
-
-
-def _named(columns):
-    return {str(number): column for number, column in enumerate(columns.T)}
