@@ -11,6 +11,7 @@ import pytest
 
 from einschalt.foundations import language
 from einschalt.foundations import typesetting as ts
+from einschalt.foundations.errors import SettingsError
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
     figure,
@@ -176,5 +177,5 @@ def test_the_first_variable_that_is_set_decides_on_the_language():
 
 
 def test_an_unknown_language_is_refused():
-    with pytest.raises(ValueError, match="'fr' is none of en, de"), written_in("fr"):
+    with pytest.raises(SettingsError, match="'fr'; expected en or"), written_in("fr"):
         pass

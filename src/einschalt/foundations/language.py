@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from einschalt.foundations.display_names import GROUP_SPACE
+from einschalt.foundations.errors import SettingsError
 
 _Key, _Words = TypeVar("_Key"), TypeVar("_Words")
 ENGLISH = "en"
@@ -46,14 +47,26 @@ def language() -> str:
 
 @contextmanager
 def written_in(name: str) -> Iterator[None]:
-    r"""Write in a language, within a ``with``; ValueError where there is none such.
+    r"""Write summaries and reports in a language, within a ``with``.
 
+    Parameters
+    ----------
+    name : str
+        "en" or "de".
+
+    Raises
+    ------
+    SettingsError
+        There is no such language.
+
+    Examples
+    --------
     >>> with written_in("de"):
     ...     figure(12345.678, ".2f")
     '12\u202f345,68'
     """
     if name not in LANGUAGES:
-        raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)}")
+        raise SettingsError(f"language = {name!r}", expected=" or ".join(LANGUAGES))
     before = _active.set(name)
     try:
         yield
