@@ -15,13 +15,22 @@ from einschalt.foundations.language import (
     Amount,
     catalogue,
     language,
+    mark,
     numbers_set,
     translated,
     written_in,
 )
 
-# where a text was put together of messages
-JOINTS = re.compile(r"(: |; expected |; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
+# where a fault lies
+WHERE = {
+    "row": mark("row {name}"),
+    "point": mark("point {name}"),
+    "model": mark("model {name}"),
+}
+PLACE = re.compile(rf"({'|'.join(WHERE)}) (\S+)")
+# where a text was put together of messages; it is told itself
+EXPECTED = mark("; expected ")
+JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
 # by which a message is recognised: in one whose places have numbers alone, and others
 LETTERS = {True: 4, False: 12}
 QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
@@ -50,11 +59,18 @@ def retold(text: str) -> str:
     )
 
 
+def place_text(kind: str, name: object) -> str:
+    """Write in which row, at which point or in which model something is."""
+    return translated(WHERE[kind], name=str(name))
+
+
 def _recognised(name, text):
     """The text in a language, or None where it fills no message."""
     told = catalogue(name).gettext(text)
     if told != text:
         return told
+    if place := PLACE.fullmatch(text):
+        return place_text(*place.groups())
     for pattern, message in _patterns(name):
         if found := pattern.fullmatch(text):
             parts = {place: _again(part) for place, part in found.groupdict().items()}

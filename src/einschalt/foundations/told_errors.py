@@ -1,14 +1,8 @@
 """Errors in the language of who reads them; they themselves stay English."""
 
 from einschalt.foundations.errors import BlockError, shortened_name, spread
-from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import ENGLISH, language, mark, translated
-
-WHERE = {
-    "row": mark("row {name}"),
-    "point": mark("point {name}"),
-    "model": mark("model {name}"),
-}
 
 
 def told(error) -> str:
@@ -35,7 +29,7 @@ def where_of(error) -> str:
     """File, row, point and model, as far as they are known."""
     places = {"row": error.row, "point": error.point, "model": error.model}
     known = [
-        translated(WHERE[kind], name=shortened_name(place))
+        place_text(kind, shortened_name(place))
         for kind, place in places.items()
         if place is not None
     ]

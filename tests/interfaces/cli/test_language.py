@@ -42,7 +42,7 @@ def test_workers_write_in_the_language_of_the_batch(make_block, tmp_path):
 def test_errors_are_told_in_german_and_reported_in_english(invoke, tmp_path):
     shown = invoke("densify", tmp_path, "--output", tmp_path / "o", "--language", "de")
     assert shown.exit_code == 2
-    assert "holds no block.toml" not in shown.stderr
+    assert "der Ordner enthält kein block.toml; erwartet ein Ordner mit" in shown.stderr
     shown = invoke("check", tmp_path / "nowhere", "--language", "de", "--json")
     assert '"found": "there is no such folder or file"' in shown.stdout
 

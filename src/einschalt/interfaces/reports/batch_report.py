@@ -22,7 +22,7 @@ from einschalt.pipeline.batch.block_table import (
     outcomes_text,
 )
 
-STATES = mark_each({DONE: "done", SKIPPED: "skipped", FAILED: "failed block"})
+STATES = mark_each({DONE: "done", SKIPPED: "skipped", FAILED: "failed"})
 # of the median of the blocks, and of the worst one
 HEADLINES = {
     "total": (

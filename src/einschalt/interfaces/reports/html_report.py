@@ -204,7 +204,7 @@ def _known_points(points, claimed):
     metres = {
         translated("easting"): shown["difference_easting"],
         translated("northing"): shown["difference_northing"],
-        translated("total"): miss.loc[order],
+        translated("in plan"): miss.loc[order],
         translated("stated"): shown[claimed],
     }
     # one unit for all four, so that a row can be read across

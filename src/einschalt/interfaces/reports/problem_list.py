@@ -5,9 +5,9 @@ from rich.table import Table
 from rich.text import Text
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import translated
-from einschalt.foundations.told_errors import WHERE, told
+from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import MISSING
 
 
@@ -70,7 +70,7 @@ def _table(title, problems):
 
 def _cells(problem):
     ids = [
-        translated(WHERE[kind], name=_one_line(name))
+        place_text(kind, _one_line(name))
         for kind, name in (("point", problem.point), ("model", problem.model))
         if name is not None
     ]

@@ -51,7 +51,7 @@ def section(facts, credible) -> Section:
         )
         for role, worst in zip(facts.roles, largest, strict=True)
     )
-    titles = translated("passed"), translated("failed"), translated("largest figure")
+    titles = translated("within"), translated("beyond"), translated("largest figure")
     return Section(
         translated(
             "Tolerance {length} (total; {title})",
