@@ -14,6 +14,10 @@ from hypothesis import settings
 for _library in ("OPENBLAS", "MKL", "OMP"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+# commands speak the language of the locale; what is compared is English
+for _variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
+    os.environ.pop(_variable, None)
+
 # figures of matplotlib are drawn without a screen
 os.environ.setdefault("MPLBACKEND", "Agg")
 

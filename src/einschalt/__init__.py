@@ -21,6 +21,7 @@ __version__ = "0.1.0"
 TYPE_CHECKING = False  # not from typing, which takes longer than all the rest here
 if TYPE_CHECKING:  # the same names, for editors and type checkers
     from einschalt.foundations.errors import EinschaltError as EinschaltError
+    from einschalt.foundations.language import written_in as written_in
     from einschalt.interfaces.programs.export import export as export
     from einschalt.interfaces.publication.published_results import publish as publish
     from einschalt.interfaces.publication.published_results import (
@@ -109,6 +110,7 @@ _HOME = {
     "BlockGeometry": "einschalt.pipeline.simulation.simulate_block",
     "BlockNoise": "einschalt.pipeline.simulation.simulate_block",
     "EinschaltError": "einschalt.foundations.errors",
+    "written_in": "einschalt.foundations.language",
 }
 
 __all__ = [  # noqa: PLE0604 - the names are the keys of the table above

@@ -1,31 +1,71 @@
 """Messages and figures of each language, and the catalogue that holds them."""
 
 import ast
-import io
+import re
 import string
-from gettext import GNUTranslations
+from functools import cache
+from itertools import count
 from pathlib import Path
 
 import pytest
 
 from einschalt.foundations import language
 from einschalt.foundations import typesetting as ts
-from einschalt.foundations.language import figure, language_of_locale, written_in
+from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import (
+    figure,
+    language_of_locale,
+    translated,
+    written_in,
+)
 
 SOURCE = Path(language.__file__).parents[1]
 
 
-def messages_of_sources():
-    """Every message that is written out in a call; of plurals the English singular."""
-    return {
-        node.args[0].value
-        for path in SOURCE.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id in {"translated", "plural", "mark"}
-        and isinstance(node.args[0], ast.Constant)
-    }
+# messages of templates and scripts of pages
+WRITTEN_OUT = re.compile(r'\btranslated\("([^"\\]*)"')
+MARKS = {"translated", "kept", "mark", "mark_each"}
+
+
+@cache
+def texts_of_sources():
+    """Messages that are marked, and every other text, f-strings with numbered places.
+
+    Errors and what results keep are told by such texts, where they are read.
+    """
+    marked, others = set(), set()
+    for path in SOURCE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in MARKS:
+                marked |= set(_constants(node.args[0]))
+            elif isinstance(node, ast.JoinedStr):
+                others.add(_with_numbered_places(node))
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                others.add(node.value)
+    for path in (*SOURCE.rglob("*.j2"), *SOURCE.rglob("*.js")):
+        marked |= set(WRITTEN_OUT.findall(path.read_text(encoding="utf-8")))
+    return marked, others
+
+
+def _constants(argument):
+    """The message of a call, or those of a table."""
+    texts = argument.values if isinstance(argument, ast.Dict) else [argument]
+    return [text.value for text in texts if isinstance(text, ast.Constant)]
+
+
+def _with_numbered_places(node):
+    numbers = count()
+    return "".join(
+        _escaped(part.value)
+        if isinstance(part, ast.Constant)
+        else f"{{{next(numbers)}}}"
+        for part in node.values
+    )
+
+
+def _escaped(text):
+    return text.replace("{", "{{").replace("}", "}}")
 
 
 def in_po(name):
@@ -49,7 +89,10 @@ def places(message):
 
 
 def test_every_message_has_a_german_entry_and_no_entry_is_unused():
-    assert set(in_po("de")) == messages_of_sources()
+    marked, others = texts_of_sources()
+    german = set(in_po("de"))
+    assert not sorted(marked - german)
+    assert not sorted(german - marked - others)
 
 
 def test_translations_keep_the_places_of_their_message():
@@ -60,6 +103,20 @@ def test_translations_keep_the_places_of_their_message():
         or set().union(*map(places, english)) != set().union(*map(places, german))
     ]
     assert not wrong
+
+
+def test_translations_write_places_as_their_message_does():
+    for english, german in in_po("de").values():
+        ways = {field: spec for _, field, spec, _ in parsed(english[0])}
+        for _, field, spec, _ in parsed(german[0]):
+            if "count" in spec or "|" in ways[field]:
+                assert spec.count("|") == 1, german  # forms of the noun
+            else:
+                assert spec == ways[field], german
+
+
+def parsed(message):
+    return [part for part in string.Formatter().parse(message) if part[1]]
 
 
 def test_the_compiled_catalogue_is_that_of_the_po_file():
@@ -73,24 +130,24 @@ def test_the_compiled_catalogue_is_that_of_the_po_file():
     assert read == in_po("de")
 
 
-def test_a_number_chooses_the_form_of_its_noun(monkeypatch):
-    mofile = pytest.importorskip("babel.messages.mofile", reason="needs Babel")
-    babel_catalogue = pytest.importorskip("babel.messages.catalog")
-    catalogue = babel_catalogue.Catalog(locale="de")
-    catalogue.add(("{n} point", "{n} points"), ("{n} Punkt", "{n} Punkte"))
-    compiled = io.BytesIO()
-    mofile.write_mo(compiled, catalogue)
-    compiled.seek(0)
-    german = GNUTranslations(compiled)
-    monkeypatch.setattr(language, "_catalogue", lambda _name: german)
-    for n, english, in_german in (
-        (0, "0 points", "0 Punkte"),
-        (1, "1 point", "1 Punkt"),
-        (26912, "26912 points", "26\u202f912 Punkte"),
+def test_a_number_chooses_the_form_of_its_noun():
+    message = "{n:new point|new points}"
+    for n, english, german in (
+        (0, "0 new points", "0 Neupunkte"),
+        (1, "1 new point", "1 Neupunkt"),
+        (26912, "26912 new points", "26\u202f912 Neupunkte"),
     ):
-        assert language.plural("{n} point", "{n} points", n) == english
+        assert translated(message, n=n) == english
         with written_in("de"):
-            assert language.plural("{n} point", "{n} points", n) == in_german
+            assert translated(message, n=n) == german
+
+
+def test_texts_that_results_keep_are_recognised():
+    kept = "1 common point, but affine needs 3"
+    assert retold(kept) == kept
+    with written_in("de"):
+        assert retold(kept) == "1 gemeinsamer Punkt, affine braucht aber 3"
+        assert retold("points P 1.5") == "points P 1.5"  # no message
 
 
 def test_figures_have_a_decimal_comma_and_groups_in_german():
@@ -120,5 +177,5 @@ def test_the_first_variable_that_is_set_decides_on_the_language():
 
 
 def test_an_unknown_language_is_refused():
-    with pytest.raises(ValueError, match="'fr' is none of en, de"), written_in("fr"):
+    with pytest.raises(SettingsError, match="'fr'; expected en or"), written_in("fr"):
         pass

@@ -72,6 +72,6 @@ def test_blunders_do_no_harm(faulty, outliers, remedy):
 def test_summary_says_what_images_say_of_m_g(faulty):
     result = densify(faulty[0], Settings(outliers="snoop"))
     said = " ".join(result.summary().split())
-    assert "m_g of the low flight: given 5.0, the image residuals say" in said
+    assert "m_g of the low flight: given 5.0 µm; the image residuals show" in said
     errors = result.orientations[["m_g_intersection_um", "m_g_orientation_um"]]
     assert (errors.astype(float) > 0.0).all(axis=None)

@@ -67,7 +67,7 @@ def test_what_was_computed_survives_a_tolerance_and_the_interface(monkeypatch, c
     assert result.assessment.claim is claim is result.examination.claim
     assert result.points is result.points
     assert result.assessment is result.assessment
-    assert "Does the claim stand?" in result.summary()
+    assert "Is the stated precision supported?" in result.summary()
     assert len(claims) == 1
 
 

@@ -64,8 +64,8 @@ def test_models_that_were_corrected_before_stay_as_they_are(exact_block):
     np.testing.assert_array_equal(
         found.solution.points[AXES], flat.solution.points[AXES]
     )
-    assert "curved Earth" not in found.summary()
-    assert "curved Earth" in es.densify(exact_block).summary()
+    assert "Earth curvature" not in found.summary()
+    assert "Earth curvature" in es.densify(exact_block).summary()
     alone = es.adjust_block(replace(exact_block, settings=ignored), kind="helmert_3d")
     expected = es.adjust_block(replace(exact_block, crs=None), kind="helmert_3d")
     np.testing.assert_array_equal(alone.points[AXES], expected.points[AXES])
@@ -126,7 +126,7 @@ def test_the_scale_of_the_map_changes_across_plane_models():
 
     treated, said = missed()
     assert treated < 1e-4
-    assert "brought to the scale of the map, which changes across them" in said
+    assert "corrected for the scale of the map, which changes across them" in said
     assert missed(method="simultaneous")[0] < 1e-4
     film = es.adjust_block(block, kind="helmert_film_affinity").points
     film = film[film["role"] == "new"].merge(block.truth, on="point_id")

@@ -107,8 +107,8 @@ def test_models_bent_each_in_its_own_way_are_not_recommended_by_s_0(dense_block)
     # s_0 is what one would like to see
     assert bent.simultaneous.s_0 == pytest.approx(1.0, abs=0.1)
     assert bent.simultaneous.deformations["is_alike"].any()
-    assert "Believe the two steps" in belief_text(bent.assessment.deformation)
-    assert "Believe the two steps" in bent.summary().replace("\n    ", " ")
+    assert "Use the two steps" in belief_text(bent.assessment.deformation)
+    assert "Use the two steps" in bent.summary().replace("\n    ", " ")
 
 
 def test_a_shared_deformation_that_is_only_tested_is_not_recommended(dense_block):
@@ -116,7 +116,7 @@ def test_a_shared_deformation_that_is_only_tested_is_not_recommended(dense_block
     block = simulate_block("demo", seed=1, geometry=dense_block.geometry, noise=noise)
     tested = densify(block, Settings(method="simultaneous", model_deformation="tested"))
     assert tested.simultaneous.s_0 == pytest.approx(1.0, abs=0.12)
-    assert "Believe the two steps, or model the deformation" in belief_text(
+    assert "Use the two steps, or model the deformation" in belief_text(
         tested.assessment.deformation
     )
     modelled = densify(block, Settings(method="simultaneous"))

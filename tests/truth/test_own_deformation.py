@@ -76,7 +76,7 @@ def test_a_result_says_what_its_models_are_deformed_by():
     found = together.simultaneous.deformations.set_index("flight")
     assert found.loc["low_flight", "own_size_edge"] == pytest.approx(0.09, abs=0.03)
     assert found["own_is_modelled"].tolist() == [False, True]
-    assert "models what each model is deformed by" in together.summary()
+    assert "models the deformation of each model" in together.summary()
     two_steps = densify(block)
     assert "standard_error_own_deformation" in two_steps.error_sources
     assert "deformation of each model" in two_steps.summary()

@@ -20,6 +20,9 @@ def compute(folder: Path) -> pd.DataFrame:
     assert_type(result.residuals, pd.DataFrame)
     assert_type(result.settings, es.Settings)
     text = assert_type(result.summary(), str)
+    with es.written_in("de"):
+        text += result.summary()
+    text += result.summary(language="en")
     result.write(folder / "out", ellipse_scale=100.0, overwrite=bool(text))
     name: str = result.publish("NAME", folder / "names", crs="EPSG:31255").summary()
     files: list[Path] = [one.path for one in result.export("a.dxf", "b.xlsx")]

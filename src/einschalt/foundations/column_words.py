@@ -311,5 +311,5 @@ def _two_meant(name, found, where):
 def translation_note(meant, source, hidden=()):
     """Say which column was understood as which; None where nothing was translated."""
     shown = {n: said for n, said in meant.translated.items() if n not in hidden}
-    parts = [f"{said!r} is {name}" for name, said in shown.items()]
+    parts = [f"{said!r} = {name}" for name, said in shown.items()]
     return f"{source}: column {', '.join(parts)}" if parts else None

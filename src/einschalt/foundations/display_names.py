@@ -3,6 +3,9 @@
 It imports nothing, since every error message passes here and help should come at once.
 """
 
+# between groups of digits; no name is harmed by it
+GROUP_SPACE = "\N{NARROW NO-BREAK SPACE}"
+
 
 def printable(text):
     r"""Replace what would break a line or steer a terminal, so that it can be seen.
@@ -10,7 +13,10 @@ def printable(text):
     >>> print(printable("two\nlines"))
     two\nlines
     """
-    return "".join(char if char.isprintable() else _code(char) for char in str(text))
+    return "".join(
+        char if char.isprintable() or char == GROUP_SPACE else _code(char)
+        for char in str(text)
+    )
 
 
 def _code(char):

@@ -76,8 +76,8 @@ class EinschaltError(Exception):
         parts = [
             self.file,
             None if self.row is None else f"row {self.row}",
-            None if self.point is None else f"point {_short(self.point)}",
-            None if self.model is None else f"model {_short(self.model)}",
+            None if self.point is None else f"point {shortened_name(self.point)}",
+            None if self.model is None else f"model {shortened_name(self.model)}",
         ]
         return ", ".join(part for part in parts if part)
 
@@ -155,7 +155,7 @@ class BlockError(EinschaltError):
 
 
 def _several(problems):
-    shown = _spread(problems)
+    shown = spread(problems)
     total = sum(problem.stands_for for problem in problems)
     rest = total - sum(problem.stands_for for problem in shown)
     more = [f"and {rest} more"] if rest > 0 else []
@@ -163,7 +163,7 @@ def _several(problems):
     return "\n".join([f"{total} problems:", *(f"  {line}" for line in lines)])
 
 
-def _spread(problems):
+def spread(problems: Sequence[EinschaltError]) -> list[EinschaltError]:
     """At most five problems, so chosen that every file has its turn."""
     turns = Counter()
     ranked = []
@@ -192,12 +192,13 @@ def name_some(names: Iterable[str], most: int = MOST_NAMED) -> str:
     'a, b and 1 more'
     """
     names = [str(name) for name in names]
-    shown = ", ".join(_short(name) for name in names[:most])
+    shown = ", ".join(shortened_name(name) for name in names[:most])
     rest = len(names) - most
     return f"{shown} and {rest} more" if rest > 0 else shown
 
 
-def _short(name):
+def shortened_name(name: object) -> str:
+    """Shorten a name that a message holds."""
     return shortened(name, LONGEST_NAME)
 
 

@@ -6,6 +6,10 @@ A message is its English sentence with named places, which the call fills:
 Words that are data (column names, JSON keys, codes, settings, file names) are no
 messages.
 
+Whole numbers choose the form of their noun: ``translated("{n:point|points}", n=…)``.
+
+A text that a result keeps, or an error, stays English; see ``kept_texts``.
+
 The language is a context variable: threads and workers start in English.
 """
 
@@ -13,10 +17,16 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache
+from functools import cache, wraps
 from gettext import GNUTranslations
+from numbers import Integral
 from pathlib import Path
+from typing import TypeVar
 
+from einschalt.foundations.display_names import GROUP_SPACE
+from einschalt.foundations.errors import SettingsError
+
+_Key, _Words = TypeVar("_Key"), TypeVar("_Words")
 ENGLISH = "en"
 LANGUAGES = (ENGLISH, "de")
 CATALOGUES = Path(__file__).with_name("languages")
@@ -24,7 +34,7 @@ CATALOGUES = Path(__file__).with_name("languages")
 LOCALE_VARIABLES = ("LC_ALL", "LC_MESSAGES", "LANG")
 DECIMAL_SIGN = {"de": ","}
 # DIN 1333 groups by a space; it must not break, and four digits need none
-GROUP_SIGN = {"de": "\N{NARROW NO-BREAK SPACE}"}
+GROUP_SIGN = {"de": GROUP_SPACE}
 FEWEST_GROUPED = 5
 _PLAIN_NUMBER = re.compile(r"(\d+)(?:\.(\d+))?")
 _active: ContextVar[str] = ContextVar("language", default=ENGLISH)
@@ -37,14 +47,26 @@ def language() -> str:
 
 @contextmanager
 def written_in(name: str) -> Iterator[None]:
-    r"""Write in a language, within a ``with``; ValueError where there is none such.
+    r"""Write summaries and reports in a language, within a ``with``.
 
+    Parameters
+    ----------
+    name : str
+        "en" or "de".
+
+    Raises
+    ------
+    SettingsError
+        There is no such language.
+
+    Examples
+    --------
     >>> with written_in("de"):
     ...     figure(12345.678, ".2f")
     '12\u202f345,68'
     """
     if name not in LANGUAGES:
-        raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)}")
+        raise SettingsError(f"language = {name!r}", expected=" or ".join(LANGUAGES))
     before = _active.set(name)
     try:
         yield
@@ -65,6 +87,21 @@ def language_of_locale(environment: Mapping[str, str]) -> str:
     return name if name in LANGUAGES else ENGLISH
 
 
+class Amount(int):
+    """A whole number, which is written with the form of its noun that it asks for.
+
+    >>> f"{Amount(1):point|points}, {Amount(3):point|points}, {Amount(3)}"
+    '1 point, 3 points, 3'
+    """
+
+    def __format__(self, spec):
+        """Write the number; with two forms of a noun, parted by ``|``, one of them."""
+        one, separator, many = spec.partition("|")
+        if not separator:
+            return figure(int(self), spec or "d")
+        return f"{figure(int(self), 'd')} {one if self == 1 else many}"
+
+
 def translated(message: str, **values) -> str:
     """Write a message in the active language, its places filled.
 
@@ -72,26 +109,40 @@ def translated(message: str, **values) -> str:
     'P 1, P 2 and 3 more'
     """
     if (name := _active.get()) != ENGLISH:
-        message = _catalogue(name).gettext(message)
-    return message.format(**values) if values else message
+        message = catalogue(name).gettext(message)
+    return _filled(message, values) if values else message
 
 
-def plural(one: str, many: str, n: int, **values) -> str:
-    """Write the form that a number asks for; ``{n}`` is the number, as a figure.
+def _filled(message, values):
+    return message.format(
+        **{
+            name: Amount(value)
+            if isinstance(value, Integral) and not isinstance(value, bool)
+            else value
+            for name, value in values.items()
+        }
+    )
 
-    >>> plural("{n} second", "{n} seconds", 1), plural("{n} second", "{n} seconds", 2)
-    ('1 second', '2 seconds')
-    """
-    if (name := _active.get()) != ENGLISH:
-        message = _catalogue(name).ngettext(one, many, n)
-    else:
-        message = one if n == 1 else many
-    return message.format(n=figure(n, "d"), **values)
+
+def in_english(function: _Words) -> _Words:
+    """Let a function compute and raise in English: what is kept knows no language."""
+
+    @wraps(function)
+    def computed(*arguments, **options):
+        with written_in(ENGLISH):
+            return function(*arguments, **options)
+
+    return computed
 
 
 def mark(message: str) -> str:
     """Name a message for the catalogue, which is looked up where it is written."""
     return message
+
+
+def mark_each(messages: dict[_Key, _Words]) -> dict[_Key, _Words]:
+    """Name the texts of a table for the catalogue, as :func:`mark` does with one."""
+    return messages
 
 
 def figure(value, spec: str = "") -> str:
@@ -100,7 +151,16 @@ def figure(value, spec: str = "") -> str:
     >>> figure(12345.678, ".2f")
     '12345.68'
     """
-    text = format(value, spec)
+    return numbers_set(format(value, spec))
+
+
+def numbers_set(text: str) -> str:
+    """Set the numbers of a text, which have a decimal point, as the language has them.
+
+    >>> with written_in("de"):
+    ...     numbers_set("3.7 cm")
+    '3,7 cm'
+    """
     if (name := _active.get()) == ENGLISH:
         return text
     return _PLAIN_NUMBER.sub(lambda found: _set_in(name, *found.groups()), text)
@@ -113,6 +173,7 @@ def _set_in(name, whole, decimals):
 
 
 @cache
-def _catalogue(name):
+def catalogue(name: str) -> GNUTranslations:
+    """Messages of a language."""
     with CATALOGUES.joinpath(f"{name}.mo").open("rb") as compiled:
         return GNUTranslations(compiled)

@@ -254,7 +254,7 @@ def names(ids: Iterable[str], most: int = 5, *, n_all: int | None = None) -> str
     rest = (len(ids) if n_all is None else n_all) - most
     if rest <= 0:
         return shown
-    return translated("{names} and {rest} more", names=shown, rest=figure(rest, "d"))
+    return translated("{names} and {rest} more", names=shown, rest=rest)
 
 
 def table(rows: Sequence[Sequence[str]], *, header=(), align="", indent=2) -> str:

@@ -1,6 +1,7 @@
 """From a block to densified coordinates: a list of calls."""
 
 from einschalt.foundations.blas_threads import one_blas_thread
+from einschalt.foundations.language import in_english
 from einschalt.foundations.limited_memory import (
     is_memory_limited,
     take_room_for_linear_algebra,
@@ -27,6 +28,7 @@ from einschalt.stages.stage4_error_propagation import require_rigorous
 SOLVERS = {TWO_STEP: solve_in_two_steps, SIMULTANEOUS: solve_in_one_adjustment}
 
 
+@in_english
 def densify(block, settings=None, *, progress=None, kind=DensificationResult):
     """Compute the coordinates of a block's points, as its settings say.
 

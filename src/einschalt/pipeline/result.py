@@ -13,6 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from einschalt.foundations.blas_threads import one_blas_thread
+from einschalt.foundations.language import language as active_language
+from einschalt.foundations.language import written_in
 from einschalt.pipeline.assessment.assess import Assessment, assess
 from einschalt.pipeline.assessment.choice import MethodChoice
 from einschalt.pipeline.assessment.evidence.claim import Claim
@@ -260,6 +262,10 @@ class DensificationResult(Result):
         """Return the verdict alone; ``print`` shows the summary."""
         return f"<{type(self).__name__} {verdict(self.assessment)}>"
 
-    def summary(self) -> str:
-        """Return verdict, problems and suggestions, then numbers."""
-        return summarize(self)
+    def summary(self, *, language: str | None = None) -> str:
+        """Return verdict, problems and suggestions, then numbers.
+
+        ``language``: "en" or "de"; left out, the one of ``written_in``, else English.
+        """
+        with written_in(language or active_language()):
+            return summarize(self)

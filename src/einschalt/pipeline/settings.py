@@ -66,7 +66,7 @@ class Settings(BaseModel):
         by three standard errors that come from all differences. A suspect keeps the
         values of its coverages beside their mean.
     iterations : int
-        How often the low flight is transformed at most: again onto the coordinates
+        Maximum number of iterations: the low flight is transformed onto the coordinates
         that it gave, with control points held, until nothing moves by 1 mm.
     model_deformation : {"modelled", "tested", "ignored"}
         Whether deformations of models are modelled where a test finds them, only

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from einschalt.foundations import tables
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark
 from einschalt.theory.transformation import affine, helmert, helmert_3d, rigid
 from einschalt.theory.transformation.plane_fit import OTHER_SCALE, TOO_FEW, UNDETERMINED
 
@@ -22,6 +24,8 @@ class Kind:
     needs: str
 
 
+FEW = mark("{n:common point|common points}, but {kind} needs {least}")
+NO_POINTS = mark("no common points, but {kind} needs {least}")
 PLANE = (("x", "y"), ("easting", "northing"))
 SPACE = (("x", "y", "z"), ("easting", "northing", "height"))
 WEIGHT = tables.Column("weight", "number", "a weight", False, is_positive=True)
@@ -74,10 +78,8 @@ def reasons_for(fit, kind):
     reasons = np.full(len(fit.n_points), "", dtype=object)
     for place in np.flatnonzero(fit.status == TOO_FEW):
         count = int(fit.n_points[place])
-        points = "point" if count == 1 else "points"
-        reasons[place] = (
-            f"{count or 'no'} common {points}, but {fit.kind} needs {kind.least_points}"
-        )
+        words = {"n": count, "kind": fit.kind, "least": kind.least_points}
+        reasons[place] = kept(FEW if count else NO_POINTS, **words)
     reasons[fit.status == UNDETERMINED] = (
         f"its points lie on a line or in one place, but {fit.kind} needs {kind.needs}"
     )

@@ -45,7 +45,7 @@ def test_progress_with_the_expected_end(first):
     _, done = first
     lines = done.stderr.splitlines()
     assert [line.split()[0] for line in lines] == ["1/3", "2/3", "3/3"]
-    assert "(until about " in lines[0]
+    assert "(ETA " in lines[0]
     assert "until" not in lines[2]
 
 
@@ -180,7 +180,7 @@ def test_line_of_progress():
         news = News(
             row={**row, "block": "a\nb"}, n_done=2, n_all=3, seconds_left=seconds
         )
-        said = f"  (until about {until})" if until else ""
+        said = f"  (ETA {until})" if until else ""
         assert batch_line(news, now) == f"2/3  a\\nb failed: is gone{said}"
 
 

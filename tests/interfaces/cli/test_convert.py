@@ -32,7 +32,7 @@ def test_a_table_becomes_a_plain_one(invoke, tmp_path):
     (tmp_path / "t.csv").write_text(TABLE, encoding="utf-8")
     shown = invoke("convert", tmp_path / "t.csv", tmp_path / "plain.csv")
     assert shown.exit_code == 0, shown.output
-    assert "'Rechtswert' is easting" in shown.stderr
+    assert "'Rechtswert' = easting" in shown.stderr
     assert (tmp_path / "plain.csv").read_text(encoding="utf-8") == (
         "point_id,easting,northing,role\n0012,13000.25,322000.5,control\n"
     )

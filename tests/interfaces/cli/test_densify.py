@@ -73,7 +73,7 @@ def test_deformation_of_the_models_is_an_option(
     options = ["--method", "simultaneous", "--model-deformation", deformation]
     shown = invoke("densify", block_folder, "--output", tmp_path, *options)
     assert shown.exit_code == 0
-    title = "Deformation that the models of a flight share"
+    title = "Deformation common to the models of a flight"
     assert (title in shown.stdout) == is_said
     assert (title in (tmp_path / "report.html").read_text("utf-8")) == is_said
 
@@ -116,10 +116,10 @@ def test_options_go_before_the_settings_of_the_block(invoke, block_folder, tmp_p
     with (folder / "block.toml").open("a", encoding="utf-8") as file:
         file.write('\n[settings]\ncoverage_mean = "most_central"\n')
     said = invoke("densify", folder, "-o", tmp_path / "a").stdout
-    assert "Settings: coverage_mean = most_central, others as by default." in said
+    assert "Settings: coverage_mean = most_central, others default." in said
     options = ["--coverage-mean", "all", "--weighting", "weighted"]
     said = invoke("densify", folder, "-o", tmp_path / "b", *options).stdout
-    assert "Settings: weighting = weighted, others as by default." in said
+    assert "Settings: weighting = weighted, others default." in said
 
 
 def test_outliers_and_significance_are_options(invoke, block_folder, tmp_path):

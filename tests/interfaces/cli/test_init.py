@@ -72,7 +72,7 @@ def test_files_make_a_block_that_check_accepts(
     assert shown.exit_code == 0, shown.output
     assert "scale_number = 15000: 7 models against the ground: 1:15000" in shown.stdout
     if suffix != ".gpkg":
-        assert "'Rechtswert' is easting" in shown.stdout
+        assert "'Rechtswert' = easting" in shown.stdout
     assert "nothing wrong" in shown.stdout
     plain, block = (find_problems(one).block for one in (block_folder, folder))
     plane = ["easting", "northing"]

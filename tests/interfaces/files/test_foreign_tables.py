@@ -272,7 +272,7 @@ def test_a_flight_can_say_what_its_columns_are_called(small_block):
     )
     found = find_problems(small_block.path)
     assert found.problems == ()
-    assert "low_flight.csv: column 'u' is x, 'v' is y" in found.notes
+    assert "low_flight.csv: column 'u' = x, 'v' = y" in found.notes
 
 
 POINTS = pd.DataFrame({"Nr": ["0012", "7/8"], "Ost": [1.5, 2.0], "Nord": [3.0, 4.0]})

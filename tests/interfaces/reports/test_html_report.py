@@ -125,7 +125,7 @@ def test_page_has_verdict_problems_and_definitions(page, faulty_result):
     assert verdict_on(faulty_result.assessment) in text
     assert "3 of 30 models failed." in text
     assert "standard_error_paper is too small" in text
-    assert "It sees only the uncorrelated part of the error." in text
+    assert "It reflects only the uncorrelated part of the error." in text
     assert "None." in page.text
     for figure in ("total", "m_g", "m_0", "s_0", "m_t", "spread_total", "residual"):
         assert figure in page.text
@@ -146,7 +146,7 @@ def test_of_many_models_the_worst_are_shown_and_that_is_said(good_result):
     ]
     many.loc[8, "m_0"] = 9.0
     page = Page(render(judged_before(good_result, models=many)))
-    assert "The worst 100 of 600 models; the others stand in the tables." in page.text
+    assert "The worst 100 of 600 models; the tables have the others." in page.text
     shown = [text for text in page.text if re.fullmatch(r"M\d+", text)]
     assert len(shown) == 100
     assert shown[:2] == ["M7", "M8"]
@@ -159,7 +159,7 @@ def test_many_failures_are_cut_and_that_is_said(good_result):
         columns=good_result.failures.columns,
     )
     page = Page(render(judged_before(good_result, failures=failures)))
-    assert "The first 200 of 300 failures; the others stand in the tables." in page.text
+    assert "The first 200 of 300 failures; the tables have the others." in page.text
 
 
 def test_ids_are_unique(page):
@@ -208,14 +208,14 @@ def test_relative_orientations_stand_worst_first(oriented_result):
     assert places == sorted(places)
     names = oriented_result.orientations["model_id"]
     assert section.index(f"<td>{names[5]}</td>") < section.index(f"<td>{names[3]}</td>")
-    assert "µm of a y-parallax; it sees y-parallax only." in section
+    assert "µm of a y-parallax; it reflects y-parallax only." in section
     assert "near a dangerous surface: 1 model critical" in html
 
 
 def test_many_orientations_are_cut_short(oriented_result):
     rows = pd.concat([oriented_result.orientations] * 3, ignore_index=True)
     html = render(changed(oriented_result, orientations=rows))
-    assert f"The worst 50 of {len(rows)} models; the others stand in" in html
+    assert f"The worst 50 of {len(rows)} models; the tables have" in html
 
 
 def test_no_section_without_orientations(page):

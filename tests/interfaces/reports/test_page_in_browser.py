@@ -164,7 +164,7 @@ def test_bars_of_the_residuals_lead_to_their_points(seen, result):
     assert set(shown) <= large
     assert n_rows == len(rows) > 5
     assert (
-        said == f"{n_rows} points with a residual of 2.00 or more standard deviations"
+        said == f"{n_rows} points with a residual of 2.00 standard deviations or more"
     )
     assert seen[0]["faded"] == 28  # of 40 bars of a quarter each
     assert re.fullmatch(

@@ -127,7 +127,7 @@ def test_a_sound_block_is_adjusted_at_once(demo_block):
     assert result.choice.two_step.value > result.choice.simultaneous.value
     np.testing.assert_array_equal(result.points[PLANE], expected.points[PLANE])
     assert result.assessment.to_dict()["choice"]["reason"] == "smaller"
-    assert "Taken: the simultaneous adjustment" in result.summary()
+    assert "Chosen: simultaneous adjustment" in result.summary()
     assert "method = auto" in result.summary()
 
 
@@ -144,7 +144,7 @@ def test_what_only_one_adjustment_needs_stops_nothing(demo_block):
 def test_a_block_that_one_adjustment_does_not_suit_is_done_in_two_steps(demo_block):
     iterated = densify(demo_block, AUTO.updated({"iterations": 2}))
     assert iterated.choice.reason is ChoiceReason.ONLY_WAY
-    assert "Only one way is possible" in iterated.summary()
+    assert "Only one method is possible" in iterated.summary()
     geometry = replace(PRESETS["demo"].geometry, transformation="rigid")
     rigid = densify(simulate_block("demo", seed=3, geometry=geometry), AUTO)
     assert rigid.choice.method == "two_step"

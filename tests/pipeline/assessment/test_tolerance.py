@@ -64,9 +64,11 @@ def test_differences_at_control_are_counted_where_the_ordinance_asks(demo_block)
     result = densify(demo_block, Settings(tolerance="vermv_2016"))
     control = result.points[result.points["role"] == "control"]
     miss = np.hypot(control["difference_easting"], control["difference_northing"])
-    counted = f"{(miss > 0.05).sum()} of {len(control)} control points missed by more"
+    counted = (
+        f"At {(miss > 0.05).sum()} of {len(control)} control points the difference"
+    )
     assert counted in said(result)
-    assert "missed" not in said(densify(demo_block, Settings(tolerance=0.04)))
+    assert "the difference" not in said(densify(demo_block, Settings(tolerance=0.04)))
 
 
 def test_nothing_passes_where_the_claim_does_not_stand(wrong_block):
@@ -75,7 +77,7 @@ def test_nothing_passes_where_the_claim_does_not_stand(wrong_block):
     assert not result.points["is_within_tolerance"].any()
     assert result.points["standard_error_checked"].min() < 1.0
     text = said(result)
-    assert "None passes, since the claimed figure does not stand" in text
+    assert "the stated precision is not supported" in text
     assert ", taken " in text
 
 
@@ -105,7 +107,7 @@ def test_control_without_standard_errors_leaves_the_figure_untested(demo_block):
     control = demo_block.control_points.drop(columns="standard_error_m")
     block = replace(demo_block, control_points=control)
     text = said(densify(block, Settings(tolerance=0.05)))
-    assert "it is not tested" in text
+    assert "The figure is not tested" in text
 
 
 def test_the_adjustment_passes_by_its_own_figure(demo_block):
@@ -138,7 +140,7 @@ def test_check_points_that_contradict_the_adjustment_let_nothing_pass(demo_block
     settings = Settings(method="simultaneous", tolerance=1.0)
     result = densify(block, settings)
     assert not result.points["is_within_tolerance"].any()
-    assert "does not stand" in said(result)
+    assert "is not supported" in said(result)
 
 
 def test_unknown_figures_pass_nothing(demo_block):

@@ -172,6 +172,6 @@ def test_the_figure_to_believe_and_whether_the_claim_stands():
     assert table["standard_error_credible"].tolist()[0] == 0.2
     assert table["claim_is_supported"].tolist() == [False, None]
     said = summarize_batch(table, 2.0)
-    assert "Claims that do not stand: see their reports" in said
+    assert "Stated precision not supported: see their reports" in said
     assert "  now: 20 cm or worse (total)" in said
     assert "then" not in said

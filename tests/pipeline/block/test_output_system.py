@@ -174,7 +174,7 @@ def test_files_say_the_system_of_the_results(in_utm, tmp_path):
     assert facts["output"]["accuracy_m"] == 1.5
     places = {"X_POSSIBLE_NAMES": "easting", "Y_POSSIBLE_NAMES": "northing"}
     assert pyogrio.read_info(tmp_path / "points.csv", **places)["crs"] is not None
-    assert "results brought from" in (tmp_path / "summary.txt").read_text("utf-8")
+    assert "results transformed from" in (tmp_path / "summary.txt").read_text("utf-8")
 
 
 def test_the_plane_scales_no_standard_error_of_heights(in_utm, demo_block):

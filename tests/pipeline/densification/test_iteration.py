@@ -63,8 +63,8 @@ def test_it_ends_where_nothing_moves_by_a_millimetre(demo_block):
     assert 5 < len(moves) < 60
     assert moves.iloc[-1] < 0.001 <= moves.iloc[-2]
     text = sections(result.assessment)["iterations"].text()
-    assert "Ended, since no point moved by 1.0 mm." in text.replace("\n    ", " ")
-    assert "all of them stand in iterations.csv" in text.replace("\n    ", " ")
+    assert "Converged: no point moved by 1.0 mm." in text.replace("\n    ", " ")
+    assert "iterations.csv has all of them" in text.replace("\n    ", " ")
     assert len(text.splitlines()) < 16
 
 
@@ -129,7 +129,7 @@ def test_the_summary_tells_of_control_that_is_held(demo_block):
     text = " ".join(sections(result.assessment)["iterations"].text().split())
     n_held = int((result.solution.points["role"] == "control").sum())
     assert f"{n_held} control points held at given coordinates" in text
-    assert "Not at its end after 3 passes" in text
+    assert "Not converged after 3 passes" in text
     once = densify(demo_block).figures.mean_total
     assert f"Propagated: {100 * once:.1f} cm after one pass" in text
     assert drift(result.examination) is None

@@ -269,8 +269,8 @@ def test_wrong_control_is_named_and_keeps_its_measurements(block, outliers):
 @pytest.mark.parametrize(
     ("outliers", "said"),
     [
-        ("keep", r"1 control point that contradicts the block, by up to"),
-        ("snoop", r"1 control point set aside, for contradicting the block, by up to"),
+        ("keep", r"1 control point contradicts the block, by up to"),
+        ("snoop", r"1 control point set aside for contradicting the block, by up to"),
     ],
 )
 def test_a_summary_names_wrong_control_first_and_once(block, outliers, said):
@@ -282,10 +282,10 @@ def test_a_summary_names_wrong_control_first_and_once(block, outliers, said):
     text = text.replace("\n    ", " ")
     name = control.loc[worst, "point_id"]
     assert re.search(rf"- {said}.*: {name}", text)
-    assert ("worse than claimed" in text) == (outliers == "keep")
+    assert ("worse than stated" in text) == (outliers == "keep")
     assert "contradict each other by more than their standard" not in text
     if outliers == "snoop":
-        assert "claimed for them" not in text
+        assert "stated for them" not in text
 
 
 def test_a_block_without_a_high_flight_has_none_to_adjust(
@@ -406,7 +406,7 @@ def test_the_two_step_way_stands_beside_it(block, result):
     assert result.components == plain.components
     text = summarize(result)
     assert "simultaneous adjustment; " in text.split("\n")[0]
-    assert "The two ways differ by" in text.replace("\n    ", " ")
+    assert "The two methods differ by" in text.replace("\n    ", " ")
 
 
 def test_check_points_are_adjusted_as_new_ones(block, result):
@@ -599,8 +599,10 @@ def test_a_block_that_control_does_not_hold_is_said_to_shrink():
         replace(block, control_points=few, may_be_unmeasured=True), settings
     )
     text = summarize(found).replace("\n    ", " ")
-    assert "Control does not hold the block against its own pull" in text
-    assert " times the standard errors, which do not hold that. Give control on" in text
+    assert "Control does not keep the block from shrinking" in text
+    assert (
+        " times the standard errors, which do not include that. Give control on" in text
+    )
     points = found.simultaneous.points
     truth = block.truth.set_index("point_id").loc[points["point_id"], POINTS]
     error = points[POINTS].to_numpy() - truth.to_numpy()

@@ -49,7 +49,7 @@ def test_why_the_paper_figure_is_too_small(good_result, given_approximations_res
         good_result.assessment.precision
     )
     said = caution(given_approximations_result.assessment.precision)
-    assert "both coverages share the approximate coordinates; more so where" in said
+    assert "both coverages share the approximate coordinates; more so if" in said
     assert "not known here" in said
 
 
@@ -63,18 +63,18 @@ def test_one_coverage_of_given_points_is_too_small_only_conditionally(
     )
     narrow = changed(result, block=replace(result.block, low_flight=low))
     said = caution(narrow.assessment.precision)
-    assert said.startswith("standard_error_paper is too small where")
+    assert said.startswith("standard_error_paper is too small if")
 
 
 def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):
     figures = replace(good_result.figures, mean_total=0.0537, mean_paper=0.0367)
     assert verdict(changed(good_result, figures=figures).assessment) == (
         "Demo (simulated): 77 new points, 5.4 cm (total, mean of two coverages; 3.7 cm "
-        "after Kovarik's budget)"
+        "by Kovarik's budget)"
     )
     figures = replace(figures, mean_total=np.nan)
     assert verdict(changed(good_result, figures=figures).assessment) == (
-        "Demo (simulated): 77 new points, 3.7 cm after Kovarik's budget (total, mean "
+        "Demo (simulated): 77 new points, 3.7 cm by Kovarik's budget (total, mean "
         "of two coverages)"
     )
 
@@ -95,7 +95,7 @@ def test_verdict_says_failed_models(faulty_result):
 def test_verdict_says_what_most_points_have_where_a_few_dominate(good_result):
     told = replace(good_result.assessment, spread=SpreadFacts(0.30, 0.051, 0.62))
     assert verdict(told).endswith(
-        "budget); a few points dominate: median 5.1 cm, 95 % below 62 cm"
+        "budget); a few points dominate: median 5.1 cm, 95th percentile 62 cm"
     )
     bound = replace(told.credible, is_lower_bound=True)
     assert "dominate" not in verdict(replace(told, credible=bound))
@@ -115,8 +115,8 @@ def test_verdict_names_the_better_way_with_its_command(good_result):
 
 def test_verdict_says_what_to_mend_first(faulty_result):
     told = faulty_result.assessment
-    assert "; first mend the exchanged names; 3 of 30" in verdict(told)
-    assert "first mend" not in verdict(replace(told, causes=()))
+    assert "; correct the exchanged names first; 3 of 30" in verdict(told)
+    assert "exchanged names first" not in verdict(replace(told, causes=()))
 
 
 def test_every_cause_has_words(faulty_result):
@@ -132,7 +132,7 @@ def test_table_of_flights_counts_usable_models(faulty_result):
 
 def test_heights_are_said_not_to_be_judged(good_result):
     points = good_result.points.assign(height=500.0)
-    assert "no figure here judges them" in summarize(
+    assert "their precision is not assessed" in summarize(
         changed(good_result, points=points)
     )
     assert "Heights" not in summarize(good_result)

@@ -138,8 +138,8 @@ def test_sources_tables_and_tests_hold_together():
     assert not result.claim.is_assumed
     assert result.left_out_control.normalized_square < 3.0
     assert result.patterns.strain is None
-    assert "Strain was not looked for: errors of the orientations" in result.summary()
-    assert "of the orientations, as sigma_0" in remarks(result.assessment.precision)[1]
+    assert "Strain was not tested: errors of the orientations" in result.summary()
+    assert "of the orientations from sigma_0" in remarks(result.assessment.precision)[1]
     assert "relative orientation" in result.summary()
 
 
@@ -184,7 +184,7 @@ def test_points_adjusted_simultaneously_have_the_errors_that_are_claimed():
     assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * scatter)
     assert scatter < 0.15
     assert np.mean(ratios) < 0.55
-    assert "of the orientations, as sigma_0 of all models has them" in one_line(result)
+    assert "of the orientations from sigma_0 of all models" in one_line(result)
 
 
 def test_orientations_that_were_adjusted_are_no_larger_than_their_errors():

@@ -92,7 +92,9 @@ def test_the_setting_is_that_of_adjust_block(block):
     settings = es.Settings(method="simultaneous", variance_components="estimated")
     found = es.densify(block, settings)
     assert found.simultaneous.components["is_estimated"].all()
-    said = "Errors of one coordinate (standard errors that the residuals show): high "
+    said = (
+        "Errors of one coordinate (standard errors estimated from the residuals): high"
+    )
     assert said in found.summary().replace("\n    ", " ")
 
 

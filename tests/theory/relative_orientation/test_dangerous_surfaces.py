@@ -312,7 +312,7 @@ HOPELESS = {
     ),
     "identical points": (FLAT[[2] * 8], BASE, "on a line or close together"),
     "two places": (FLAT[[1, 2, 1, 2, 1, 2]], BASE, "on a line or close together"),
-    "hardly any base": (FLAT, 1e-9, "its base is less than 1 % of its depth"),
+    "hardly any base": (FLAT, 1e-9, "its base is less than a hundredth of its depth"),
     "no base": (FLAT, 0.0, "it has no base"),
     "base in mm": (FLAT / 1e3, BASE, "its base is more than ten times its depth"),
     "negative base": (FLAT, -92.0, "it has no base"),

@@ -16,6 +16,7 @@ from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import FileError, OutputError, SettingsError
+from einschalt.foundations.language import language
 from einschalt.interfaces.batch.batch_tables import output_of_batch, write_tables
 from einschalt.interfaces.batch.block_run import row_of_result, run_block
 from einschalt.interfaces.batch.block_search import name_blocks
@@ -109,6 +110,8 @@ def _allowed(state, known, *, overwrite):
     """The block with what may be replaced in the folder of its result."""
     is_known = as_unicode(state.task.name) in known
     task = replace(state.task, overwrite=overwrite, is_known=is_known)
+    # workers have a context of their own
+    task = replace(task, language=language())
     return replace(state, task=task)
 
 

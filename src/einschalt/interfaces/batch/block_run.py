@@ -11,6 +11,7 @@ from time import perf_counter
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.batch.block_state import read_json, result_since
 from einschalt.interfaces.batch.block_task import output_of_task
 from einschalt.interfaces.batch.changes_file import (
@@ -103,14 +104,15 @@ def _compute(task, progress):
         if not is_other:
             compare_with_previous(result.points, task.folder, new)
 
-    write_result(
-        result,
-        task.folder,
-        overwrite=task.overwrite,
-        is_known=task.is_known,
-        beside=True,
-        write_more=compare,
-    )
+    with written_in(task.language):
+        write_result(
+            result,
+            task.folder,
+            overwrite=task.overwrite,
+            is_known=task.is_known,
+            beside=True,
+            write_more=compare,
+        )
     if not is_other:
         return ""
     systems = (shortened(str(one or "no system")) for one in (*before, result.crs))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.language import ENGLISH
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES, POINT_TABLES
 from einschalt.interfaces.files.block_toml import (
     BLOCK_FILE,
@@ -39,6 +40,7 @@ class BlockTask:
     files: tuple[Path, ...] = ()  # its inputs, block.toml first
     overwrite: bool = False  # whether what else lies in the folder is replaced
     is_known: bool = False  # whether the batch has written a result of it before
+    language: str = ENGLISH  # of its summary and report
 
     def is_of_present_input(self):
         """Whether nothing has changed since the block was looked at."""

@@ -74,13 +74,13 @@ def batch(
         "--only-failed", "Compute only blocks that failed or were left half-done."
     ) = False,
     everything: _flag("--all", "Compute unchanged blocks as well.") = False,
-    dry_run: _flag("--dry-run", "Say what would be computed, and why.") = False,
+    dry_run: _flag("--dry-run", "Report what would be computed, and why.") = False,
     overwrite: Overwrite = False,
     strict: Strict = False,
     given: dict,
     quiet: Quiet = False,
 ):
-    """Compute every block below a folder, and say what became of each.
+    """Compute every block below a folder, and report the outcome of each.
 
     Writes one folder per block, named after it, with the files that densify writes,
     and blocks.csv, blocks.parquet and blocks.html: one row per block. A block whose

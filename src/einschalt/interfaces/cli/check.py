@@ -37,7 +37,7 @@ def check(
     *,
     given: dict,
 ):
-    """Say everything that is wrong with a block's input.
+    """Report everything that is wrong with a block's input.
 
     On a terminal as a table; in a pipe one line for each problem, which begins with
     problem, model (it cannot be used, the others can) or note. The exit status is 2

@@ -55,9 +55,13 @@ def compiling_text(news, n_usual) -> str:
     """
     if news.n_kernels > n_usual:  # a way of more kernels than usual
         return f"compiling kernel {news.n_kernels}, once after installation"
-    number = f"{news.n_kernels} of about {n_usual}"
-    text = f"compiling {number} kernels, once after installation"
     if news.n_compiled < ENOUGH:
-        return text
+        return (
+            f"compiling {news.n_kernels} of about {n_usual} kernels, once after "
+            "installation"
+        )
     seconds = news.seconds / news.n_compiled * (n_usual - news.n_kernels + 1)
-    return f"{text}, {seconds:.0f} s left"
+    return (
+        f"compiling {news.n_kernels} of about {n_usual} kernels, once after "
+        f"installation, {seconds:.0f} s left"
+    )

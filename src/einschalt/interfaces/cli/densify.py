@@ -55,7 +55,7 @@ def densify(
     provenance.json. Results of the same block are replaced; a folder with anything else
     is refused.
 
-    Exit status: 0 when the work was done (models that failed are said), 2 when input or
+    Exit status: 0 when the work was done (failed models are reported), 2 when input or
     call are wrong, 130 when interrupted; with --strict 3 when all was written, but
     something contradicts the stated precision.
     """

@@ -7,7 +7,7 @@ import os
 import sys
 from importlib import import_module
 from time import perf_counter
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -15,7 +15,16 @@ from einschalt.foundations.compiled_code import NO_CACHE, is_cache_temporary
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.interruptions import Terminated, ended_in_order
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import (
+    LANGUAGES,
+    language_of_locale,
+    mark,
+    translated,
+    written_in,
+)
 from einschalt.foundations.limited_memory import prepare_for_limits
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
 
@@ -23,7 +32,8 @@ WRONG = 2
 REFUTED = 3  # with --strict: the work is done, and its claim does not stand
 INTERRUPTED = 130
 BY_SIGNAL = 128  # and its number, as a shell has it
-WHOLE = "files that are there are whole"
+INTERRUPTED_WHOLE = mark("einschalt: interrupted; files that are there are whole")
+ENDED_WHOLE = mark("einschalt: ended by {signal}; files that are there are whole")
 JSON = "--json"
 # options of every command
 HABITS = {
@@ -32,6 +42,8 @@ HABITS = {
 }
 # new objects less those that are gone; Python would look 70 times as often, for nothing
 RUBBISH_WORTH_A_LOOK = 50_000
+# commands whose output is not English alone; the others keep to one language
+IN_OTHER_LANGUAGES = ("densify", "demo", "batch", "check")
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
@@ -44,33 +56,40 @@ def with_exit_status(command):
 
     An :class:`EinschaltError`, an error of the operating system, or a lack of memory
     ends with status 2, an interruption with 130, a signal that ends it with 128 and its
-    number; a fault of the program keeps its traceback.
+    number; a fault of the program keeps its traceback. What is printed is in the
+    language of ``--language``, or of the locale.
     """
+    is_translated = command.__name__ in IN_OTHER_LANGUAGES
 
     @functools.wraps(command)
     def run(*args, **kwargs):
         verbose = kwargs.pop("verbose", False)
         kwargs.pop("json", None)  # heard before: see the group of commands
+        spoken = kwargs.pop("language", None) or language_of_locale(os.environ)
+        with written_in(spoken if is_translated else "en"):
+            end(args, kwargs, verbose=verbose)
+
+    def end(args, kwargs, *, verbose):
         started = perf_counter()
         try:
             with ended_in_order():
                 command(*args, **kwargs)
         except EinschaltError as error:
             report_problems(error)
-            print_error(f"einschalt: {error}")
+            print_error(f"einschalt: {told(error)}")
             raise typer.Exit(WRONG) from None
         except Exception as error:
             said = _said_of(error)
             if said is None:
                 raise
             report_problems(said)
-            print_error(said)
+            print_error(retold(said))
             raise typer.Exit(WRONG) from None
         except Terminated as signal:
-            print_error(f"einschalt: ended by {signal}; {WHOLE}")
+            print_error(translated(ENDED_WHOLE, signal=signal))
             raise typer.Exit(BY_SIGNAL + signal.number) from None
         except KeyboardInterrupt:
-            print_error(f"einschalt: interrupted; {WHOLE}")
+            print_error(translated(INTERRUPTED_WHOLE))
             raise typer.Exit(INTERRUPTED) from None
         finally:
             if verbose:
@@ -97,9 +116,21 @@ def _with_habits(run, command):
         kind, annotation = inspect.Parameter.KEYWORD_ONLY, Annotated[bool, option]
         new = inspect.Parameter(name, kind, default=False, annotation=annotation)
         parameters.append(new)
+    if command.__name__ in IN_OTHER_LANGUAGES:
+        parameters.append(_language_option())
     run.__signature__ = inspect.Signature(parameters)
     run.__annotations__ = {one.name: one.annotation for one in parameters}
     return run
+
+
+def _language_option():
+    """The option ``--language`` of commands that know more than one."""
+    option = typer.Option(
+        show_default="that of the locale", help="Language of what users read."
+    )
+    annotation = Annotated[Literal[LANGUAGES] | None, option]
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter("language", kind, default=None, annotation=annotation)
 
 
 def _print_circumstances(options, seconds):

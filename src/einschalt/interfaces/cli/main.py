@@ -28,9 +28,9 @@ COMMANDS = {
     "init": "Write a first block.toml, of what files hold.",
     "densify": "Compute a block's points, and how good they are.",
     "serve": "Work on a page in the browser, on this computer alone.",
-    "batch": "Compute every block below a folder, and say what became of each.",
-    "check": "Say everything that is wrong with a block's input.",
-    "plan": "Say what precision a flight will give, before it is flown.",
+    "batch": "Compute every block below a folder, and report the outcome of each.",
+    "check": "Report everything that is wrong with a block's input.",
+    "plan": "Predict the precision of a flight before it is flown.",
     "convert": "Write what another program has measured as plain tables.",
     "simulate": "Simulate a block whose true coordinates are known.",
     "transform": "Fit one transformation per model, and transform points.",
@@ -38,7 +38,7 @@ COMMANDS = {
     "explain": "Explain a term of the field, a finding or a column.",
     "completion": "Print what a shell needs to complete commands and options.",
     "publish": "Publish a result for PROJ, GDAL and QGIS.",
-    "orient": "Orient image pairs, and say which are near a dangerous surface.",
+    "orient": "Orient image pairs, and report those near a dangerous surface.",
 }
 # the example blocks, Kovarik's own tables, and the present folder
 ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan", "serve")
@@ -142,7 +142,7 @@ def einschalt(
 ):
     """Photogrammetric densification of control points, with honest precision.
 
-    Exit status: 0 when the work was done (models that failed are said), 1 when a batch
+    Exit status: 0 when the work was done (failed models are reported), 1 when a batch
     has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
     something contradicts the stated precision, 130 when interrupted, 128 and its
     number when another signal ends it.

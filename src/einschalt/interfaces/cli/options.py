@@ -61,6 +61,6 @@ Strict = Annotated[
     bool,
     typer.Option(
         "--strict",
-        help="End with status 3 where the stated precision does not stand.",
+        help="End with status 3 if the stated precision is not supported.",
     ),
 ]

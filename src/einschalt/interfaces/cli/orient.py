@@ -79,7 +79,7 @@ def orient(
     ) = None,
     overwrite: Overwrite = False,
 ):
-    """Orient image pairs, and say which are near a dangerous surface.
+    """Orient image pairs, and report those near a dangerous surface.
 
     With --base from y-parallaxes, y of the moved bundle less y of the fixed one; with
     --principal-distance from image coordinates; with --terrain before the flight, from

@@ -192,11 +192,11 @@ def plan(
     ] = None,
     overwrite: Overwrite = False,
 ):
-    """Say what precision a flight will give, before it is flown.
+    """Predict the precision of a flight before it is flown.
 
     Tables of points in a model, of the transformation's error, and of the total error
     in the middle and at the edge of models, after Kovarik 1971; and the scale beyond
-    which a lower flight loses accuracy. What is left out is that of the camera.
+    which a lower flight loses accuracy. Defaults come from the camera preset.
 
     With --target the cheapest flights that reach a precision; with --expect the
     precision of one block with all that its points share; with --terrain dangerous

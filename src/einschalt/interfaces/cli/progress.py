@@ -6,14 +6,32 @@ from contextlib import contextmanager
 from datetime import datetime, timedelta
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import language, mark, translated, written_in
 from einschalt.interfaces.cli.exits import print_error
 
 PATIENCE = 1.0  # seconds without a word
+OUTCOMES = {
+    "done": mark("{block} done"),
+    "skipped": mark("{block} skipped"),
+    "failed": mark("{block} failed: {reason}"),
+}
 
 
+@contextmanager
 def stage_progress(*, is_quiet):
-    """Give what shows the title of a stage and the fraction that is done."""
-    return _shown(_line, is_quiet=is_quiet)
+    """Give what shows the title of a stage and the fraction that is done.
+
+    In the language of its user: the computation that reports knows English alone.
+    """
+    spoken = language()
+    with _shown(_line, is_quiet=is_quiet) as show:
+
+        def shown(title, fraction):
+            with written_in(spoken):
+                show(retold(str(title)), fraction)
+
+        yield shown
 
 
 @contextmanager
@@ -79,9 +97,9 @@ def _text(text, _fraction):
 def batch_line(news, now=None):
     """Write what became of a block, and when all will have been computed."""
     row = news.row
-    reason = f": {row['reason']}" if row["outcome"] == "failed" else ""
-    said = printable(f"{row['block']} {row['outcome']}{reason}")
-    line = f"{news.n_done}/{news.n_all}  {said}"
+    facts = {"block": row["block"], "reason": retold(row.get("reason") or "")}
+    outcome = printable(translated(OUTCOMES[row["outcome"]], **facts))
+    line = f"{news.n_done}/{news.n_all}  {outcome}"
     if news.seconds_left is None or news.n_done == news.n_all:
         return line
     now = now or datetime.now().astimezone()
@@ -91,4 +109,4 @@ def batch_line(news, now=None):
         return line
     is_today = end.date() == now.date()
     until = f"{end:%H:%M:%S}" if is_today else f"{end:%Y-%m-%d %H:%M}"
-    return f"{line}  (until about {until})"
+    return translated("{line}  (ETA {time})", line=line, time=until)

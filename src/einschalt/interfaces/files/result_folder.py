@@ -9,6 +9,7 @@ import json
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.display_names import as_unicode
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import ENGLISH, written_in
 from einschalt.foundations.projections import read_crs
 from einschalt.interfaces.files.atomic import write_bytes, write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -179,18 +180,22 @@ def write_result(
     assessment = result.assessment  # its time is part of what provenance.json tells
 
     def write(staging):
-        if write_more is not None:
-            write_more(staging)
-        _write_tables(result, staging)
-        if result.output_system is not None:
-            write_text(staging / SYSTEM, f"{read_crs(result.crs).to_wkt()}\n")
-        write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
+        with written_in(ENGLISH):  # what is read by machines
+            write_data(staging)
         if report:
             write_text(staging / "report.html", render(result))
         if paper is not None:
             page = render(result, paper=PAPERS[paper])
             write_bytes(staging / "report.pdf", pdf_of(page))
         write_text(staging / "summary.txt", lasting_summary(assessment))
+
+    def write_data(staging):
+        if write_more is not None:
+            write_more(staging)
+        _write_tables(result, staging)
+        if result.output_system is not None:
+            write_text(staging / SYSTEM, f"{read_crs(result.crs).to_wkt()}\n")
+        write_geopackage(result, staging / GEOPACKAGE, ellipse_scale=ellipse_scale)
         write_text(staging / ASSESSMENT, _json(assessment))
 
     output = output_of(result.block, overwrite=overwrite, is_known=is_known)

@@ -6,15 +6,34 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import (
     MISSING,
-    count,
     length,
     length_column,
     seconds,
 )
 from einschalt.interfaces.reports.page_templates import TEMPLATES
-from einschalt.pipeline.batch.block_table import DONE, FAILED, SKIPPED
+from einschalt.pipeline.batch.block_table import (
+    DONE,
+    FAILED,
+    SKIPPED,
+    outcomes_text,
+)
+
+STATES = mark_each({DONE: "done", SKIPPED: "skipped", FAILED: "failed"})
+# of the median of the blocks, and of the worst one
+HEADLINES = {
+    "total": (
+        mark("propagated, total: median of blocks"),
+        mark("propagated, total: worst block"),
+    ),
+    "paper": (
+        mark("by Kovarik’s budget, total: median of blocks"),
+        mark("by Kovarik’s budget, total: worst block"),
+    ),
+}
 
 
 def render_batch(table) -> str:
@@ -31,19 +50,18 @@ def render_batch(table) -> str:
 
 
 def _verdict(table):
-    numbers = table["outcome"].value_counts()
-    said = [f"{numbers[o]} {o}" for o in (DONE, SKIPPED, FAILED) if numbers.get(o)]
-    return f"{count(len(table), 'block')}: {', '.join(said)}"
+    facts = {"n": len(table), "outcomes": outcomes_text(table)}
+    return translated("{n:block|blocks}: {outcomes}", **facts)
 
 
 def _headline(table):
     n_points = int(table["n_points"].fillna(0).sum())
-    shown = [(f"{n_points}", "points of all blocks")]
-    for kind, what in (("total", "propagated"), ("paper", "after Kovarik’s budget")):
+    shown = [(figure(n_points, "d"), translated("points of all blocks"))]
+    for kind, (median, worst) in HEADLINES.items():
         errors = table[f"standard_error_{kind}"].dropna()
         if len(errors):
-            shown.append((length(errors.median()), f"{what}, total: median of blocks"))
-            shown.append((length(errors.max()), f"{what}, total: worst block"))
+            shown.append((length(errors.median()), translated(median)))
+            shown.append((length(errors.max()), translated(worst)))
     return shown
 
 
@@ -52,17 +70,21 @@ def _moved(moved):
     unit, texts = length_column(order["largest_move"])
     cells = zip(order["block"], order["n_moved"], texts, strict=True)
     return {
-        "columns": ("block", "points", f"largest move [{unit}]"),
-        "rows": [(printable(block), f"{n}", text) for block, n, text in cells],
+        "columns": (
+            translated("block"),
+            translated("points"),
+            translated("largest move [{unit}]", unit=unit),
+        ),
+        "rows": [(printable(block), figure(n, "d"), text) for block, n, text in cells],
     }
 
 
 def _blocks(table):
     shown = {
-        "total": "propagated",
-        "paper": "paper",
-        "internal": "internal",
-        "credible": "to believe",
+        "total": translated("propagated"),
+        "paper": translated("paper"),
+        "internal": translated("internal"),
+        "credible": translated("credible"),
     }
     kinds = [table[f"standard_error_{kind}"] for kind in shown]
     unit, texts = length_column(np.concatenate(kinds))
@@ -70,14 +92,16 @@ def _blocks(table):
     parts = [texts[k * len(table) : (k + 1) * len(table)] for k in range(len(shown))]
     times = [MISSING if np.isnan(time) else seconds(time) for time in table["seconds"]]
     columns = {
-        "block": map(_link, table.itertuples()),
-        "outcome": table["outcome"],
-        "points": map(_whole, table["n_points"]),
+        translated("block"): map(_link, table.itertuples()),
+        translated("outcome"): [translated(STATES[o]) for o in table["outcome"]],
+        translated("points"): map(_whole, table["n_points"]),
         **dict(zip(names, parts, strict=True)),
-        "claim": map(_claim, table["claim_is_supported"], table["outcome"]),
-        "suspects": map(_whole, table["n_suspects"]),
-        "failed models": map(_whole, table["n_failed_models"]),
-        "time": times,
+        translated("stated precision"): map(
+            _claim, table["claim_is_supported"], table["outcome"]
+        ),
+        translated("suspects"): map(_whole, table["n_suspects"]),
+        translated("failed models"): map(_whole, table["n_failed_models"]),
+        translated("time"): times,
     }
     rows = list(zip(*columns.values(), strict=True))
     return {"columns": tuple(columns), "rows": rows}
@@ -91,18 +115,24 @@ def _link(row):
 
 def _claim(is_supported, outcome):
     if pd.isna(is_supported):
-        return MISSING if outcome == FAILED else "not tested"
-    return "stands" if is_supported else "does not stand"
+        return MISSING if outcome == FAILED else translated("not tested")
+    return translated("supported") if is_supported else translated("not supported")
 
 
 def _whole(value):
-    return MISSING if pd.isna(value) else f"{value:d}"
+    return MISSING if pd.isna(value) else figure(value, "d")
 
 
 def _failure(row):
-    block, reason, remedy = map(printable, (row.block, row.reason, row.remedy))
+    block = printable(row.block)
+    reason, remedy = (retold(printable(text)) for text in (row.reason, row.remedy))
     is_ended = not remedy or remedy.endswith(("?", "."))
-    return block, _words(row.stage), reason, remedy if is_ended else f"{remedy}."
+    return (
+        block,
+        retold(_words(row.stage)),
+        reason,
+        remedy if is_ended else f"{remedy}.",
+    )
 
 
 def _words(name):

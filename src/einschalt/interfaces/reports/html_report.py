@@ -6,6 +6,8 @@ import numpy as np
 from markupsafe import Markup
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, language, mark, mark_each, translated
 from einschalt.foundations.typesetting import (
     METRES_PER,
     MISSING,
@@ -22,7 +24,11 @@ from einschalt.interfaces.reports.packed_data import PackedData
 from einschalt.interfaces.reports.page_models import pack_models
 from einschalt.interfaces.reports.page_plots import plots
 from einschalt.interfaces.reports.page_points import pack_points
-from einschalt.interfaces.reports.page_templates import TEMPLATES, sealed_parts
+from einschalt.interfaces.reports.page_templates import (
+    TEMPLATES,
+    sealed_parts,
+    words_of_scripts,
+)
 from einschalt.interfaces.reports.precision_colours import STEPS
 from einschalt.interfaces.reports.title_block import title_block
 from einschalt.pipeline.assessment.credibility import Reason
@@ -30,6 +36,7 @@ from einschalt.pipeline.summary.sections import flights, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 from einschalt.pipeline.summary.summary import sections
 from einschalt.pipeline.summary.verdict import verdict_on
+from einschalt.pipeline.summary.wording import short_flight_name
 
 MOST_MODELS = 500
 WORST_MODELS = 100
@@ -41,6 +48,22 @@ IN_TEMPLATE = ("precision", "known_points", "flights")
 """Sections that have a place of their own in the page."""
 PLOT_OF = {"error_sources": "sources", "claim": "correlogram"}
 """Plots that stand in sections of the summary."""
+
+
+ROLES = mark_each({"new": "new", "control": "control", "check": "check"})
+VERDICTS = mark_each({"critical": "critical", "weak": "weak", "safe": "safe"})
+STAGES = mark_each(
+    {
+        "relative_orientation": "relative orientation",
+        "approximate_coordinates": "approximate coordinates",
+        "model_transformation": "model transformation",
+        "adjustment": "adjustment",
+    }
+)
+# of tables that are cut
+LARGEST = mark("The largest {n} of {n_all:point|points}; the tables have the others.")
+WORST = mark("The worst {n} of {n_all:model|models}; the tables have the others.")
+FIRST = mark("The first {n} of {n_all:failure|failures}; the tables have the others.")
 
 
 class Cut(NamedTuple):
@@ -66,6 +89,7 @@ def render(result, *, paper="auto") -> str:
     return TEMPLATES.get_template("report.html.j2").render(
         **page,
         block=result.block,
+        notes=[retold(printable(note)) for note in result.block.notes],
         title_block=title_block(result),
         settings=result.settings.model_dump(),
         sources={
@@ -128,6 +152,8 @@ def page_data(result, unit):
         "block": printable(result.block.name),
         "colours": STEPS,
         "plots": plots(result),
+        "language": language(),
+        "words": words_of_scripts(),
     }
     pack_points(packed, result, claimed)
     pack_models(packed, result)
@@ -137,28 +163,34 @@ def page_data(result, unit):
 def _headline(result):
     """Figures that stand large at the head of the page: number, and what it is."""
     figures, credible = result.figures, result.assessment.credible
-    shown = [(f"{figures.n_new}", "new points")]
+    shown = [(figure(figures.n_new, "d"), translated("new points"))]
     if credible.is_lower_bound and np.isfinite(credible.value):
-        text = "or worse, total: the stated precision is contradicted"
+        text = translated("or worse, total: the stated precision is contradicted")
         shown.append((length(credible.value), text))
     elif credible.reason is Reason.ADJUSTED_ENLARGED:
-        shown.append((length(credible.value), "total, enlarged by s_0"))
+        shown.append((length(credible.value), translated("total, enlarged by s_0")))
     elif np.isfinite(figures.mean_total):
-        shown.append((length(figures.mean_total), "propagated, total"))
+        shown.append((length(figures.mean_total), translated("propagated, total")))
     spread = result.assessment.spread
     if spread is not None and not credible.is_lower_bound:
-        text = f"median; 95 % of the points below {length(spread.most)}"
+        most = length(spread.most)
+        text = translated("median; 95th percentile {length}", length=most)
         shown.append((length(spread.median), text))
     if np.isfinite(figures.mean_paper):
-        shown.append((length(figures.mean_paper), "after Kovarik’s budget, total"))
+        text = translated("by Kovarik’s budget, total")
+        shown.append((length(figures.mean_paper), text))
     if np.isfinite(figures.mean_internal) and np.isnan(figures.mean_total):
-        shown.append((length(figures.mean_internal), "internal, total"))
+        shown.append((length(figures.mean_internal), translated("internal, total")))
     if figures.n_check:
-        text = f"RMS at {figures.n_check} check points, total"
-        shown.append((length(figures.check_rms), text))
+        message = mark("RMS at {n:check point|check points}, total")
+        shown.append(
+            (length(figures.check_rms), translated(message, n=figures.n_check))
+        )
     elif figures.n_control:
-        text = f"RMS at {figures.n_control} control points, total"
-        shown.append((length(figures.control_rms), text))
+        message = mark("RMS at {n:control point|control points}, total")
+        shown.append(
+            (length(figures.control_rms), translated(message, n=figures.n_control))
+        )
     return shown
 
 
@@ -170,20 +202,20 @@ def _known_points(points, claimed):
     order = miss.sort_values(ascending=False, kind="stable").index[:MOST_KNOWN_POINTS]
     shown = points.loc[order]
     metres = {
-        "easting": shown["difference_easting"],
-        "northing": shown["difference_northing"],
-        "total": miss.loc[order],
-        "claimed": shown[claimed],
+        translated("easting"): shown["difference_easting"],
+        translated("northing"): shown["difference_northing"],
+        translated("in plan"): miss.loc[order],
+        translated("stated"): shown[claimed],
     }
     # one unit for all four, so that a row can be read across
     unit, texts = length_column(np.concatenate(list(metres.values())))
     parts = (texts[k * len(shown) : (k + 1) * len(shown)] for k in range(len(metres)))
     columns = {
-        "point": map(printable, shown["point_id"]),
-        "role": shown["role"],
+        translated("point"): map(printable, shown["point_id"]),
+        translated("role"): map(role_text, shown["role"]),
         **{f"{name} [{unit}]": part for name, part in zip(metres, parts, strict=True)},
     }
-    return _cut(columns, len(points), "points", "largest", shown.index)
+    return _cut(columns, len(points), LARGEST, shown.index)
 
 
 def _spread_points(points, claim_column):
@@ -194,14 +226,19 @@ def _spread_points(points, claim_column):
     spread = length_column(shown["spread_total"])
     claimed = length_column(shown[claim_column])
     columns = {
-        "point": map(printable, shown["point_id"]),
-        "role": shown["role"],
-        "models": map(_whole, shown["n_models"]),
-        "coverages": map(_whole, shown["n_coverages"]),
-        f"spread [{spread.unit}]": spread.texts,
-        f"claimed [{claimed.unit}]": claimed.texts,
+        translated("point"): map(printable, shown["point_id"]),
+        translated("role"): map(role_text, shown["role"]),
+        translated("models"): map(_whole, shown["n_models"]),
+        translated("coverages"): map(_whole, shown["n_coverages"]),
+        f"{translated('spread')} [{spread.unit}]": spread.texts,
+        f"{translated('stated')} [{claimed.unit}]": claimed.texts,
     }
-    return _cut(columns, len(points), "points", "largest", shown.index)
+    return _cut(columns, len(points), LARGEST, shown.index)
+
+
+def role_text(role):
+    """Write the role of a point."""
+    return translated(ROLES.get(role, role))
 
 
 def _models(result):
@@ -217,14 +254,14 @@ def _models(result):
     m_0, s_0 = length_column(shown["m_0"]), length_column(shown["s_0"])
     columns = {
         **_names(shown),
-        "fit": map(_words, shown["transformation"]),
-        "points": map(_whole, shown["n_points"]),
-        "redundancy": map(_whole, shown["redundancy"]),
+        translated("fit"): map(_words, shown["transformation"]),
+        translated("points"): map(_whole, shown["n_points"]),
+        translated("redundancy"): map(_whole, shown["redundancy"]),
         f"m_0 [{m_0.unit}]": m_0.texts,
         f"s_0 [{s_0.unit}]": s_0.texts,
-        "state": map(_state, is_usable.loc[shown.index], shown["reason"]),
+        translated("state"): map(_state, is_usable.loc[shown.index], shown["reason"]),
     }
-    return _cut(columns, len(models), "models", "worst")
+    return _cut(columns, len(models), WORST)
 
 
 def _orientations(result):
@@ -238,26 +275,37 @@ def _orientations(result):
     sigma = length_column(shown["sigma_0"].astype(float) * METRES_PER_MM)
     columns = {
         **_names(shown),
-        "verdict": shown["verdict"],
-        "points": map(_whole, shown["n_points"]),
+        translated("verdict"): [
+            translated(VERDICTS.get(verdict, verdict)) for verdict in shown["verdict"]
+        ],
+        translated("points"): map(_whole, shown["n_points"]),
         f"sigma_0 [{sigma.unit}]": sigma.texts,
-        "omega, times flat": [fixed(factor, 1) for factor in shown["inflation"]],
-        "reason": map(printable, shown["reason"]),
+        translated("tilt error relative to flat terrain"): [
+            fixed(factor, 1) for factor in shown["inflation"]
+        ],
+        translated("reason"): map(_kept, shown["reason"]),
     }
-    return _cut(columns, len(rows), "models", "worst")
+    return _cut(columns, len(rows), WORST)
 
 
 def _names(rows):
     """Columns that name a model."""
     return {
-        "flight": [flight.removesuffix("_flight") for flight in rows["flight"]],
-        "coverage": map(printable, rows["coverage"]),
-        "model": map(printable, rows["model_id"]),
+        translated("flight"): map(short_flight_name, rows["flight"]),
+        translated("coverage"): map(printable, rows["coverage"]),
+        translated("model"): map(printable, rows["model_id"]),
     }
 
 
 def _state(is_usable, reason):
-    return "usable" if is_usable else f"failed: {printable(reason)}"
+    if is_usable:
+        return translated("usable")
+    return translated("failed: {reason}", reason=_kept(reason))
+
+
+def _kept(text):
+    """A reason or remedy, which may name points."""
+    return retold(printable(text))
 
 
 def _failures(result):
@@ -265,19 +313,23 @@ def _failures(result):
     shown = failures.head(MOST_FAILURES).fillna("")
     columns = {
         **_names(shown),
-        "stage": [_words(s.partition("_")[2] or s) for s in shown["stage"]],
-        "reason": map(printable, shown["reason"]),
-        "remedy": map(printable, shown["remedy"]),
+        translated("stage"): map(_stage, shown["stage"]),
+        translated("reason"): map(_kept, shown["reason"]),
+        translated("remedy"): map(_kept, shown["remedy"]),
     }
-    return _cut(columns, len(failures), "failures", "first")
+    return _cut(columns, len(failures), FIRST)
 
 
-def _cut(columns, n_all, noun, which, points=()):
+def _stage(name):
+    title = name.partition("_")[2] or name
+    return translated(STAGES[title]) if title in STAGES else _words(title)
+
+
+def _cut(columns, n_all, message, points=()):
     """Table of columns by their headings, which says how many rows it leaves out."""
     rows, said = list(zip(*columns.values(), strict=True)), ""
     if len(rows) < n_all:
-        shown = f"The {which} {len(rows)} of {n_all} {noun}"
-        said = f"{shown}; the others stand in the tables."
+        said = translated(message, n=len(rows), n_all=n_all)
     return Cut(tuple(columns), rows, said, tuple(points))
 
 

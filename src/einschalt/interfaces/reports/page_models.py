@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.reports.packed_data import quantum_of
 
@@ -23,7 +24,7 @@ def pack_models(packed, result):
         "points": packed.numbers(models["n_points"], 1.0),
         "redundancy": packed.numbers(models["redundancy"], 1.0),
         "usable": packed.numbers(models["is_usable"].astype(float), 1.0),
-        "reason": packed.codes(models["reason"].fillna("")),
+        "reason": packed.codes(models["reason"].fillna("").map(retold)),
     }
     for name in ("m_0", "s_0"):
         found[name] = packed.numbers(models[name], quantum_of(models[name]))

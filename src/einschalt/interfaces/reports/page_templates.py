@@ -2,12 +2,14 @@
 
 import base64
 import hashlib
+import re
 from functools import cache
 from importlib.resources import files
 
 import jinja2
 from markupsafe import Markup
 
+from einschalt.foundations.language import ENGLISH, language, translated
 from einschalt.foundations.typesetting import number
 
 TEMPLATES = jinja2.Environment(
@@ -18,9 +20,10 @@ TEMPLATES = jinja2.Environment(
     lstrip_blocks=True,
 )
 TEMPLATES.filters["number"] = number
+TEMPLATES.globals |= {"translated": translated, "language": language}
 
 SCRIPTS = (
-    *("decode", "figures", "selection", "grid", "view", "layers", "map"),
+    *("words", "decode", "figures", "selection", "grid", "view", "layers", "map"),
     *("table", "plots", "page"),
 )
 """Modules of the page, in the order in which they stand in it: each knows those before.
@@ -29,14 +32,35 @@ They are one script, so that the page needs nothing else.
 """
 
 
+# a message of a script, without the escapes of a string
+MESSAGE = re.compile(r'\btranslated\("([^"\\]*)"')
+
+
+def words_of_scripts() -> dict[str, str]:
+    """Messages of the scripts in the active language; none in English."""
+    if language() == ENGLISH:
+        return {}
+    return {message: translated(message) for message in messages_of_scripts()}
+
+
+@cache
+def messages_of_scripts() -> tuple[str, ...]:
+    """Every message that is written out in the scripts."""
+    return tuple(message for text in _scripts() for message in MESSAGE.findall(text))
+
+
+def _scripts():
+    folder = files("einschalt.interfaces.reports") / "page"
+    return [(folder / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS]
+
+
 @cache
 def sealed_parts(paper="auto") -> dict:
     """Style, script, and the policy that allows these two, and nothing else."""
     folder = files("einschalt.interfaces.reports") / "page"
     style = (folder / "page.css").read_text(encoding="utf-8")
     style = style.replace("size: auto", f"size: {paper}", 1)
-    texts = [(folder / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS]
-    script = "\n" + "\n".join(texts)
+    script = "\n" + "\n".join(_scripts())
     style = f"\n{style}"
     policy = (
         "default-src 'none'; base-uri 'none'; form-action 'none'; "

@@ -5,6 +5,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from einschalt.foundations.language import in_english
 from einschalt.pipeline.assessment.causes import ranked_causes, with_causes
 from einschalt.pipeline.assessment.choice import (
     MethodChoice,
@@ -115,6 +116,7 @@ class Assessment:
         return plain(self)
 
 
+@in_english
 def assess(result) -> Assessment:
     """Judge a result."""
     examined = result.examination

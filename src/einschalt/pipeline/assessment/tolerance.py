@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.language import mark
 from einschalt.pipeline.assessment.credibility import TOTAL
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.settings import NO_TOLERANCE
@@ -28,9 +29,9 @@ class Tolerance:
 
 
 PRESETS = {
-    "vermv_1994": Tolerance("VermV 1994 § 7, densification points", 0.07),
-    "vermv_2010": Tolerance("VermV 2010 § 6, survey points", 0.04),
-    "vermv_2016": Tolerance("VermV 2016 § 6, points not by GNSS", 0.04, 0.05),
+    "vermv_1994": Tolerance(mark("VermV 1994 § 7, densification points"), 0.07),
+    "vermv_2010": Tolerance(mark("VermV 2010 § 6, survey points"), 0.04),
+    "vermv_2016": Tolerance(mark("VermV 2016 § 6, points not by GNSS"), 0.04, 0.05),
 }
 
 
@@ -51,7 +52,7 @@ def tolerance_of(settings):
     asked = settings.tolerance
     if asked == NO_TOLERANCE:
         return None
-    return PRESETS[asked] if asked in PRESETS else Tolerance("as set", asked)
+    return PRESETS[asked] if asked in PRESETS else Tolerance(mark("as set"), asked)
 
 
 def checked_figure_of_two_steps(examined) -> CheckedFigure:

@@ -11,6 +11,8 @@ import pandas as pd
 
 from einschalt.foundations.display_names import as_unicode, printable, shortened
 from einschalt.foundations.errors import BlockError, EinschaltError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import count, length
 from einschalt.foundations.typesetting import seconds as duration
 
@@ -36,6 +38,9 @@ CHANGES_OF_POINTS = MOVED, NEW, GONE = "moved", "new", "gone"
 UNCHANGED = "unchanged"
 NOT_ASKED = "only blocks that failed were asked for"
 MOST_SAID = 10
+OUTCOMES = mark_each({DONE: "{n} done", SKIPPED: "{n} skipped", FAILED: "{n} failed"})
+MOVED_FAR = mark("Moved by more than their standard error since the previous run")
+REFUTED = mark("Stated precision not supported: see their reports")
 LONGEST_REASON = 300  # characters of what libraries say
 
 
@@ -196,28 +201,43 @@ class Expectation:
 
 def summarize_batch(table, seconds) -> str:
     """Write what a batch says at its end, with the time of the whole run."""
-    numbers = table["outcome"].value_counts()
-    said = [f"{numbers[o]} {o}" for o in (DONE, SKIPPED, FAILED) if numbers.get(o)]
-    lines = [f"{count(len(table), 'block')}: {', '.join(said)} ({duration(seconds)})"]
+    lines = [
+        translated(
+            "{n:block|blocks}: {outcomes} ({time})",
+            n=len(table),
+            outcomes=outcomes_text(table),
+            time=duration(seconds),
+        )
+    ]
     failed = table[table["outcome"] == FAILED]
     if len(failed):
-        lines += ["", "Failed"]
+        lines += ["", translated("Failed blocks")]
         for row in failed.head(MOST_SAID).itertuples():
-            lines.append(f"  {printable(row.block)}: {printable(row.reason)}.")
+            lines.append(f"  {printable(row.block)}: {retold(printable(row.reason))}.")
             if row.remedy:
-                lines.append(f"    {printable(row.remedy)}")
+                lines.append(f"    {retold(printable(row.remedy))}")
         lines += _rest(failed)
     lines += _refuted(table)
     moved = table[table["n_moved"].fillna(0) > 0]
     moved = moved.sort_values("largest_move", ascending=False, kind="stable")
     if len(moved):
-        lines += ["", "Moved by more than their standard error since the run before"]
+        lines += ["", translated(MOVED_FAR)]
         for row in moved.head(MOST_SAID).itertuples():
-            points = count(int(row.n_moved), "point")
-            most = length(row.largest_move)
-            lines.append(f"  {printable(row.block)}: {points}, at most {most}")
+            facts = {"n": int(row.n_moved), "most": length(row.largest_move)}
+            text = translated("{n:point|points}, at most {most}", **facts)
+            lines.append(f"  {printable(row.block)}: {text}")
         lines += _rest(moved)
     return "\n".join(lines)
+
+
+def outcomes_text(table) -> str:
+    """Say how many blocks had which outcome."""
+    numbers = table["outcome"].value_counts()
+    return ", ".join(
+        translated(OUTCOMES[outcome], n=int(numbers[outcome]))
+        for outcome in OUTCOMES
+        if numbers.get(outcome)
+    )
 
 
 def refuted(table):
@@ -236,13 +256,16 @@ def _refuted(table):
     rows = refuted(table)
     if rows.empty:
         return []
-    lines = ["", "Claims that do not stand: see their reports"]
+    lines = ["", translated(REFUTED)]
     for row in rows.head(MOST_SAID).itertuples():
         figure = row.standard_error_credible
-        known = f"{length(figure)} or worse" if np.isfinite(figure) else "not known"
-        lines.append(f"  {printable(row.block)}: {known} (total)")
+        text = translated("not known")
+        if np.isfinite(figure):
+            text = translated("{length} or worse (total)", length=length(figure))
+        lines.append(f"  {printable(row.block)}: {text}")
     return lines + _rest(rows)
 
 
 def _rest(rows):
-    return [f"  and {len(rows) - MOST_SAID} more"] if len(rows) > MOST_SAID else []
+    rest = len(rows) - MOST_SAID
+    return [translated("  and {n} more", n=rest)] if rest > 0 else []

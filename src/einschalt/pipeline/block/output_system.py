@@ -187,7 +187,7 @@ def output_system_of(block, settings) -> OutputSystem | None:
         found = f"output_crs: {distorted[0].found}"
         raise distorted[0].with_facts(found=found, remedy=OTHER_OUTPUT)
     note = (
-        f"output_crs: results brought from {system_label(own)} to "
+        f"output_crs: results transformed from {system_label(own)} to "
         f"{system_label(target)} by {operation}{said}; parameters of models lead to "
         f"{system_label(own)}"
     )

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.language import Amount, figure, translated
 from einschalt.foundations.typesetting import count, factor, length, number
 from einschalt.pipeline.summary.wording import (
     flight_name,
@@ -52,16 +53,26 @@ class _Fact:
     def __format__(self, way):
         how, _, rest = way.partition(" ")
         if how == "count":
-            return count(self.value, rest)
+            # two forms, parted by "|", where a plural s is not all
+            return (
+                f"{Amount(self.value):{rest}}"
+                if "|" in rest
+                else count(self.value, rest)
+            )
         if how in LISTS:
             return LISTS[how](self.value, self.facts[rest.removeprefix("of ")])
-        return SIZES[how](self.value) if how in SIZES else format(self.value, way)
+        if how in SIZES:
+            return SIZES[how](self.value)
+        return self.value if isinstance(self.value, str) else figure(self.value, way)
 
 
-def filled(words, finding) -> str:
-    """Fill words with the names and facts of a finding, as SIZES and LISTS write them.
+def filled(words, finding, **texts) -> str:
+    """Fill a message with names and facts of a finding, as SIZES and LISTS write them.
 
-    ``{n_points:count new point}`` is a number of new points.
+    ``{n_points:count new point}`` is a number of new points. ``texts`` are written as
+    they are.
     """
-    facts = {**finding.facts, "names": finding.names}
-    return words.format(**{key: _Fact(value, facts) for key, value in facts.items()})
+    facts = {**finding.facts, "names": finding.names, **texts}
+    return translated(words).format(
+        **{key: _Fact(value, facts) for key, value in facts.items()}
+    )

@@ -1,5 +1,6 @@
 """What print(result) shows: the verdict, problems and suggestions, then the numbers."""
 
+from einschalt.foundations.language import translated
 from einschalt.foundations.typesetting import seconds, wrapped
 from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.sections import (
@@ -50,7 +51,8 @@ def sections(assessment) -> dict[str, Section]:
 def summarize(result) -> str:
     """Write the text of ``print(result)``."""
     text = lasting_summary(result.assessment)
-    return f"{text}Computed in {seconds(result.seconds)}.\n"
+    computed = translated("Computed in {time}.", time=seconds(result.seconds))
+    return f"{text}{computed}\n"
 
 
 def lasting_summary(assessment) -> str:
@@ -68,9 +70,9 @@ def lasting_summary(assessment) -> str:
 
 
 def _suggestions(suggestions):
-    lines = ["Problems and suggestions"]
+    lines = [translated("Problems and suggestions")]
     if not suggestions:
-        lines.append("  none")
+        lines.append(f"  {translated('none')}")
     for suggestion in suggestions:
         lines.append(wrapped(str(suggestion), first="  - ", indent="    "))
         lines += [
@@ -83,5 +85,9 @@ def _suggestions(suggestions):
 def settings_line(chosen_settings) -> str:
     """Say what settings differ from the defaults."""
     chosen = [f"{key}{UNBROKEN}{value}" for key, value in chosen_settings]
-    said = f"{', '.join(chosen)}, others as by default" if chosen else "all defaults"
-    return wrapped(f"Settings: {said}.").replace(UNBROKEN, " = ")
+    if not chosen:
+        return translated("Settings: all defaults.")
+    message = translated(
+        "Settings: {chosen}, others default.", chosen=", ".join(chosen)
+    )
+    return wrapped(message).replace(UNBROKEN, " = ")

@@ -4,32 +4,49 @@ import math
 from functools import singledispatch
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, length
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.typesetting import length
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.assessment.evidence.ground.frame import Doubt
 from einschalt.pipeline.assessment.facts.precision import (
     SimultaneousPrecision,
     TwoStepPrecision,
 )
-from einschalt.pipeline.summary.wording import mean_of
+from einschalt.pipeline.summary.wording import length_or_worse, mean_of
 
 # what makes every figure worthless
-DOUBTS = {
-    Doubt.NONE: "",
-    Doubt.MIRRORED: "; all models are mirrored: easting and northing exchanged?",
-    Doubt.STRETCHED: "; one axis has another scale: a wrong unit or decimal point?",
-    Doubt.UPSIDE_DOWN: "; models are upside down: easting and northing exchanged?",
-    Doubt.OUT_OF_SCALE: "; photographs of another scale: control not in metres?",
-    Doubt.LARGER_THAN_FILM: "; models larger than film: control not in metres?",
-}
-
-
-SPREAD = "; a few points dominate: median {}, 95 % below {}"
-BETTER = "; the two steps are better: {} (--method two_step)"
-CAUSES = {
-    "exchanged_names": "; first mend the exchanged names",
-    "measurements_given_twice": "; first mend the measurements that are given twice",
-}
+DOUBTS = mark_each(
+    {
+        Doubt.MIRRORED: "all models are mirrored: easting and northing exchanged?",
+        Doubt.STRETCHED: "one axis has another scale: a wrong unit or decimal point?",
+        Doubt.UPSIDE_DOWN: "models are upside down: easting and northing exchanged?",
+        Doubt.OUT_OF_SCALE: "photographs of another scale: control not in metres?",
+        Doubt.LARGER_THAN_FILM: "models larger than film: control not in metres?",
+    }
+)
+SPREAD = mark("a few points dominate: median {median}, 95th percentile {most}")
+BETTER = mark("the two steps are better: {figure} (--method two_step)")
+CAUSES = mark_each(
+    {
+        "exchanged_names": "correct the exchanged names first",
+        "measurements_given_twice": "remove the measurements given twice first",
+    }
+)
+HEIGHTS = mark("heights {figure}")
+FAILED = mark("{n} of {n_all:model|models} failed")
+# what stands behind the number of points
+BOUND = mark("{figure} (total, {mean})")
+STATED = mark("{figure} (total, {mean}; including stated errors that models absorbed)")
+PROPAGATED = mark("{figure} (total, {mean}; {paper} by Kovarik's budget)")
+BUDGET = mark("{paper} by Kovarik's budget (total, {mean})")
+ADJUSTED = mark("{figure} (total, simultaneous adjustment)")
+ADJUSTED_BESIDE = mark(
+    "{figure} (total, simultaneous adjustment; {two_steps} in two steps)"
+)
+ADJUSTED_BOUND = mark("{figure} (total, simultaneous adjustment; stated {stated})")
+ADJUSTED_ENLARGED = mark(
+    "{figure} (total, simultaneous adjustment, enlarged by s_0; stated {stated})"
+)
 
 
 def verdict(assessment) -> str:
@@ -39,17 +56,26 @@ def verdict(assessment) -> str:
 
 def verdict_on(assessment) -> str:
     """Say the verdict without the name of the block."""
-    n_new, block = assessment.precision.n_new, assessment.block
-    new = count(n_new, "new point") if n_new else "no new points"
-    credible = assessment.credible
-    said = f"{new}{_how_good(assessment.precision, credible)}"
-    said += f"{_spread(assessment)}{_better(assessment.better)}"
-    said += f"{_heights(assessment.credible_heights)}{DOUBTS[credible.doubt]}"
-    said += _cause(assessment)
-    if not block.n_failed_models:
-        return said
-    n_all = count(block.n_models, "model")
-    return f"{said}; {block.n_failed_models} of {n_all} failed"
+    precision, credible = assessment.precision, assessment.credible
+    parts = [
+        _new_points(precision, credible),
+        _spread(assessment),
+        _better(assessment.better),
+        _heights(assessment.credible_heights),
+        translated(DOUBTS[credible.doubt]) if credible.doubt in DOUBTS else "",
+        _cause(assessment),
+        _failed(assessment.block),
+    ]
+    return "; ".join(filter(None, parts))
+
+
+def _new_points(precision, credible):
+    """How many there are, and how good they are."""
+    if precision.n_new:
+        new = translated("{n:new point|new points}", n=precision.n_new)
+    else:
+        new = translated("no new points")
+    return f"{new}{_how_good(precision, credible)}"
 
 
 def _spread(assessment):
@@ -57,30 +83,34 @@ def _spread(assessment):
     spread = assessment.spread
     if spread is None or assessment.credible.is_lower_bound:
         return ""
-    return SPREAD.format(length(spread.median), length(spread.most))
+    return translated(SPREAD, median=length(spread.median), most=length(spread.most))
 
 
 def _better(choice):
     """Say the figure of the other way where that is known to be the better one."""
     if choice is None:
         return ""
-    figure = choice.two_step
-    bound = " or worse" if figure.is_lower_bound else ""
-    return BETTER.format(f"{length(figure.value)}{bound}")
+    return translated(BETTER, figure=length_or_worse(choice.two_step))
 
 
 def _cause(assessment):
     """Say what to mend first where something contradicts the figure."""
     if not assessment.causes or not assessment.credible.is_lower_bound:
         return ""
-    return CAUSES[assessment.causes[0]]
+    return translated(CAUSES[assessment.causes[0]])
 
 
 def _heights(credible):
     """Heights are told where they are not as good as stated."""
     if credible is None or not credible.is_lower_bound:
         return ""
-    return f"; heights {length(credible.value)} or worse"
+    return translated(HEIGHTS, figure=length_or_worse(credible))
+
+
+def _failed(block):
+    if not block.n_failed_models:
+        return ""
+    return translated(FAILED, n=block.n_failed_models, n_all=block.n_models)
 
 
 @singledispatch
@@ -88,29 +118,33 @@ def _how_good(facts: TwoStepPrecision, credible):
     """The figure to believe, and another one beside it; or a bound."""
     if math.isnan(facts.mean.paper):
         return ""
-    mean, value = mean_of(facts.n_coverages), length(credible.value)
+    said = {
+        "figure": length_or_worse(credible),
+        "mean": mean_of(facts.n_coverages),
+        "paper": length(facts.mean.paper),
+    }
     if credible.is_lower_bound:
-        return f", {value} or worse (total, {mean})"
-    if credible.reason is Reason.STATED:
-        return f", {value} (total, {mean}; with the stated errors that models took up)"
-    paper = f"{length(facts.mean.paper)} after Kovarik's budget"
-    if credible.reason is Reason.PROPAGATED:
-        return f", {value} (total, {mean}; {paper})"
-    return f", {paper} (total, {mean})"
+        message = BOUND
+    elif credible.reason is Reason.STATED:
+        message = STATED
+    else:
+        message = PROPAGATED if credible.reason is Reason.PROPAGATED else BUDGET
+    return f", {translated(message, **said)}"
 
 
 @_how_good.register
 def _(facts: SimultaneousPrecision, credible):
     if math.isnan(facts.total):
-        return " from the simultaneous adjustment"
+        return f" {translated('from the simultaneous adjustment')}"
     other = facts.two_steps
-    is_known = other is not None and math.isfinite(other.total)
-    beside = f"; {length(other.total)} in two steps" if is_known else ""
-    value = length(credible.value)
-    stated = length(facts.total)
+    said = {"figure": length_or_worse(credible), "stated": length(facts.total)}
     if credible.is_lower_bound:
-        beside = f"; stated {stated}" if stated != value else ""
-        value = f"{value} or worse"
+        is_other = said["stated"] != length(credible.value)
+        message = ADJUSTED_BOUND if is_other else ADJUSTED
     elif credible.reason is Reason.ADJUSTED_ENLARGED:
-        beside = f", enlarged by s_0; stated {stated}"
-    return f", {value} (total, simultaneous adjustment{beside})"
+        message = ADJUSTED_ENLARGED
+    elif other is not None and math.isfinite(other.total):
+        message, said["two_steps"] = ADJUSTED_BESIDE, length(other.total)
+    else:
+        message = ADJUSTED
+    return f", {translated(message, **said)}"

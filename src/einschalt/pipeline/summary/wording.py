@@ -3,15 +3,18 @@
 import math
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.language import figure, translated
+from einschalt.foundations.language import figure, mark_each, translated
 from einschalt.foundations.typesetting import (
     fixed,
+    length,
     names,
     number,
     number_word,
     round_by_error,
 )
 
+FLIGHTS = mark_each({"high_flight": "high flight", "low_flight": "low flight"})
+SHORT = mark_each({"high_flight": "high", "low_flight": "low"})
 LEAST_PROBABILITY = 0.001
 MOST_PROBABILITY = 0.99
 PPM = 1e6
@@ -25,7 +28,7 @@ def flight_name(flight) -> str:
     >>> flight_name("low_flight")
     'low flight'
     """
-    return flight.replace("_", " ")
+    return translated(FLIGHTS.get(flight, flight.replace("_", " ")))
 
 
 def some_of(ids, n_all, most=5) -> str:
@@ -40,9 +43,7 @@ def some_of(ids, n_all, most=5) -> str:
     rest = n_all - len(shown)
     if rest <= 0:
         return names(shown)
-    return translated(
-        "{names} and {rest} more", names=names(shown), rest=figure(rest, "d")
-    )
+    return translated("{names} and {rest} more", names=names(shown), rest=rest)
 
 
 def some_models(models, n_all) -> str:
@@ -54,7 +55,8 @@ def some_models(models, n_all) -> str:
     'low 7/8, high 3'
     """
     return some_of(
-        [f"{_short(flight)} {shortened(model)}" for flight, model in models], n_all
+        [f"{short_flight_name(flight)} {shortened(model)}" for flight, model in models],
+        n_all,
     )
 
 
@@ -67,7 +69,7 @@ def some_observations(observations, n_all, most=4) -> str:
     'low 1 7/8 P 12 and 2 more'
     """
     shown = [
-        f"{_short(flight)} {coverage} {shortened(model)} {point}"
+        f"{short_flight_name(flight)} {coverage} {shortened(model)} {point}"
         for flight, coverage, model, point in observations
     ]
     return some_of(shown, n_all, most)
@@ -82,14 +84,22 @@ def some_image_points(points, n_all, most=4) -> str:
     'low 7/8 12'
     """
     shown = [
-        f"{_short(flight)} {shortened(model)} {shortened(point)}"
+        f"{short_flight_name(flight)} {shortened(model)} {shortened(point)}"
         for flight, model, point in points
     ]
     return some_of(shown, n_all, most)
 
 
-def _short(flight):
-    return flight.removesuffix("_flight")
+def short_flight_name(flight) -> str:
+    """Write the name of a flight beside that of a model."""
+    return translated(SHORT.get(flight, flight.removesuffix("_flight")))
+
+
+def length_or_worse(credible) -> str:
+    """Write a figure of precision, which may be a lower bound."""
+    if not credible.is_lower_bound:
+        return length(credible.value)
+    return translated("{length} or worse", length=length(credible.value))
 
 
 def with_error(value, standard_error) -> str:
@@ -104,12 +114,15 @@ def with_error(value, standard_error) -> str:
     return f"{value} ± {error}"
 
 
-def two_figures(flights, what) -> str:
+def two_figures(flights, message) -> str:
     """Write the given m_g of flights, and the one that something else shows."""
     return "; ".join(
-        f"m_g_um of the {flight_name(part['flight'])} is given as "
-        f"{number(part['given_um'])}, but {what} "
-        f"{with_error(part['estimated_um'], part['standard_error_um'])}"
+        translated(
+            message,
+            flight=flight_name(part["flight"]),
+            given=number(part["given_um"]),
+            shown=with_error(part["estimated_um"], part["standard_error_um"]),
+        )
         for part in flights
     )
 

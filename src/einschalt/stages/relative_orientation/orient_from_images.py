@@ -15,6 +15,8 @@ from einschalt.foundations.arguments import (
 )
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.foundations.tables import IMAGE_PAIRS, check_table, with_coverage
@@ -60,6 +62,7 @@ RULES = {"rigorous": "adjusted_rays", "determinants": "mean_y"}
 # tangent of the widest and the narrowest field angle that is believed
 WIDEST_FIELD, NARROWEST_FIELD = 2.5, 0.01
 SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
+FEW = mark("{n:point|points}, but relative orientation needs {least}")
 NO_BASE = "both photographs see its points as from one place: its base is too short"
 OTHER_PLACE = "Check that left and right are not one image; take a pair with a base"
 REMEDIES = {
@@ -319,10 +322,8 @@ def _models_table(names, pairs, case, used):
 def _reasons(pairs, used):
     reasons = np.full(len(pairs.status), "", dtype=object)
     for place in np.flatnonzero(pairs.status == TOO_FEW):
-        points = typesetting.count(int(pairs.n_points[place]), "point")
-        reasons[place] = (
-            f"{points}, but relative orientation needs {coplanarity.N_PARAMETERS}"
-        )
+        numbers = {"n": int(pairs.n_points[place]), "least": coplanarity.N_PARAMETERS}
+        reasons[place] = kept(FEW, **numbers)
     reasons[pairs.status == UNDETERMINED] = (
         "its points lie in a line, in one place or near a dangerous surface"
     )

@@ -8,10 +8,11 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import tables, typesetting
+from einschalt.foundations import tables
 from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
 from einschalt.stages.relative_orientation.dangerous_surface import ModelGeometry
@@ -235,7 +236,7 @@ def _check_points(measured, bases, method, faults):
     _check_lengths(measured, bases, faults)
     is_short = measured.count < N_ELEMENTS
     for count in np.unique(measured.count[is_short]):
-        reason = f"{typesetting.count(count, 'point')}, but five are needed"
+        reason = kept("{n:point|points}, but five are needed", n=count)
         faults.say(measured.count == count, reason, "Measure more points in it")
     if method != "least_squares":
         say_six_point_faults(method, measured.xyz, bases, measured.start, faults)

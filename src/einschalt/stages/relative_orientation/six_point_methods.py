@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.language import Amount
 from einschalt.theory.relative_orientation.bachmann import (
     pass_matrices,
     stationary_covariance,
@@ -40,10 +41,12 @@ from einschalt.theory.relative_orientation.six_points import (
 TILT_AT = "5"
 """Gruber's procedure turns the tilt by the parallax of this point."""
 TAKE_LEAST_SQUARES = 'Use method="least_squares"'
-NOT_SIX = "{points}, but {method} takes six"
+NOT_SIX = "{points:point|points}, but {method} takes six"
 NOT_IN_PLANES = "not three of its points lie in each of the planes x = 0 and x = base"
 NOT_ON_SIDES = "not three of its points lie on the side of each projection centre"
-DIVERGES = "its points make Gruber's procedure diverge: a pass multiplies errors by {}"
+DIVERGES = (
+    "its points make Gruber's procedure diverge: a pass multiplies errors by {factor}"
+)
 SIX_POINT_METHODS = {
     "krames": ("Krames' construction", are_in_base_normal_planes, NOT_IN_PLANES),
     "gruber": ("Gruber's procedure", are_on_two_sides, NOT_ON_SIDES),
@@ -86,7 +89,7 @@ def say_six_point_faults(method, xyz, base, model_start, faults):
     title, fit_in, reason = SIX_POINT_METHODS[method]
     n_points = np.diff(model_start)
     for count in np.unique(n_points[n_points != N_SIX]):
-        not_six = NOT_SIX.format(points=typesetting.count(count, "point"), method=title)
+        not_six = NOT_SIX.format(points=Amount(count), method=title)
         remedy = TAKE_LEAST_SQUARES if count >= N_ELEMENTS else "Measure more points"
         faults.say(n_points == count, not_six, remedy)
     six = SixPointModels.of(xyz, base, model_start)
@@ -175,7 +178,7 @@ def _say_diverging(one_pass, models, faults):
     reasons = np.full(len(faults.reasons), "", dtype=object)
     bad = np.flatnonzero(one_pass.diverges)
     factors = [typesetting.number(one_pass.spectral_radius[place], 3) for place in bad]
-    reasons[models[bad]] = [DIVERGES.format(factor) for factor in factors]
+    reasons[models[bad]] = [DIVERGES.format(factor=factor) for factor in factors]
     faults.say(reasons != "", reasons, TAKE_LEAST_SQUARES)
 
 

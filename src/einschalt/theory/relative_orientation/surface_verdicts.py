@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.language import Amount
 from einschalt.theory.relative_orientation.parallax_equations import N_ELEMENTS
 
 SAFE, WEAK, CRITICAL = range(3)
@@ -50,13 +51,13 @@ NEAR_SURFACE = (
 )
 CAUSES = {
     "safe": Cause(SAFE, ""),
-    "too_few": Cause(CRITICAL, "{n_points}, but five are needed"),
+    "too_few": Cause(CRITICAL, "{n_points:point|points}, but five are needed"),
     "not_located": Cause(CRITICAL, "a point has no coordinates, or impossible ones"),
     "behind": Cause(
         CRITICAL, "a point lies at or above the projection centres, z >= 0"
     ),
     "no_base": Cause(CRITICAL, "it has no base"),
-    "short_base": Cause(CRITICAL, "its base is less than 1 % of its depth"),
+    "short_base": Cause(CRITICAL, "its base is less than a hundredth of its depth"),
     "long_base": Cause(CRITICAL, "its base is more than ten times its depth"),
     "no_figure": Cause(
         CRITICAL,
@@ -120,7 +121,7 @@ class SurfaceVerdict:
         causes = tuple(CAUSES.values())
         for model in np.flatnonzero(self.level != SAFE):
             reasons[model] = causes[self.cause[model]].reason.format(
-                n_points=typesetting.count(int(self.figure.n_points[model]), "point"),
+                n_points=Amount(self.figure.n_points[model]),
                 inflation=typesetting.number(self.figure.inflation[model]),
             )
         return reasons

@@ -87,7 +87,7 @@ def test_a_good_block_stands(block):
     for name in (COVERAGES, HIGH, RESIDUALS):
         test = claim.of(name)
         assert test.observed == pytest.approx(test.predicted, rel=0.06)
-    assert "Does the claim stand? (total, RMS)" in summarize(result)
+    assert "Is the stated precision supported? (total, RMS)" in summarize(result)
 
 
 def test_errors_that_photographs_share_are_called_out(shared):
@@ -103,7 +103,7 @@ def test_errors_that_photographs_share_are_called_out(shared):
     assert parts["residuals"]["observed"] < parts["residuals"]["predicted"]
     assert found.remedy == "shared_errors_as_stated"
     first = summarize(shared).splitlines()[0]
-    assert first.endswith("with the stated errors that models took up)")
+    assert first.endswith("including stated errors that models absorbed)")
 
 
 @pytest.mark.parametrize("photograph_error", [0.1, 0.2, 0.5])
@@ -179,7 +179,7 @@ def test_where_sizes_are_not_known_nothing_is_claimed(block):
     result = densify(replace(block, control_points=control))
     assert result.claim.tests == ()
     assert result.claim.is_supported
-    assert "Does the claim stand" not in summarize(result)
+    assert "Is the stated precision" not in summarize(result)
     assert "correlogram" not in plots(result)
 
 

@@ -46,7 +46,7 @@ def test_a_coverage_that_is_a_copy(copied_block, method):
     # m_g is not to be lowered because of it
     assert "wrong_measuring_errors" not in shown
     summary = " ".join(result.summary().split())
-    assert "have the same coordinates to the last digit" in summary
+    assert "have identical coordinates to the last digit" in summary
 
 
 def test_photographs_that_are_copies(image_block):

@@ -178,7 +178,7 @@ def test_summary_says_how_left_out_points_fit(good_result):
     section = sections(good_result.assessment)["known_points"]
     assert section.rows[1][0] == "control points, each left out"
     square = good_result.left_out_control.normalized_square
-    assert f"Squares are {square:.2f} of what" in section.remarks[0]
+    assert f"Observed / expected variance {square:.2f};" in section.remarks[0]
     table = good_result.control_left_out
     worst = table.loc[table["p_value"].idxmin(), "point_id"]
     assert f"worst at {worst}," in section.remarks[0]

@@ -174,7 +174,7 @@ def test_summary_says_sources_and_neighbours(good_result):
     text = told["error_sources"].text()
     first = good_result.block_error_sources.iloc[0]
     assert source_name(first["source"]) in text.splitlines()[2]
-    assert "the new points would have" in text
+    assert "were halved, the new points would" in text
     row = told["neighbours"].rows[0]
     assert row[1] == str(len(good_result.neighbours))
     assert row[3] != row[4]

@@ -103,7 +103,7 @@ def test_a_larger_scatter_is_called_out_and_a_smaller_is_not():
     # √(7.5² − 5² (1 − 1/3)) instead of 7.5 / √3
     said = " ".join(sections(smaller.assessment)["repeated_settings"].text().split())
     assert smaller.repeated_settings["is_smaller"].all()
-    assert "a mean of 3 settings has 6.3 µm and not 4.3; m_g_um = 11 makes" in said
+    assert "a mean of 3 settings has 6.3 µm, not 4.3 µm; m_g_um = 11 corr" in said
 
 
 def test_one_wrong_setting_is_named():

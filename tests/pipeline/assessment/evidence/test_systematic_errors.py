@@ -85,7 +85,7 @@ def test_helmert_is_told_to_become_affine():
 def test_affine_takes_it_up_and_says_so():
     result = computed(film_affinity=3e-4)
     assert film_affinity(result.examination) is None
-    assert "taken up by affine" in sections(result.assessment)["patterns"].text()
+    assert "absorbed by affine" in sections(result.assessment)["patterns"].text()
     assert network_strain(result) is None
 
 
@@ -183,7 +183,7 @@ def test_a_block_too_large_for_the_strain_test_is_told_so(monkeypatch, limit, sa
     monkeypatch.setattr(systematic_errors, limit, 3)
     result = computed()
     assert result.patterns.strain is None
-    message = f"Strain was not looked for: the block is too large for it (.*{said}"
+    message = f"Strain was not tested: the block is too large for the test (.*{said}"
     assert re.search(
         message.replace("(", r"\("), result.summary().replace("\n    ", " ")
     )

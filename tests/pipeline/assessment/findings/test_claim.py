@@ -81,5 +81,5 @@ def test_what_the_propagated_figure_lacks_is_said(good_result):
     found = judges.figure_left_out(result.examination)
     assert found.untested == "control_without_standard_errors"
     said = " ".join(result.summary().split())
-    assert "standard_error_total is left out: the control points have no stand" in said
+    assert "standard_error_total is missing: the control points have no stand" in said
     assert "Give standard_error_m, TOTAL in metres, in [control_points]." in said

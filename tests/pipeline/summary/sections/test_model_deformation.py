@@ -63,26 +63,26 @@ def verdict(examined):
 @pytest.mark.parametrize(
     ("facts", "said"),
     [
-        ({}, "Believe the simultaneous adjustment: no deformation shows."),
+        ({}, "Use the simultaneous adjustment: no deformation was found."),
         (
             {"detected": True},
-            "Believe the two steps, or model the deformation: the simultaneous",
+            "Use the two steps, or model the deformation: the simultaneous",
         ),
         (
             {"detected": True, "alike": True},
-            "Believe the two steps, or model the deformation: the simultaneous",
+            "Use the two steps, or model the deformation: the simultaneous",
         ),
         (
             {"detected": True, "modelled": True},
-            "Believe the simultaneous adjustment: the deformation is modelled, and",
+            "Use the simultaneous adjustment: the deformation is modelled, and",
         ),
         (
             {"detected": True, "modelled": True, "alike": True},
-            "Believe the two steps, where they are possible: models are deformed each",
+            "Use the two steps if they are possible: each model is deformed in its own",
         ),
-        ({"alike": True}, "Believe the two steps, where they are possible"),
-        ({"own": "tested"}, "Believe the two steps, where they are possible"),
-        ({"own": "modelled"}, "Believe the simultaneous adjustment: it models what"),
+        ({"alike": True}, "Use the two steps if they are possible"),
+        ({"own": "tested"}, "Use the two steps if they are possible"),
+        ({"own": "modelled"}, "Use the simultaneous adjustment: it models the"),
     ],
 )
 def test_what_shows_decides(facts, said):
@@ -93,21 +93,23 @@ def test_check_points_decide_where_there_are_enough():
     """On the real block s_0 was 0.99, and check points had 8.0 against 6.0 cm."""
     worse = verdict(examined_with(checks=(10, 0.080, 0.060)))
     assert worse == (
-        "Believe the two steps: at the check points the simultaneous adjustment has "
-        "8.0 cm, two steps have 6.0 cm."
+        "Use the two steps: at the check points they have 6.0 cm, the simultaneous "
+        "adjustment has 8.0 cm."
     )
     better = verdict(examined_with(alike=True, checks=(10, 0.03, 0.06)))
-    assert better.startswith("Believe the simultaneous adjustment: at the check")
+    assert better.startswith("Use the simultaneous adjustment: at the check")
     # too few of them, or as good as equal: what shows decides
-    assert "no deformation shows" in verdict(examined_with(checks=(7, 0.08, 0.06)))
-    assert "no deformation shows" in verdict(examined_with(checks=(10, 0.062, 0.06)))
+    assert "no deformation was found" in verdict(examined_with(checks=(7, 0.08, 0.06)))
+    assert "no deformation was found" in verdict(
+        examined_with(checks=(10, 0.062, 0.06))
+    )
 
 
 def test_the_table_says_sizes_and_what_was_done():
     shown = section(deformation_facts(examined_with(detected=True, modelled=True)))
     assert [row[0] for row in shown.rows] == ["high flight", "low flight"]
-    assert shown.rows[1][2:] == ("4.00 cm", "15.00 cm", "yes", "-0.10")
-    assert shown.rows[0][4] == "no"
+    assert shown.rows[1][2:] == ("4.00 cm", "15.00 cm", "modelled", "-0.10")
+    assert shown.rows[0][4] == "not modelled"
 
 
 def test_what_each_model_has_for_itself_is_a_table_of_its_own():
@@ -129,7 +131,7 @@ def test_spatial_models_are_tested_for_deformations_of_their_own_only():
     shown = own_section(facts)
     assert shown.header == ("", "in plan (total)", "in height")
     assert shown.rows[1] == ("low flight", "6.0 cm", "2.1 cm")
-    assert shown.remarks[1].startswith("Believe the simultaneous adjustment")
+    assert shown.remarks[1].startswith("Use the simultaneous adjustment")
 
 
 def test_nothing_is_said_where_nothing_was_tested():
@@ -142,7 +144,7 @@ def test_nothing_is_said_where_nothing_was_tested():
 def test_what_could_not_be_tested_is_not_said_to_be_absent():
     examined = examined_with()
     examined.adjustment.deformations[["p_value", "own_size_edge"]] = np.nan
-    assert verdict(examined).startswith("Whether models are deformed cannot be tested")
+    assert verdict(examined).startswith("Deformation of models cannot be tested")
     # one flight that could be tested is enough to say something
     examined.adjustment.deformations.loc[0, "p_value"] = 0.4
-    assert "no deformation shows" in verdict(examined)
+    assert "no deformation was found" in verdict(examined)

@@ -19,6 +19,8 @@ from einschalt.pipeline.summary.suggestions.catalogue import (
 ROOM = Path(catalogue.__file__).parent
 ALLOWED = (
     "einschalt.foundations.display_names",
+    "einschalt.foundations.kept_texts",
+    "einschalt.foundations.language",
     "einschalt.foundations.typesetting",
     "einschalt.pipeline.summary.",
 )

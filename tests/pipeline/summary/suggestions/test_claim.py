@@ -26,11 +26,11 @@ def test_every_rejected_quantity_is_said():
     found = finding("claim_that_does_not_stand", "doubt_independence", rejected=tests)
     said = suggestion_of(found)
     assert said.problem == (
-        "The claimed figure does not stand: RMS of coverage differences is 12 cm, "
-        "predicted 8.0 cm; the size of the residuals is only 3.0 cm, predicted 5.0 cm; "
-        "residuals of neighbours are alike (correlation 0.21, expected -0.02)"
+        "The stated precision is not supported: RMS of coverage differences is 12 cm, "
+        "expected 8.0 cm; RMS of residuals of the low flight is only 3.0 cm, expected "
+        "5.0 cm; residuals of neighbours are correlated (0.21, expected -0.02)"
     )
-    assert "they share errors, as those of one orientation do" in said.remedy
+    assert "they share errors, such as those of one orientation" in said.remedy
 
 
 def test_behind_a_high_flight_the_sizes_of_errors_are_in_doubt():
@@ -39,7 +39,7 @@ def test_behind_a_high_flight_the_sizes_of_errors_are_in_doubt():
         "claim_that_does_not_stand", "doubt_sizes_of_errors", rejected=(test,)
     )
     remedy = suggestion_of(found).remedy
-    assert "deformed models, gross errors and wrong sizes of errors" in remedy
+    assert "deformed models, gross errors and wrongly stated errors" in remedy
 
 
 def test_a_high_flight_that_fits_worse_than_its_errors():
@@ -63,7 +63,7 @@ def test_figures_that_the_measurements_contradict():
     said = suggestion_of(found)
     assert said.problem == (
         "The measurements contradict the propagated figure, which takes the sizes of "
-        "errors as given: propagated 5.0 cm, paper 20 cm, internal 30 cm"
+        "errors as stated: propagated 5.0 cm, paper 20 cm, internal 30 cm"
     )
     assert said.remedy.startswith("Raise m_g_um of the low flight, or look for gross")
 
@@ -81,5 +81,5 @@ def test_what_is_missing_is_said_with_the_way_to_it():
     assert 'role = "check"' in said.remedy
     found = finding("figure_left_out", "give_standard_errors_of_control")
     said = str(suggestion_of(found))
-    assert "standard_error_total is left out: the control points have no stand" in said
+    assert "standard_error_total is missing: the control points have no stand" in said
     assert "Give standard_error_m, TOTAL in metres, in [control_points]." in said

@@ -21,8 +21,8 @@ def finding(code, remedy, **changes):
 def test_a_block_that_nothing_holds_drifts():
     found = finding("drift_without_control", "one_pass_or_measure_control")
     assert str(suggestion_of(found)) == (
-        "The low flight was repeated on its own coordinates, and no control point "
-        "holds it: the block drifts, so far by up to 20 cm (RMS); propagated 5.0 cm "
+        "The low flight was repeated on its own coordinates without a control point to "
+        "hold it: the block drifts, so far by up to 20 cm (RMS); propagated 5.0 cm "
         "after one pass, 6.0 cm now. Set iterations = 1, or measure control in the low "
         "flight."
     )
@@ -36,7 +36,7 @@ def test_iterations_that_make_points_worse_are_told():
     said = suggestion_of(finding("iterations_that_spoil", "one_pass_or_more_control"))
     assert said.problem == (
         "The iterations make the points worse, 6.0 cm instead of 5.0 cm after one pass "
-        "(propagated): 4 of 10 models of the low flight hold control"
+        "(propagated): only 4 of 10 models of the low flight contain control"
     )
     assert said.remedy == "Set iterations = 1, or give the low flight more control"
 
@@ -46,6 +46,6 @@ def test_thin_control_without_a_figure_is_told():
         finding("drift_that_nothing_tells", "one_pass_or_more_control")
     )
     assert said.problem == (
-        "4 of 10 models of the low flight hold control: the others may have drifted by "
-        "up to 20 cm (RMS), and no propagated figure tells"
+        "Only 4 of 10 models of the low flight contain control: the others may have "
+        "drifted by up to 20 cm (RMS), which no propagated figure shows"
     )

@@ -11,7 +11,7 @@ COMPARED = {"n_points": 6, "rms": 0.2, "claimed": 0.08, "ratio": 2.5}
 @pytest.mark.parametrize(
     ("code", "remedy", "says"),
     [
-        ("check_points_beyond_claim", "trust_check_points", "Trust them more"),
+        ("check_points_beyond_claim", "trust_check_points", "Rely on them"),
         ("check_points_better_than_claim", "give_smaller_errors", "too cautious"),
     ],
 )
@@ -20,7 +20,7 @@ def test_check_points_beside_the_claim(code, remedy, says):
     said = suggestion_of(found)
     assert said.problem == (
         "The differences at 6 check points are 20 cm (total, RMS), 2.5 times the "
-        "8.0 cm claimed for them"
+        "8.0 cm stated for them"
     )
     assert says in said.remedy
 
@@ -34,7 +34,7 @@ def test_the_three_worst_control_points_are_named():
         facts=COMPARED,
     )
     said = suggestion_of(found)
-    assert said.problem.endswith("claimed for them; largest at d, c, b")
+    assert said.problem.endswith("stated for them; largest at d, c, b")
 
 
 def test_a_shift_has_a_direction():
@@ -47,6 +47,6 @@ def test_a_shift_has_a_direction():
     )
     assert str(suggestion_of(found)) == (
         "The block is shifted: the mean difference at 6 check points is easting "
-        "2.0 cm, northing -50 cm. Look at the reference system and the age of the "
+        "2.0 cm, northing -50 cm. Check the reference system and the epoch of the "
         "given coordinates."
     )

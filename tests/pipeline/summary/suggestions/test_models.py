@@ -48,7 +48,7 @@ def test_points_without_coordinates_are_named():
     )
     assert str(suggestion_of(finding)) == (
         "2 measured points without coordinates (a, b). Their models failed, or too few "
-        "points of these have approximate coordinates."
+        "points of these models have approximate coordinates."
     )
 
 
@@ -66,7 +66,7 @@ def test_models_with_large_m_0_are_named():
     )
     assert str(suggestion_of(finding)) == (
         "1 model with m_0 more than 3 times that of the flight: low 7/8; up to 5.0 m. "
-        "Look at their residuals for gross errors and for wrong control."
+        "Check their residuals for gross errors and for wrong control."
     )
 
 

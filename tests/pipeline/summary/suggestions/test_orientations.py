@@ -101,8 +101,8 @@ def test_parallaxes_of_the_wrong_sign_are_said():
     said = str(suggestion_of(found))
     assert said.startswith(
         "The corrections by y-parallaxes make the low flight fit worse: m_0 20 cm, "
-        "without them 10 cm. Turn the sign of y_parallax: y of the moved bundle less y "
-        "of the fixed one"
+        "without them 10 cm. Change the sign of y_parallax: y of the moved bundle "
+        "minus y of the fixed one"
     )
 
 
@@ -115,7 +115,7 @@ def test_mirrored_images_are_said():
     )
     assert said.startswith("23 spatial models upside down: high 1/1, high 1/2")
     assert "and 18 more" in said
-    assert "Turn the sign of x or y in their image" in said
+    assert "Change the sign of x or y in their image" in said
 
 
 def test_image_points_that_contradict_are_named():

@@ -33,7 +33,7 @@ def test_the_worst_come_first_and_the_others_have_their_figure():
 
 
 @pytest.mark.parametrize(
-    ("models", "said"), [(("7/8",), "model 7/8"), (("7/8", "9"), "models 7/8, 9")]
+    ("models", "said"), [(("7/8",), "1 model: 7/8"), (("7/8", "9"), "2 models: 7/8, 9")]
 )
 def test_models_most_of_whose_points_they_are_are_named(models, said):
     problem = suggestion_of(imprecise(models, len(models))).problem
@@ -50,7 +50,7 @@ def test_a_block_that_shrinks_is_said_with_its_worst_point():
     )
     said = suggestion_of(finding)
     assert said.problem == (
-        "Control does not hold the block against its own pull: errors of the model "
+        "Control does not keep the block from shrinking: errors of the model "
         "coordinates move the new points by about 3.0 cm (total, RMS), up to 8.0 cm at "
-        "a\\nb, 1.2 times the standard errors, which do not hold that"
+        "a\\nb, 1.2 times the standard errors, which do not include that"
     )

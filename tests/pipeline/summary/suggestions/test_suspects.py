@@ -39,10 +39,12 @@ def test_gross_measurements_stand_in_their_file():
     )
     said = suggestion_of(found)
     assert said.problem == (
-        "1 measurement, off by up to 40 cm from what the other models of the flight "
-        "say, took no part, worst first (flight, coverage, model, point): low 1 7/8 P0"
+        "1 measurement, off by up to 40 cm compared with the other models of the "
+        "flight, excluded, worst first (flight, coverage, model, point): low 1 7/8 P0"
     )
-    assert said.remedy == "Measure them again; all stand in gross_measurements.csv"
+    assert said.remedy == (
+        "Measure them again; gross_measurements.csv lists all of them"
+    )
 
 
 def test_coverages_that_differ_stand_in_their_file():
@@ -55,7 +57,7 @@ def test_coverages_that_differ_stand_in_their_file():
     )
     said = suggestion_of(found)
     assert said.problem == (
-        "1 point with coverages that differ by up to 40 cm, more than they may: P0"
+        "1 point with coverages that differ significantly, by up to 40 cm: P0"
     )
     assert "coverages.csv" in said.remedy
 
@@ -86,8 +88,8 @@ def test_control_that_the_others_miss_is_named():
     )
     said = suggestion_of(found)
     assert said.problem == (
-        "2 control points missed by up to 40 cm where predicted without themselves, "
-        "more than chance explains, worst first: worse, bad"
+        "2 control points, each predicted without itself, off by up to 40 cm, more "
+        "than chance explains, worst first: worse, bad"
     )
     assert "a wrong one spoils the others" in said.remedy
 
@@ -102,8 +104,10 @@ def test_control_against_the_block_is_named(n, verb):
         largest=0.4,
     )
     said = suggestion_of(found).problem
-    assert f" that {verb} the block, by up to 40 cm: A" in said
-    assert said.endswith("Kept, they make the new points near them worse than claimed")
+    assert f" {verb} the block, by up to 40 cm: A" in said
+    assert said.endswith(
+        "If kept, they make the new points near them worse than stated"
+    )
 
 
 def test_control_that_was_set_aside_is_named():
@@ -111,7 +115,7 @@ def test_control_that_was_set_aside_is_named():
         "control_set_aside", "check_control", names=("A",), n_points=1, largest=0.4
     )
     assert str(suggestion_of(found)) == (
-        "1 control point set aside, for contradicting the block, by up to 40 cm: A. "
+        "1 control point set aside for contradicting the block, by up to 40 cm: A. "
         "Check their coordinates and names."
     )
 

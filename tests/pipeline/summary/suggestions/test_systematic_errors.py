@@ -22,10 +22,10 @@ def test_an_affinity_is_said_with_the_way_to_take_it_up():
     assert said.problem.startswith("Film or machine has an affinity: in the high flig")
     assert (
         "in the low flight x is longer than y by 300 ± 10 ppm, with a shear of -20 ± "
-        "10 ppm, which makes 2.0 cm (total, RMS)"
+        "10 ppm; effect 2.0 cm (total, RMS)"
     ) in said.problem
     assert said.remedy == (
-        'Set transformation = "affine" in [high_flight] and [low_flight]'
+        'Set transformation = "affine" in [high_flight], [low_flight]'
     )
 
 
@@ -50,14 +50,14 @@ def test_strain_is_said_with_what_to_reckon_with():
         "The control network is strained: neighbours among the 30 control points are "
         "displaced together, by 12 cm (total, RMS) over 900 m, most at A (easting "
         "20 cm, northing -10 cm), B (easting 20 cm, northing -10 cm), C (easting "
-        "20 cm, northing -10 cm); standard_error_total does not hold that: reckon with "
-        "13 cm, not 5.0 cm"
+        "20 cm, northing -10 cm); standard_error_total does not include that: allow "
+        "for 13 cm, not 5.0 cm"
     )
 
 
 def test_without_a_figure_nothing_is_reckoned():
     said = suggestion_of(strained(with_strain=math.nan)).problem
-    assert said.endswith("standard_error_total does not hold that")
+    assert said.endswith("standard_error_total does not include that")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from time import perf_counter
 import typer
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_search import find_blocks
@@ -15,6 +17,10 @@ from einschalt.pipeline.batch.block_table import refuted, summarize_batch, untes
 from einschalt.pipeline.progress import Stage
 
 SOME_FAILED = 1
+TABLES = mark("Table of all blocks in {table}, .parquet and .html")
+UNTESTED = mark("einschalt: stated precision not tested: {names}")
+EXCLUDE = mark("einschalt: {options} exclude each other. Give one of them.")
+WOULD = mark("{n} of {n_all} blocks would be computed; nothing was written")
 MODES = {"resume": "unfinished", "only_failed": "failed", "everything": "all"}
 
 
@@ -43,8 +49,8 @@ def batch(
 
 def _tell_untested(names):
     if names:
-        said = ", ".join(map(printable, names))
-        print_error(f"einschalt: claims that are not tested: {said}")
+        names = ", ".join(map(printable, names))
+        print_error(translated(UNTESTED, names=names))
 
 
 def _which(options):
@@ -53,7 +59,7 @@ def _which(options):
         names = ("--" + name.replace("_", "-") for name in asked)
         said = " and ".join(names).replace("--everything", "--all")
         report_problems(f"{said} exclude each other")
-        print_error(f"einschalt: {said} exclude each other. Give one of them.")
+        print_error(translated(EXCLUDE, options=said))
         raise typer.Exit(WRONG)
     return MODES[asked[0]] if asked else "changed"
 
@@ -66,7 +72,7 @@ def _end(table, duration, output, *, is_refuted, is_quiet):
         # blocks that failed are errors: whoever asks for nothing else is told of them
         say = print_error if is_quiet else print_out
         say(summarize_batch(table, duration))
-        say(f"Table of all blocks in {output / 'blocks.csv'}, .parquet and .html")
+        say(translated(TABLES, table=output / "blocks.csv"))
     if has_failed:
         raise typer.Exit(SOME_FAILED)
     if is_refuted:
@@ -76,13 +82,18 @@ def _end(table, duration, output, *, is_refuted, is_quiet):
 def _tell_plan(plan):
     for name in plan.names:
         if name in plan.reasons:
-            print_out(f"run   {printable(name)}: {printable(plan.reasons[name])}")
+            print_out(_planned("run", name, plan.reasons[name]))
         else:
             row = plan.rows[name]
             said = row["reason"] or "done by the interrupted run"
             # its result has no place: a failure that is known before
             word = "fail" if row.get("stage") == Stage.WRITING.key else "keep"
-            print_out(f"{word}  {printable(name)}: {printable(said)}")
+            print_out(_planned(word, name, said))
     n_run, n_all = len(plan.to_run), len(plan.names)
     report(n_to_run=n_run, n_blocks=n_all)
-    print_out(f"{n_run} of {n_all} blocks would be computed; nothing was written")
+    print_out(translated(WOULD, n=n_run, n_all=n_all))
+
+
+def _planned(word, name, reason):
+    """A line of the plan; its first word is looked for by other programs."""
+    return f"{word:<4}  {printable(name)}: {retold(printable(reason))}"

@@ -2,6 +2,7 @@
 
 import typer
 
+from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.compiling import compilations_shown, usual_kernels
 from einschalt.interfaces.cli.exits import REFUTED, print_error, print_out
@@ -16,6 +17,8 @@ from einschalt.interfaces.files.result_folder import (
 )
 from einschalt.interfaces.provenance import figures_of
 from einschalt.pipeline.progress import Stage, stage_reporter
+
+UNTESTED = mark("einschalt: the stated precision is not tested: give check points.")
 
 
 def densify(
@@ -52,11 +55,15 @@ def densify(
     report(output, block=read.name, **figures_of(result))
     if not quiet:
         print_out(result.summary())
-        page = "" if no_report else f", report in {output / 'report.html'}"
-        print_out(f"Results in {output}{page}")
+        if no_report:
+            print_out(translated("Results in {folder}", folder=output))
+        else:
+            message = mark("Results in {folder}, report in {page}")
+            page = output / "report.html"
+            print_out(translated(message, folder=output, page=page))
     supported = result.assessment.claim_is_supported
     if strict and supported is None:
-        print_error("einschalt: the claim is not tested: give check points.")
+        print_error(translated(UNTESTED))
     if strict and supported is False:
         if quiet:  # whoever asks for nothing else is told why
             print_error(result.summary().splitlines()[0])

@@ -15,7 +15,7 @@ const isNumber = Number.isFinite;
 function fixed(value, decimals) {
   if (!isNumber(value)) return MISSING;
   const text = value.toFixed(decimals);
-  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+  return localized(Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−"));
 }
 
 /** An error without its unit, which stands in the head of the column. */
@@ -26,23 +26,23 @@ const errorWithUnit = (metres) =>
 
 const coordinateText = (metres) => fixed(metres, 3);
 
+const rounded = (value) => localized(`${Number(value.toPrecision(6))}`);
+
 function groundText(metres) {
-  if (metres >= 1000) return `${Number((metres / 1000).toPrecision(6))} km`;
-  if (metres >= 1) return `${Number(metres.toPrecision(6))} m`;
-  if (metres >= 0.01) return `${Number((metres * 100).toPrecision(6))} cm`;
-  if (metres >= 0.0001) return `${Number((metres * 1000).toPrecision(6))} mm`;
-  return `${Number((metres * 1e6).toPrecision(6))} µm`;
+  if (metres >= 1000) return `${rounded(metres / 1000)} km`;
+  if (metres >= 1) return `${rounded(metres)} m`;
+  if (metres >= 0.01) return `${rounded(metres * 100)} cm`;
+  if (metres >= 0.0001) return `${rounded(metres * 1000)} mm`;
+  return `${rounded(metres * 1e6)} µm`;
 }
 
 /** Size of a bar: in the unit of errors as far as that is readable. */
 function barText(metres) {
   const value = metres / unit.metres;
-  return value >= 0.01 && value < 1000 ? `${Number(value.toPrecision(6))} ${unit.name}` : groundText(metres);
+  return value >= 0.01 && value < 1000 ? `${rounded(value)} ${unit.name}` : groundText(metres);
 }
 
 const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
-
-const counted = (n, noun) => `${count(n)} ${noun}${n === 1 ? "" : "s"}`;
 
 function roundDown(value, steps = [1, 2, 3, 5]) {
   const power = 10 ** Math.floor(Math.log10(value));

@@ -317,7 +317,7 @@ function drawBars(context, map, colours) {
   const bars = [[ground * view.scale, groundText(ground), colours.ink]];
   if (map.exaggeration && map.signs.length) {
     const error = roundDown(long / (view.scale * map.exaggeration));
-    bars.push([error * view.scale * map.exaggeration, `${barText(error)} of errors, × ${count(map.exaggeration)}`, colours.check]);
+    bars.push([error * view.scale * map.exaggeration, translated("{length} of errors, × {factor}", { length: barText(error), factor: count(map.exaggeration) }), colours.check]);
   }
   context.font = "11px system-ui, sans-serif";
   context.textAlign = "left";

@@ -1,14 +1,15 @@
 // The map: a canvas with its layers, its key and its tooltip.
 
-const LAYERS = [
-  { name: "points", title: "Points by precision", sign: "dots" },
-  { name: "known", title: "Control and check points", sign: "triangle" },
-  { name: "vectors", title: "Differences at known points", sign: "line check", columns: ["known_east", "known_north"] },
-  { name: "apart", title: "Coverage differences", sign: "line apart", columns: ["apart_east", "apart_north"] },
-  { name: "ellipses", title: "Error ellipses", sign: "ellipse", columns: ["semi_major"] },
-  { name: "footprints", title: "Models", sign: "box" },
-  { name: "heat", title: "Heat map of precision", sign: "heat" },
-  { name: "numbers", title: "Numbers of the worst", sign: "number" },
+/** Layers in their order; their titles are known when the page knows its language. */
+const layersOfMap = () => [
+  { name: "points", title: translated("Points by precision"), sign: "dots" },
+  { name: "known", title: translated("Control and check points"), sign: "triangle" },
+  { name: "vectors", title: translated("Differences at known points"), sign: "line check", columns: ["known_east", "known_north"] },
+  { name: "apart", title: translated("Coverage differences"), sign: "line apart", columns: ["apart_east", "apart_north"] },
+  { name: "ellipses", title: translated("Error ellipses"), sign: "ellipse", columns: ["semi_major"] },
+  { name: "footprints", title: translated("Models"), sign: "box" },
+  { name: "heat", title: translated("Heat map of precision"), sign: "heat" },
+  { name: "numbers", title: translated("Numbers of the worst"), sign: "number" },
 ];
 const ON_AT_FIRST = ["points", "known", "vectors", "numbers"];
 const USUAL_SIGN = 26; // pixels of a long vector
@@ -23,7 +24,7 @@ class BlockMap {
     this.grid = new PointGrid(points.east, points.north, this.extent);
     this.dots = dotOrder(points, scale);
     this.known = Uint32Array.from(points.places.filter((i) => !points.isNew(i) && isNumber(points.east[i])));
-    this.layers = LAYERS.filter((layer) => this._isThere(layer));
+    this.layers = layersOfMap().filter((layer) => this._isThere(layer));
     this.on = new Set(ON_AT_FIRST);
     this.thinned = new Map();
     this._build(host);
@@ -46,19 +47,19 @@ class BlockMap {
 
   _build(host) {
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-roledescription": "map",
-      "aria-label": `Map of ${counted(this.points.n, "point")}. Arrows move it, plus and minus zoom, 0 shows all, Escape clears.` });
+      "aria-label": translated("Map of {n:point|points}. Arrows move it, plus and minus zoom, 0 shows all, Escape clears.", { n: this.points.n }) });
     this.context = this.canvas.getContext("2d");
     this.tip = element("div", { class: "tip", role: "status", hidden: true });
-    this.hint = element("div", { class: "hint", hidden: true }, "Click the map, or hold Ctrl, to zoom with the wheel");
+    this.hint = element("div", { class: "hint", hidden: true }, translated("Click the map, or hold Ctrl, to zoom with the wheel"));
     const button = (text, title, act) => element("button", { type: "button", title, "aria-label": title, onclick: () => { act(); this.draw(); } }, text);
     const zooms = element("div", { class: "zooms" },
-      button("+", "Zoom in", () => this.view.zoom(ZOOM)),
-      button("−", "Zoom out", () => this.view.zoom(1 / ZOOM)),
-      button("⤢", "Show the whole block", () => this.view.whole()));
+      button("+", translated("Zoom in"), () => this.view.zoom(ZOOM)),
+      button("−", translated("Zoom out"), () => this.view.zoom(1 / ZOOM)),
+      button("⤢", translated("Show the whole block"), () => this.view.whole()));
     this.sheet = element("div", { class: "sheet" }, this.canvas, zooms, this.tip, this.hint);
     this.readout = element("span", { class: "readout" });
     this.said = element("span", { class: "said" });
-    this.clear = element("button", { type: "button", class: "quiet", hidden: true, onclick: () => this.selection.clear("map") }, "Clear");
+    this.clear = element("button", { type: "button", class: "quiet", hidden: true, onclick: () => this.selection.clear("map") }, translated("Clear"));
     host.append(element("figure", { class: "map" }, this._key(), this.sheet,
       element("p", { class: "foot" }, this.readout, this.said, this.clear)));
     steer(this.canvas, this.view, {
@@ -69,7 +70,7 @@ class BlockMap {
   }
 
   _key() {
-    const set = element("fieldset", { class: "key" }, element("legend", {}, "Layers"));
+    const set = element("fieldset", { class: "key" }, element("legend", {}, translated("Layers")));
     for (const layer of this.layers) {
       const box = element("input", { type: "checkbox", "data-layer": layer.name });
       box.checked = this.on.has(layer.name);
@@ -187,7 +188,7 @@ class BlockMap {
       return box && box[2] > west && box[0] < right && box[3] > south && box[1] < top && Math.max(box[2] - box[0], box[3] - box[1]) > least;
     });
     const layer = this.layers.find(({ name }) => name === "footprints");
-    const text = found.length ? layer.title : `${layer.title} (zoom in to see them)`;
+    const text = found.length ? layer.title : translated("{layer} (zoom in to see them)", { layer: layer.title });
     if (layer.label.textContent !== text) layer.label.textContent = text;
     return found;
   }
@@ -212,7 +213,7 @@ class BlockMap {
       // of many points the page holds the signs of some: they count as well
       const held = layer.name === "apart" || layer.name === "ellipses" ? this.points.share : 1;
       const part = layer.drawn && layer.drawn.length ? layer.all / held / layer.drawn.length : 1;
-      const text = part > 1.05 ? `${layer.title}, 1 in ${Number(part.toPrecision(2))}` : layer.title;
+      const text = part > 1.05 ? translated("{layer}, 1 in {n}", { layer: layer.title, n: localized(`${Number(part.toPrecision(2))}`) }) : layer.title;
       if (layer.label.textContent !== text) layer.label.textContent = text;
     }
   }
@@ -252,7 +253,7 @@ class BlockMap {
     const [west, right] = [a[0], b[0]].sort((p, q) => p - q).map((x) => view.east(x));
     const [top, south] = [a[1], b[1]].sort((p, q) => p - q).map((y) => view.north(y));
     this.selection.highlight(points.n, (i) => points.east[i] >= west && points.east[i] <= right && points.north[i] >= south && points.north[i] <= top,
-      "in the rectangle", "map");
+      (n) => translated("{n:point|points} in the rectangle", { n }), "map");
     return undefined;
   }
 
@@ -275,7 +276,7 @@ class BlockMap {
       view.show(points.east[i], points.north[i], 14 * spacing);
     }
     if ("model" in change && selection.model >= 0 && by !== "map") this._showModel(selection.model);
-    this.said.textContent = selection.mask ? `${counted(selection.found, "point")} ${selection.said}` : "";
+    this.said.textContent = selection.mask ? selection.said(selection.found) : "";
     this.clear.hidden = !selection.mask && i < 0 && selection.model < 0;
     this.drawNow();
     this._tip(i);
@@ -288,18 +289,21 @@ class BlockMap {
   }
 }
 
+/** Two errors; where the decimal sign is a comma, another sign parts them. */
+const pairText = (east, north) => `${errorText(east)}${words.decimal === "," ? ";" : ","} ${errorText(north)} ${unit.name}`;
+
 function factsOf(points, i) {
-  const facts = [["", points.role(i)], ["E", coordinateText(points.east[i])], ["N", coordinateText(points.north[i])]];
+  const facts = [["", roleText(points.role(i))], ["E", coordinateText(points.east[i])], ["N", coordinateText(points.north[i])]];
   if (points.height) facts.push(["H", coordinateText(points.height[i])]);
-  facts.push(["standard error", errorWithUnit(points.error[i])]);
+  facts.push([translated("standard error"), errorWithUnit(points.error[i])]);
   if (points.known_east && isNumber(points.known_east[i])) {
-    facts.push(["densified − given", `${errorText(points.known_east[i])}, ${errorText(points.known_north[i])} ${unit.name}`]);
+    facts.push([translated("densified − given"), pairText(points.known_east[i], points.known_north[i])]);
   }
   if (points.apart_east && isNumber(points.apart_east[i])) {
-    facts.push(["coverages differ", `${errorText(points.apart_east[i])}, ${errorText(points.apart_north[i])} ${unit.name}`]);
+    facts.push([translated("coverages differ"), pairText(points.apart_east[i], points.apart_north[i])]);
   }
-  facts.push(["models", `${points.models[i]}`]);
-  if (points.suspect && points.suspect[i]) facts.push(["", "suspect"]);
+  facts.push([translated("models"), `${points.models[i]}`]);
+  if (points.suspect && points.suspect[i]) facts.push(["", translated("suspect")]);
   return facts;
 }
 

@@ -37,15 +37,16 @@ function numberedPoints() {
 async function start() {
   const began = performance.now();
   const place = (id) => document.getElementById(id);
-  schemeSwitch(place("scheme"));
   const data = await decoded(place("data")), { head } = data;
+  setLanguage(head);
+  schemeSwitch(place("scheme"));
   const points = pointsOf(data), models = modelsOf(data), selection = new Selection();
   setUnit(head.unit, quantile(sorted(points.error), 0.5));
   const errors = Float64Array.from(points.places.filter((i) => points.isNew(i)), (i) => points.error[i]);
   const scale = new ColourScale(head.colours, errors);
   const worst = numberedPoints();
   const map = extentOf(points) ? new BlockMap(place("map-place"), points, models, scale, selection, worst) : null;
-  if (!map) place("map-place").append(element("p", {}, "No point has coordinates."));
+  if (!map) place("map-place").append(element("p", {}, translated("No point has coordinates.")));
   await new Promise((done) => { requestAnimationFrame(() => setTimeout(done, 0)); setTimeout(done, 200); });
   const tables = fill(place, head, points, models, scale, selection);
   selection.follow((change, by) => {
@@ -67,15 +68,15 @@ function fill(place, head, points, models, scale, selection) {
   for (const table of document.querySelectorAll("table[data-table]")) tables[table.dataset.table] = adopted(table, selection);
   selection.follow(() => { for (const name of ["known", "spread"]) if (tables[name]) tables[name].show(); });
   if (plots.residuals) {
-    distributionPlots(place("plot-residuals"), plots.residuals, "Residuals of the models",
-      `${counted(plots.residuals.n, "coordinate")} in standard deviations of their flight; curve: normal.`,
+    distributionPlots(place("plot-residuals"), plots.residuals, translated("Residuals of the models"),
+      translated("{n:coordinate|coordinates} in standard deviations of their flight; curve: normal.", { n: plots.residuals.n }),
       points.bins_low ? { points, selection } : null);
   }
   paperPlot(place("plot-residuals"), points, claim);
   modelPlot(place("plot-models"), models, selection);
   if (plots.parallaxes && place("plot-parallaxes")) {
-    distributionPlots(place("plot-parallaxes"), plots.parallaxes, "Residual parallaxes",
-      `${counted(plots.parallaxes.n, "value")}, standard deviation ${fixed(plots.parallaxes.scale * 1e6, 1)} µm; curve: normal.`);
+    distributionPlots(place("plot-parallaxes"), plots.parallaxes, translated("Residual parallaxes"),
+      translated("{n:value|values}, standard deviation {size} µm; curve: normal.", { n: plots.parallaxes.n, size: fixed(plots.parallaxes.scale * 1e6, 1) }));
   }
   if (plots.correlogram && place("plot-correlogram")) correlogramPlot(place("plot-correlogram"), plots.correlogram);
   if (plots.sources && place("plot-sources")) sourcesPlot(place("plot-sources"), plots.sources);
@@ -85,6 +86,6 @@ function fill(place, head, points, models, scale, selection) {
 start().catch((fault) => {
   document.documentElement.dataset.ready = "failed";
   document.getElementById("map-place").append(element("p", { class: "caution" },
-    `Map, plots and full tables could not be drawn (${fault.message}). A newer browser may do it; the tables beside this page hold everything.`));
+    translated("Map, plots and full tables could not be drawn ({fault}). A newer browser may do it; the tables beside this page contain everything.", { fault: fault.message })));
   throw fault;
 });

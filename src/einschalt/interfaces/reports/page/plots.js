@@ -77,16 +77,17 @@ function precisionPlot(host, points, scale, selection, claim) {
   const binOf = (error) => Math.min(Math.floor((Math.min(error, scale.high) - scale.low) / width), n - 1);
   for (const error of known) counts[Math.max(binOf(error), 0)]++;
   const [median, most, largest] = [0.5, 0.95, 1].map((part) => quantile(known, part));
-  const said = `Median ${errorWithUnit(median)}, 95 % below ${errorWithUnit(most)}, largest ${errorWithUnit(largest)}.`;
+  const said = translated("Median {median}, 95th percentile {most}, largest {largest}.", { median: errorWithUnit(median), most: errorWithUnit(most), largest: errorWithUnit(largest) });
   let brushed = null;
   const choose = (low, high) => {
     brushed = [low, high];
     const from = scale.low + low * width, to = high === n - 1 ? Infinity : scale.low + (high + 1) * width;
     selection.highlight(points.n, (i) => points.isNew(i) && points.error[i] >= from - 1e-12 && points.error[i] < to,
-      `of ${errorText(from)}${to === Infinity ? ` ${unit.name} or more` : `–${errorText(to)} ${unit.name}`}`, "histogram");
+      (found) => to === Infinity ? translated("{n:point|points} of {from} or more", { n: found, from: errorWithUnit(from) })
+        : translated("{n:point|points} of {from}–{to}", { n: found, from: errorText(from), to: errorWithUnit(to) }), "histogram");
   };
-  const plot = new Plot(host, { title: `${claim} of the new points`, said, how: "Drag over the bars to highlight their points.", height: 170, wide: true, draw: (axes) => {
-    axes.range([scale.low, scale.high], [0, Math.max(...counts) * 1.05]).axes(`[${unit.name}]`, "points", { xText: inUnit });
+  const plot = new Plot(host, { title: translated("{claim} of the new points", { claim }), said, how: translated("Drag over the bars to highlight their points."), height: 170, wide: true, draw: (axes) => {
+    axes.range([scale.low, scale.high], [0, Math.max(...counts) * 1.05]).axes(`[${unit.name}]`, translated("points"), { xText: inUnit });
     const bars = [];
     counts.forEach((c, k) => {
       const x = axes.x(scale.low + k * width), wide = axes.x(scale.low + (k + 1) * width) - x;
@@ -94,7 +95,7 @@ function precisionPlot(host, points, scale, selection, claim) {
       axes.add("rect", { x, y: axes.y(c), width: Math.max(wide - 1, 0.5), height: Math.max(axes.bottom - axes.y(c), 0), fill: scale.css(scale.low + (k + 0.5) * width), opacity: isOut ? 0.25 : 1 });
       bars.push(x);
     });
-    for (const [value, text] of [[median, "median"], [most, "95 %"]]) {
+    for (const [value, text] of [[median, translated("median")], [most, "95 %"]]) {
       if (value > scale.high) continue;
       axes.add("path", { d: `M${axes.x(value)} ${axes.top}V${axes.bottom}`, class: "mark" });
       axes.add("text", { x: axes.x(value) + 3, y: axes.top + 9, class: "tick" }, text);
@@ -130,18 +131,18 @@ function brush(axes, n, choose) {
 /** The same by the keyboard: from and to. */
 function rangeFields(host, { low, width, n, unit, perUnit }, choose) {
   const field = (title) => element("input", { type: "number", step: "any", "aria-label": title, placeholder: title });
-  const from = field(`from [${unit}]`), to = field(`to [${unit}]`);
+  const from = field(translated("from [{unit}]", { unit })), to = field(translated("to [{unit}]", { unit }));
   const bin = (text, otherwise) => text === "" ? otherwise : Math.min(Math.max(Math.floor((Number(text) * perUnit - low) / width), 0), n - 1);
   const act = () => choose(bin(from.value, 0), bin(to.value, n - 1));
-  host.append(element("p", { class: "range" }, "Highlight points ", from, " ", to, " ",
-    element("button", { type: "button", class: "quiet", onclick: act }, "Highlight")));
+  host.append(element("p", { class: "range" }, translated("Highlight points"), " ", from, " ", to, " ",
+    element("button", { type: "button", class: "quiet", onclick: act }, translated("Highlight"))));
 }
 
 /** Histogram and Q–Q plot; with `linked` its bars highlight the points that have such a residual. */
 function distributionPlots(host, given, title, said, linked = null) {
   const most = Math.max(...given.counts) * 1.08, width = given.edges[1] - given.edges[0], n = given.counts.length;
   const bell = (x) => (given.n * width * Math.exp((-x * x) / 2)) / Math.sqrt(2 * Math.PI);
-  const far = given.n_far ? ` ${counted(given.n_far, "value")} beyond ±5, drawn at the ends.` : "";
+  const far = given.n_far ? ` ${translated("{n:value|values} beyond ±5, drawn at the ends.", { n: given.n_far })}` : "";
   let brushed = null;
   const choose = (low, high) => {
     brushed = [low, high];
@@ -149,13 +150,16 @@ function distributionPlots(host, given, title, said, linked = null) {
     for (let k = low; k <= high; k++) masks[k < half ? 0 : 1] |= 1 << k % half;
     const from = fixed(given.edges[low], 2), to = fixed(given.edges[high + 1], 2);
     // what is farther out stands in the outer bars
-    const said = !low ? `up to ${to}` : high === n - 1 ? `${from} or more` : `${from} to ${to}`;
+    const said = (found) => !low && high === n - 1 ? translated("{n:point|points} with a residual", { n: found })
+      : !low ? translated("{n:point|points} with a residual of up to {to} standard deviations", { n: found, to })
+      : high === n - 1 ? translated("{n:point|points} with a residual of {from} standard deviations or more", { n: found, from })
+      : translated("{n:point|points} with a residual of {from} to {to} standard deviations", { n: found, from, to });
     selection.highlight(points.n, (i) => (points.bins_low[i] & masks[0]) | (points.bins_high[i] & masks[1]),
-      `with a residual of ${!low && high === n - 1 ? "any" : said} standard deviations`, "residuals");
+      said, "residuals");
   };
-  const how = linked ? "Drag over the bars to highlight their points." : "";
+  const how = linked ? translated("Drag over the bars to highlight their points.") : "";
   const plot = new Plot(host, { title, said: `${said}${far}`, how, draw: (axes) => {
-    axes.range([-5, 5], [0, Math.max(most, bell(0) * 1.05)]).axes("standard deviations", "values");
+    axes.range([-5, 5], [0, Math.max(most, bell(0) * 1.05)]).axes(translated("standard deviations"), translated("values"));
     given.counts.forEach((c, k) => axes.add("rect", { x: axes.x(given.edges[k]) + 0.5, y: axes.y(c), width: axes.x(given.edges[k + 1]) - axes.x(given.edges[k]) - 1, height: axes.bottom - axes.y(c), 
       class: brushed && (k < brushed[0] || k > brushed[1]) ? "bar faded" : "bar" }));
     axes.line(Array.from({ length: 81 }, (_, k) => [-5 + k / 8, bell(-5 + k / 8)]), "curve");
@@ -170,8 +174,8 @@ function distributionPlots(host, given, title, said, linked = null) {
     });
   }
   const end = Math.max(...given.expected) * 1.05, reach = Math.max(end, Math.min(Math.max(...given.observed.map(Math.abs)) * 1.05, 8));
-  new Plot(host, { title: "Normal Q–Q", said: "Points on the line where errors are normal; tails that bend away hold gross errors.", draw: (axes) => {
-    axes.range([-end, end], [-reach, reach]).axes("normal", "observed");
+  new Plot(host, { title: translated("Normal Q–Q"), said: translated("Points lie on the line if errors are normal; tails that bend away contain gross errors."), draw: (axes) => {
+    axes.range([-end, end], [-reach, reach]).axes(translated("normal"), translated("observed"));
     axes.line([[-end, -end], [end, end]], "expected");
     given.expected.forEach((x, k) => axes.add("circle", { cx: axes.x(x), cy: axes.y(Math.min(Math.max(given.observed[k], -reach), reach)), r: 2, class: "dot" }));
   } });
@@ -184,21 +188,21 @@ function modelPlot(host, models, selection) {
   const all = sorted(rows.map((m) => models.m_0[m])), top = Math.min(all[all.length - 1], 4 * quantile(all, 0.9)) * 1.06;
   const flights = models.flight.texts, every = Math.ceil(rows.length / 1500);
   const shown = rows.filter((m, k) => k % every === 0 || models.m_0[m] >= quantile(all, 0.98));
-  const cut = all[all.length - 1] > top ? ` Largest ${errorWithUnit(all[all.length - 1])}, drawn at the upper edge.` : "";
-  const thin = shown.length < rows.length ? ` ${count(shown.length)} of ${count(rows.length)} are drawn, the largest among them.` : "";
-  const said = `Median ${errorWithUnit(quantile(all, 0.5))}.${cut}${thin}`;
-  const plot = new Plot(host, { title: "m_0 of the models", said, how: "Click a model to see it on the map.", wide: true, draw: (axes) => {
-    axes.range([0, rows.length], [0, top]).axes("models in their order", `m_0 [${unit.name}]`, { yText: inUnit, noX: true });
+  const cut = all[all.length - 1] > top ? ` ${translated("Largest {length}, drawn at the upper edge.", { length: errorWithUnit(all[all.length - 1]) })}` : "";
+  const thin = shown.length < rows.length ? ` ${translated("{n} of {all} are drawn, including the largest.", { n: count(shown.length), all: count(rows.length) })}` : "";
+  const said = `${translated("Median {length}.", { length: errorWithUnit(quantile(all, 0.5)) })}${cut}${thin}`;
+  const plot = new Plot(host, { title: translated("m_0 of the models"), said, how: translated("Click a model to see it on the map."), wide: true, draw: (axes) => {
+    axes.range([0, rows.length], [0, top]).axes(translated("models in their order"), `m_0 [${unit.name}]`, { yText: inUnit, noX: true });
     const place = new Map(rows.map((m, k) => [m, k]));
     for (const m of shown) {
       const dot = axes.add("circle", { cx: axes.x(place.get(m) + 0.5), cy: axes.y(Math.min(models.m_0[m], top)), r: m === selection.model ? 5 : 2.6,
         class: `model f${models.flight.code(m)}${models.usable[m] ? "" : " failed"}${m === selection.model ? " chosen" : ""}` });
-      dot.append(svg("title", {}, `${models.flight(m)} ${models.coverage(m)} ${models.name(m)}: ${errorWithUnit(models.m_0[m])}`));
+      dot.append(svg("title", {}, `${flightText(models.flight(m))} ${models.coverage(m)} ${models.name(m)}: ${errorWithUnit(models.m_0[m])}`));
       dot.addEventListener("click", () => selection.choose({ model: m, point: -1 }, "plot"));
     }
     flights.forEach((name, k) => {
       axes.add("circle", { cx: axes.right - 90 * (flights.length - k) + 10, cy: 9, r: 3.5, class: `model f${k}` });
-      axes.add("text", { x: axes.right - 90 * (flights.length - k) + 18, y: 13, class: "tick" }, `${name} flight`);
+      axes.add("text", { x: axes.right - 90 * (flights.length - k) + 18, y: 13, class: "tick" }, flightTitle(name));
     });
   } });
   selection.follow((change) => { if ("model" in change) plot.show(); });
@@ -206,8 +210,8 @@ function modelPlot(host, models, selection) {
 
 function correlogramPlot(host, given) {
   const low = Math.min(...given.low, ...given.measured, -0.05), high = Math.max(...given.high, ...given.measured, 0.05);
-  new Plot(host, { title: "Correlation of residuals by distance", said: "Band: where the claim holds (±2 standard deviations); line: measured.", wide: true, draw: (axes) => {
-    axes.range([0, Math.max(...given.distance) * 1.05], [low * 1.1, high * 1.1]).axes("distance [m]", "correlation");
+  new Plot(host, { title: translated("Correlation of residuals by distance"), said: translated("Band: expected if the stated precision is correct (±2 standard deviations); line: measured."), wide: true, draw: (axes) => {
+    axes.range([0, Math.max(...given.distance) * 1.05], [low * 1.1, high * 1.1]).axes(translated("distance [m]"), translated("correlation"));
     const band = [...given.claimed_distance.map((d, k) => [d, given.high[k]]), ...given.claimed_distance.map((d, k) => [d, given.low[k]]).reverse()];
     axes.line(band, "band");
     axes.line([[0, 0], [axes.xRange[1], 0]], "zero");
@@ -226,7 +230,7 @@ function paperPlot(host, points, claim) {
   const xs = sorted(rows.map ? Float64Array.from(rows, (i) => points.error[i]) : []), ys = sorted(Float64Array.from(rows, (i) => points.paper[i]));
   const reach = Math.max(Math.min(xs[xs.length - 1], 2 * quantile(xs, 0.95)), Math.min(ys[ys.length - 1], 2 * quantile(ys, 0.95))) * 1.05;
   const low = Math.min(xs[0], ys[0]) * 0.9;
-  new Plot(host, { title: "Paper and propagated standard error", said: `The paper’s figure is the smaller one at ${Math.round((100 * below) / rows.length)} % of the new points.`, draw: (axes) => {
+  new Plot(host, { title: translated("Paper and propagated standard error"), said: translated("The paper’s figure is the smaller one at {share} of the new points.", { share: `${Math.round((100 * below) / rows.length)} %` }), draw: (axes) => {
     axes.range([low, reach], [low, reach]).axes(`${claim} [${unit.name}]`, `standard_error_paper [${unit.name}]`, { xText: inUnit, yText: inUnit });
     axes.line([[low, low], [reach, reach]], "expected");
     for (const i of shown) if (points.error[i] <= reach && points.paper[i] <= reach) axes.add("circle", { cx: axes.x(points.error[i]), cy: axes.y(points.paper[i]), r: 1.8, class: "dot" });
@@ -237,7 +241,7 @@ function paperPlot(host, points, claim) {
 function sourcesPlot(host, given) {
   const percent = (share) => `${Math.round(100 * share)} %`;
   const said = given.names.map((name, k) => `${name} ${percent(given.shares[k])}`).join(", ");
-  new Plot(host, { title: "Sources of the error of the new points", said: `${said}.`, wide: true, height: 270, draw: (axes) => {
+  new Plot(host, { title: translated("Sources of the error of the new points"), said: `${said}.`, wide: true, height: 270, draw: (axes) => {
     let left = 46;
     const wide = axes.width - 56;
     given.shares.forEach((share, k) => {
@@ -255,7 +259,7 @@ function sourcesPlot(host, given) {
     });
     const sums = given.classes.map((row) => row.reduce((a, b) => a + b, 0)), n = sums.length;
     axes.top = y + 34;
-    axes.range([0, n], [0, Math.max(...sums) * 1.05]).axes(n > 1 ? `tenths of the new points, from good to bad [${unit.name}]` : `[${unit.name}]`, `variance [${unit.name}²]`,
+    axes.range([0, n], [0, Math.max(...sums) * 1.05]).axes(n > 1 ? translated("tenths of the new points, from good to bad [{unit}]", { unit: unit.name }) : `[${unit.name}]`, translated("variance [{unit}²]", { unit: unit.name }),
       { noX: true, yText: (v, s) => tickText(v / unit.metres ** 2, s / unit.metres ** 2) });
     given.classes.forEach((row, c) => {
       let base = 0;

@@ -4,7 +4,7 @@ class Selection extends EventTarget {
   point = -1;
   model = -1;
   mask = null; // Uint8Array, 1 for each point that is highlighted
-  said = ""; // what the highlighted points have in common
+  said = () => ""; // what so many highlighted points have in common
 
   choose(change, by) {
     Object.assign(this, change);
@@ -19,7 +19,7 @@ class Selection extends EventTarget {
   }
 
   clear(by) {
-    this.choose({ point: -1, model: -1, mask: null, said: "" }, by);
+    this.choose({ point: -1, model: -1, mask: null, said: () => "" }, by);
   }
 
   follow(listener) {
@@ -45,8 +45,8 @@ function schemeChanged() {
 function schemeSwitch(host) {
   const button = element("button", { type: "button", class: "quiet" });
   const name = () => {
-    button.textContent = isDark() ? "Light" : "Dark";
-    button.setAttribute("aria-label", `Show the page ${isDark() ? "light" : "dark"}`);
+    button.textContent = isDark() ? translated("Light") : translated("Dark");
+    button.setAttribute("aria-label", isDark() ? translated("Show the page light") : translated("Show the page dark"));
   };
   button.addEventListener("click", () => {
     scheme.chosen = isDark() ? "light" : "dark";

@@ -31,14 +31,14 @@ class Table {
   }
 
   _build(host) {
-    this.search = element("input", { type: "search", placeholder: "Search", "aria-label": `Search ${this.title}`, oninput: () => this._later() });
+    this.search = element("input", { type: "search", placeholder: translated("Search"), "aria-label": translated("Search {table}", { table: this.title }), oninput: () => this._later() });
     this.count = element("span", { class: "count", "aria-live": "polite" });
     const button = (text, title, act) => element("button", { type: "button", class: "quiet", "aria-label": title, title, onclick: act }, text);
     this.pager = element("span", { class: "pager" },
-      button("«", "First page", () => this._turn(0)), button("‹", "Page before", () => this._turn(this.first - this.rows)),
-      button("›", "Next page", () => this._turn(this.first + this.rows)),
-      button("»", "Last page", () => this._turn(Math.floor((this.order.length - 1) / this.rows) * this.rows)));
-    const csv = button("CSV", `Save ${this.title} as CSV`, () => this.save());
+      button("«", translated("First page"), () => this._turn(0)), button("‹", translated("Page before"), () => this._turn(this.first - this.rows)),
+      button("›", translated("Next page"), () => this._turn(this.first + this.rows)),
+      button("»", translated("Last page"), () => this._turn(Math.floor((this.order.length - 1) / this.rows) * this.rows)));
+    const csv = button("CSV", translated("Save {table} as CSV", { table: this.title }), () => this.save());
     const bar = element("div", { class: "table-bar" }, this.search, this.count, this.pager, csv);
     if (this.old) this._adopt(host, bar);
     else this._make(host, bar);
@@ -104,7 +104,7 @@ class Table {
 
   _comparison(column, sign) {
     if (!column.isNumber) {
-      const collator = new Intl.Collator("en", { numeric: true });
+      const collator = new Intl.Collator(words.language, { numeric: true });
       return (a, b) => sign * collator.compare(column.text(a), column.text(b)) || a - b;
     }
     return (a, b) => {
@@ -131,8 +131,9 @@ class Table {
     const shown = this.order.subarray(this.first, this.first + this.rows);
     this.body.replaceChildren(...Array.from(shown, (i) => this._row(i)));
     const all = this.order.length, last = this.first + shown.length;
-    const noun = counted(all, this.noun);
-    this.count.textContent = all > shown.length ? `${count(this.first + 1)}–${count(last)} of ${noun}` : noun;
+    const number = this.noun(all);
+    this.count.textContent = all > shown.length
+      ? translated("{from}–{to} of {number}", { from: count(this.first + 1), to: count(last), number }) : number;
     this.pager.hidden = all <= this.rows;
   }
 
@@ -148,7 +149,7 @@ class Table {
     const plain = (column, i) => {
       const text = column.text(i);
       if (!column.isNumber) return cell(tamed(text));
-      return text === MISSING ? "" : text.replaceAll("−", "-");
+      return text === MISSING ? "" : plainFigure(text);
     };
     const lines = [this.columns.map((column) => cell(column.title)).join(",")];
     for (const i of this.order) lines.push(this.columns.map((column) => plain(column, i)).join(","));
@@ -182,12 +183,12 @@ function adopted(table, selection) {
   const point = (i) => (rows[i].dataset.point === undefined ? -1 : Number(rows[i].dataset.point));
   const columns = [...table.tHead.rows[0].cells].map((head, c) => {
     const text = (i) => rows[i].cells[c].textContent;
-    return { title: head.textContent, isNumber: head.classList.contains("n"), text, value: (i) => parseFloat(text(i).replace("−", "-")) };
+    return { title: head.textContent, isNumber: head.classList.contains("n"), text, value: (i) => parseFloat(plainFigure(text(i))) };
   });
   const leads = rows.length > 0 && point(0) >= 0;
   return new Table(table, {
     title: table.caption ? table.caption.textContent : table.dataset.table, columns, n: rows.length, file: table.dataset.table,
-    noun: "row", old: rows, isChosen: leads ? (i) => point(i) === selection.point : undefined,
+    noun: (n) => translated("{n:row|rows}", { n }), old: rows, isChosen: leads ? (i) => point(i) === selection.point : undefined,
     onPick: leads ? (i) => selection.choose({ point: point(i), model: -1 }, "table") : undefined,
   });
 }
@@ -197,16 +198,16 @@ function pointTable(host, points, selection, claim) {
   const whole = (values) => values && { text: (i) => fixed(values[i], 0), value: (i) => values[i], isNumber: true };
   const place = (values) => values && { text: (i) => coordinateText(values[i]), value: (i) => values[i], isNumber: true };
   const columns = [
-    ["point", { text: points.name }], ["role", { text: points.role }],
-    ["easting [m]", place(points.east)], ["northing [m]", place(points.north)], ["height [m]", place(points.height)],
-    [`${claim.replace("standard_error_", "")} [${unit.name}]`, known(points.error)],
-    [`paper [${unit.name}]`, known(points.paper)], [`internal [${unit.name}]`, known(points.internal)],
-    [`spread [${unit.name}]`, known(points.spread)],
-    ["models", whole(points.models)], ["coverages", whole(points.coverages)],
-    ["largest |w|", points.w && { text: (i) => fixed(points.w[i], 1), value: (i) => points.w[i], isNumber: true }],
-    ["suspect", points.suspect && { text: (i) => (points.suspect[i] ? "suspect" : "") }],
+    [translated("point"), { text: points.name }], [translated("role"), { text: (i) => roleText(points.role(i)) }],
+    [translated("easting [m]"), place(points.east)], [translated("northing [m]"), place(points.north)], [translated("height [m]"), place(points.height)],
+    [`${claimText(claim)} [${unit.name}]`, known(points.error)],
+    [`${translated("paper")} [${unit.name}]`, known(points.paper)], [`${translated("internal")} [${unit.name}]`, known(points.internal)],
+    [`${translated("spread")} [${unit.name}]`, known(points.spread)],
+    [translated("models"), whole(points.models)], [translated("coverages"), whole(points.coverages)],
+    [translated("largest |w|"), points.w && { text: (i) => fixed(points.w[i], 1), value: (i) => points.w[i], isNumber: true }],
+    [translated("suspect"), points.suspect && { text: (i) => (points.suspect[i] ? translated("suspect") : "") }],
   ].filter(([, column]) => column).map(([title, column]) => ({ title, ...column }));
-  const table = new Table(host, { title: "All points", columns, n: points.n, file: "points", noun: "point",
+  const table = new Table(host, { title: translated("All points"), columns, n: points.n, file: "points", noun: (n) => translated("{n:point|points}", { n }),
     isChosen: (i) => i === selection.point, onPick: (i) => selection.choose({ point: i, model: -1 }, "points") });
   selection.follow((change, by) => {
     if ("mask" in change) table.only(selection.mask);
@@ -219,20 +220,22 @@ function pointTable(host, points, selection, claim) {
 function modelTable(details, models, selection) {
   const error = (values) => values && { text: (i) => errorText(values[i]), value: (i) => values[i], isNumber: true };
   const whole = (values) => ({ text: (i) => fixed(values[i], 0), value: (i) => values[i], isNumber: true });
-  const state = (i) => (models.usable[i] ? "usable" : `failed: ${models.reason(i)}`);
+  const state = (i) => (models.usable[i] ? translated("usable") : translated("failed: {reason}", { reason: models.reason(i) }));
   const columns = [
-    ["model", { text: models.name }], ["flight", { text: models.flight }], ["coverage", { text: models.coverage }], ["fit", { text: models.fit }],
-    ["points", whole(models.points)], ["redundancy", whole(models.redundancy)],
+    [translated("model"), { text: models.name }], [translated("flight"), { text: (i) => flightText(models.flight(i)) }],
+    [translated("coverage"), { text: models.coverage }], [translated("fit"), { text: models.fit }],
+    [translated("points"), whole(models.points)], [translated("redundancy"), whole(models.redundancy)],
     [`m_0 [${unit.name}]`, error(models.m_0)], [`s_0 [${unit.name}]`, error(models.s_0)],
     ["σ₀ [µm]", models.sigma_0 && { text: (i) => fixed(models.sigma_0[i] * 1e6, 1), value: (i) => models.sigma_0[i], isNumber: true }],
-    ["state", { text: state }],
+    [translated("state"), { text: state }],
   ].filter(([, column]) => column).map(([title, column]) => ({ title, ...column }));
   const host = element("div");
   const summary = details.querySelector("summary");
   const failed = models.usable.reduce((n, usable) => n + (usable ? 0 : 1), 0);
-  summary.textContent = `Models: ${counted(models.n, "row")}${failed ? `, ${failed} failed` : ""}`;
+  summary.textContent = failed ? translated("Models: {n:row|rows}, {failed} failed", { n: models.n, failed: count(failed) })
+    : translated("Models: {n:row|rows}", { n: models.n });
   details.replaceChildren(summary, host);
-  const table = new Table(host, { title: "Models", columns, n: models.n, file: "models", noun: "model",
+  const table = new Table(host, { title: translated("Models"), columns, n: models.n, file: "models", noun: (n) => translated("{n:model|models}", { n }),
     isChosen: (i) => i === selection.model, onPick: (i) => selection.choose({ model: i, point: -1 }, "models") });
   selection.follow((change, by) => {
     if (!("model" in change)) return;

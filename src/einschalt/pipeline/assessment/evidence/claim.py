@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
 
+from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
 from einschalt.stages.coverage_screening import DIFFERENCES, coverage_differences
@@ -152,12 +153,12 @@ class ResidualField:
 
 
 UNTESTED = Claim((), None)
-COVERAGES = "coverage differences"
-COVERAGES_HIGH = "coverage differences, high flight"
-RESIDUALS = "residuals of the low flight"
-NEIGHBOURS = "correlation of neighbouring residuals"
-LEFT_OUT = "control points, each left out"
-KNOWN = {"check": "check points", "control": "control points"}
+COVERAGES = mark("coverage differences")
+COVERAGES_HIGH = mark("coverage differences, high flight")
+RESIDUALS = mark("residuals of the low flight")
+NEIGHBOURS = mark("correlation of neighbouring residuals")
+LEFT_OUT = mark("control points, each left out")
+KNOWN = mark_each({"check": "check points", "control": "control points"})
 # differences of what was measured apart: tested for being too small as well
 OF_INDEPENDENCE = (COVERAGES, COVERAGES_HIGH)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
+from einschalt.pipeline.assessment.evidence.claim import KNOWN, LEFT_OUT
 
 MOST_NAMED = 3
 
@@ -33,9 +33,9 @@ def known_point_facts(examined) -> KnownPointFacts:
     figures, left_out = examined.figures, examined.control_left_out
     rms = float(np.sqrt(np.mean(_total(left_out) ** 2))) if len(left_out) else 0.0
     rows = (
-        ("control points", figures.n_control, figures.control_rms),
+        (KNOWN["control"], figures.n_control, figures.control_rms),
         (LEFT_OUT, len(left_out), rms),
-        ("check points", figures.n_check, figures.check_rms),
+        (KNOWN["check"], figures.n_check, figures.check_rms),
     )
     return KnownPointFacts(tuple(row for row in rows if row[1]), _left_out(examined))
 

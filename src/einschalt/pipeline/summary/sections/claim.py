@@ -1,35 +1,56 @@
-"""Whether the claimed figure stands against what was measured."""
+"""Whether the measurements support the stated precision."""
 
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.typesetting import fixed, length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import probability
 
-HEADER = ("", "points", "measured", "predicted", "P")
-P = (
-    "P: probability of as much where the claim holds; below 0.01 for all tests "
-    "together (Holm) it does not stand."
+P = mark(
+    "P: probability of a value this large if the stated precision is correct; it is "
+    "rejected if P is below {level} for all tests together (Holm)."
 )
-ASSUMED = {
-    "independent_approximations": (
-        "Predicted for approximate coordinates whose errors are independent of each "
-        "other."
-    ),
-    "perfect_orientations": "Predicted for models whose orientation has no error.",
-}
+LEVEL = 0.01
+ASSUMED = mark_each(
+    {
+        "independent_approximations": (
+            "Predicted for approximate coordinates with mutually independent errors."
+        ),
+        "perfect_orientations": "Predicted for models with error-free orientation.",
+    }
+)
+# of what is measured beside what was predicted
+BY_PROPAGATION = mark("{length} by propagation (P {p})")
+BY_BUDGET = mark("{length} by Kovarik's budget (P {p})")
 
 
 def section(claim) -> Section:
-    """Set measured quantities beside what the claim predicts."""
-    assumed = (ASSUMED[claim.assumption],) if claim.is_assumed else ()
-    said = (*assumed, P, *_three_figures(claim))
-    return Section("Does the claim stand? (total, RMS)", HEADER, _rows(claim), said)
+    """Set measured quantities beside what the stated precision predicts."""
+    assumed = (translated(ASSUMED[claim.assumption]),) if claim.is_assumed else ()
+    remarks = (*assumed, _meaning_of_p(), *_three_figures(claim))
+    title = translated("Is the stated precision supported? (total, RMS)")
+    return Section(title, _header(), _rows(claim), remarks)
 
 
 def heights(claim) -> Section:
     """The same of heights, where they were tested."""
     if not claim.tests:
         return NO_SECTION
-    return Section("Do the heights stand? (RMS)", HEADER, _rows(claim), (P,))
+    title = translated("Is the stated precision of the heights supported? (RMS)")
+    return Section(title, _header(), _rows(claim), (_meaning_of_p(),))
+
+
+def _header():
+    return (
+        "",
+        translated("points"),
+        translated("measured"),
+        translated("predicted"),
+        "P",
+    )
+
+
+def _meaning_of_p():
+    return translated(P, level=figure(LEVEL))
 
 
 def _rows(claim):
@@ -44,7 +65,12 @@ def _rows(claim):
             else (fixed(test.observed, 2), fixed(test.predicted, 2))
         )
         rows.append(
-            (test.name, f"{test.n_points:d}", *shown, probability(test.p_value))
+            (
+                translated(test.name),
+                figure(test.n_points, "d"),
+                *shown,
+                probability(test.p_value),
+            )
         )
     return tuple(rows)
 
@@ -53,14 +79,18 @@ def _three_figures(claim):
     """Coverage differences against each of the three figures."""
     if (paper := claim.paper) is None:
         return ()
-    said = [
-        f"{length(paper.predicted)} (P {probability(paper.p_value)}) after the paper"
-    ]
+    expected = [_expected(BY_BUDGET, paper)]
     ours = claim.of("coverage differences")
     if ours is not None and not claim.is_assumed:
-        said.insert(
-            0, f"{length(ours.predicted)} (P {probability(ours.p_value)}) propagated"
-        )
-    should = ", ".join(said)
-    text = f"Coverage differences are {length(paper.observed)} and should be {should}"
-    return (f"{text}; the internal figure is made of them.",)
+        expected.insert(0, _expected(BY_PROPAGATION, ours))
+    message = mark(
+        "Coverage differences are {observed}; expected {expected}. The internal figure "
+        "is computed from them."
+    )
+    observed = length(paper.observed)
+    return (translated(message, observed=observed, expected=", ".join(expected)),)
+
+
+def _expected(message, test):
+    p = probability(test.p_value)
+    return translated(message, length=length(test.predicted), p=p)

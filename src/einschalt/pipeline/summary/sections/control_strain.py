@@ -3,6 +3,7 @@
 from functools import singledispatch
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import lengths, number
 from einschalt.pipeline.assessment.facts.control_strain import (
     DisplacedControlFacts,
@@ -11,12 +12,14 @@ from einschalt.pipeline.assessment.facts.control_strain import (
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import probability
 
-TOGETHER = (
-    "The largest of {}, as far as a smooth strain of their network can be estimated; "
-    "none has to disagree by itself."
+TOGETHER = mark(
+    "The largest of {n}, as far as a smooth strain of their network can be estimated; "
+    "no single point need be inconsistent."
 )
-ASIDE = "They are set aside: the new points do not depend on them."
-STRAIN = "easting, northing: the error of the given coordinates that explains it."
+ASIDE = mark("They are set aside: the new points do not depend on them.")
+STRAIN = mark(
+    "easting, northing: error of the given coordinates that would explain it."
+)
 
 
 @singledispatch
@@ -37,20 +40,29 @@ def _(facts: SuspectControlFacts) -> Section:
         (probability(point.p_value) for point in shown),
         strict=True,
     )
-    said = [STRAIN]
+    remarks = [translated(STRAIN)]
     if facts.is_set_aside:
-        said.append(ASIDE)
+        remarks.append(translated(ASIDE))
     if facts.n_suspects > len(shown):
-        said.append(f"These are the worst {len(shown)} of {facts.n_suspects}.")
-    header = ("", "easting", "northing", "w", "p")
-    title = "Control points that disagree with the block"
-    return Section(title, header, tuple(rows), tuple(said))
+        remarks.append(
+            translated(
+                "These are the worst {n} of {n_all}.",
+                n=len(shown),
+                n_all=facts.n_suspects,
+            )
+        )
+    title = translated("Control points that disagree with the block")
+    return Section(title, (*_header(), "w", "p"), tuple(rows), tuple(remarks))
+
+
+def _header():
+    return "", translated("easting"), translated("northing")
 
 
 @section.register
 def _(facts: DisplacedControlFacts) -> Section:
     points, east, north = zip(*facts.displacements, strict=True)
     rows = zip(map(printable, points), lengths(east), lengths(north), strict=True)
-    title = "Control points that are displaced together"
-    said = (TOGETHER.format(facts.n_control),)
-    return Section(title, ("", "easting", "northing"), tuple(rows), said)
+    title = translated("Control points that are displaced together")
+    remark = translated(TOGETHER, n=facts.n_control)
+    return Section(title, _header(), tuple(rows), (remark,))

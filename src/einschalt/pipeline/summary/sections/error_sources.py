@@ -1,19 +1,22 @@
 """Which source the error of the new points comes from."""
 
+from einschalt.foundations.language import figure, mark_each, translated
 from einschalt.foundations.typesetting import length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 
-NAMES = {
-    "control": "control points",
-    "control_groups": "shifts of groups of control points",
-    "approximate_points": "approximate points",
-    "approximate_groups": "shifts of groups of approximate points",
-    "high_flight": "high flight, measurement",
-    "low_flight": "low flight, measurement",
-    "orientation": "relative orientation",
-    "reference_system": "operation between reference systems",
-    "own_deformation": "deformation of each model",
-}
+NAMES = mark_each(
+    {
+        "control": "control points",
+        "control_groups": "shifts of groups of control points",
+        "approximate_points": "approximate points",
+        "approximate_groups": "shifts of groups of approximate points",
+        "high_flight": "high flight, measurement",
+        "low_flight": "low flight, measurement",
+        "orientation": "relative orientation",
+        "reference_system": "operation between reference systems",
+        "own_deformation": "deformation of each model",
+    }
+)
 SMALLEST_SHARE = 0.005
 
 
@@ -26,21 +29,23 @@ def section(facts) -> Section:
         (source_name(source.source), text, share_text(source.share))
         for source, text in zip(facts.sources, texts[:-1], strict=True)
     ]
-    remark = (
-        f"With half the error of the first ({source_name(facts.sources[0].source)}) "
-        f"the new points would have {length(facts.total_with_half_the_largest)}."
+    remark = translated(
+        "If the largest source ({source}) were halved, the new points would have "
+        "{total}.",
+        source=source_name(facts.sources[0].source),
+        total=length(facts.total_with_half_the_largest),
     )
     return Section(
-        "Sources of the error of the new points (total, RMS)",
-        ("", "alone", "share of variance"),
-        (*rows, ("all together", texts[-1], "100 %")),
+        translated("Sources of the error of the new points (total, RMS)"),
+        ("", translated("alone"), translated("share of variance")),
+        (*rows, (translated("combined"), texts[-1], "100 %")),
         (remark,),
     )
 
 
 def source_name(source) -> str:
     """Name of a source as people say it."""
-    return NAMES.get(source, source.replace("_", " "))
+    return translated(NAMES.get(source, source.replace("_", " ")))
 
 
 def share_text(share) -> str:
@@ -51,4 +56,4 @@ def share_text(share) -> str:
     >>> share_text(0.714), share_text(0.0004)
     ('71 %', '< 1 %')
     """
-    return f"{100.0 * share:.0f} %" if share >= SMALLEST_SHARE else "< 1 %"
+    return f"{figure(100.0 * share, '.0f')} %" if share >= SMALLEST_SHARE else "< 1 %"

@@ -2,18 +2,50 @@
 
 import math
 
-from einschalt.foundations.typesetting import count, length, lengths, number, scale
+from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.typesetting import length, lengths, number, scale
 from einschalt.pipeline.summary.section import Section
 from einschalt.pipeline.summary.wording import flight_name, with_error
 
-CURVED = (
-    "Spatial models were brought onto the curved Earth and to the scale of the map; "
-    'set earth_curvature = "ignored" where they were corrected for it before.'
+CURVED = mark(
+    "Spatial models were corrected for Earth curvature and for the scale of the map; "
+    'set earth_curvature = "ignored" if they had been corrected before.'
 )
-CURVED_PLANE = (
-    "Models were brought to the scale of the map, which changes across them by enough "
-    'for millimetres; set earth_curvature = "ignored" where they are maps themselves.'
+CURVED_PLANE = mark(
+    "Models were corrected for the scale of the map, which changes across them by "
+    'millimetres; set earth_curvature = "ignored" if they are maps themselves.'
 )
+GIVEN = mark(
+    "Approximate coordinates: {n:point|points} given, {length} (total, given)."
+)
+GIVEN_UNKNOWN = mark(
+    "Approximate coordinates: {n:point|points} given, of unknown precision."
+)
+FROM_HIGH = mark(
+    "Approximate coordinates: {n:point|points} from the high flight, {length} (total, "
+    "internal)."
+)
+FROM_HIGH_UNKNOWN = mark(
+    "Approximate coordinates: {n:point|points} from the high flight."
+)
+ORIENTED_BY_IMAGES = mark(
+    "Relative orientation, {flight}: {n:model|models}, sigma_0 {sigma_0} of an image "
+    "coordinate; it reflects y-parallax only."
+)
+ORIENTED_BY_PARALLAXES = mark(
+    "Relative orientation, {flight}: {n:model|models}, sigma_0 {sigma_0} of a "
+    "y-parallax; it reflects y-parallax only."
+)
+M_G_OF_PARALLAXES = mark(
+    "m_g of the {flight}: given {given} µm, of which {bent} µm come from errors of the "
+    "relative orientation."
+)
+M_G_OF_IMAGES = mark(
+    "m_g of the {flight}: given {given} µm; the image residuals show {shown} µm for an "
+    "image point, and so {model} µm for a model point ({rays} from the rays, {bent} "
+    "from the orientation)."
+)
+M_G_SHOWN = mark("m_g of the {flight}: given {given} µm, estimated {shown} µm.")
 
 
 def section(flights, approximations) -> Section:
@@ -25,22 +57,26 @@ def section(flights, approximations) -> Section:
             flight_name(flight.name),
             scale(flight.scale_number),
             flight.transformation,
-            f"{flight.n_models:d}",
-            f"{flight.n_usable:d}",
+            figure(flight.n_models, "d"),
+            figure(flight.n_usable, "d"),
             f"{number(flight.m_g_um)} µm",
             m_g[place],
             m_0[place],
         )
         for place, flight in enumerate(flights)
     ]
-    header = ("", "scale", "fit", "models", "usable", "m_g", "on ground", "m_0")
+    titles = [
+        *(translated("scale"), translated("fit"), translated("models")),
+        *(translated("usable"), "m_g", translated("on ground"), "m_0"),
+    ]
     remarks = (
         approximation_remark(approximations),
         *orientation_remarks(flights),
         *measured_error_remarks(flights),
         *curvature_remark(flights),
     )
-    return Section("Flights (m_g and m_0 are total)", header, tuple(rows), remarks)
+    title = translated("Flights (m_g and m_0 are total)")
+    return Section(title, ("", *titles), tuple(rows), remarks)
 
 
 def curvature_remark(flights) -> tuple[str, ...]:
@@ -48,21 +84,17 @@ def curvature_remark(flights) -> tuple[str, ...]:
     kinds = {flight.transformation for flight in flights if flight.is_curved}
     if not kinds:
         return ()
-    return (CURVED,) if "helmert_3d" in kinds else (CURVED_PLANE,)
+    return (translated(CURVED if "helmert_3d" in kinds else CURVED_PLANE),)
 
 
 def approximation_remark(facts) -> str:
     """Say where the approximate coordinates come from and how good they are."""
-    n_points = count(facts.n_points, "point")
-    is_known = math.isfinite(facts.total)
-    if facts.is_given:
-        said = f"{length(facts.total)} (total, as given)"
-        said = said if is_known else "of unknown precision"
-        return f"Approximate coordinates: {n_points} given, {said}."
-    if not is_known:
-        return f"Approximate coordinates: {n_points} from the high flight."
-    said = f"{length(facts.total)} (total, internal)"
-    return f"Approximate coordinates: {n_points} from the high flight, {said}."
+    if math.isfinite(facts.total):
+        message = GIVEN if facts.is_given else FROM_HIGH
+        return translated(message, n=facts.n_points, length=length(facts.total))
+    return translated(
+        GIVEN_UNKNOWN if facts.is_given else FROM_HIGH_UNKNOWN, n=facts.n_points
+    )
 
 
 def orientation_remarks(flights) -> tuple[str, ...]:
@@ -71,13 +103,16 @@ def orientation_remarks(flights) -> tuple[str, ...]:
     for flight in flights:
         if (found := flight.orientation) is None:
             continue
-        observed = "an image coordinate" if found.is_from_images else "a y-parallax"
+        by_images = found.is_from_images
         lines.append(
-            f"Relative orientation, {flight_name(flight.name)}: "
-            f"{count(found.n_models, 'model')}, sigma_0 {length(found.sigma_0)} "
-            f"of {observed}; it sees y-parallax only."
+            translated(
+                ORIENTED_BY_IMAGES if by_images else ORIENTED_BY_PARALLAXES,
+                flight=flight_name(flight.name),
+                n=found.n_models,
+                sigma_0=length(found.sigma_0),
+            )
         )
-        lines += _of_images(flight) if found.is_from_images else _of_parallaxes(flight)
+        lines += _of_images(flight) if by_images else _of_parallaxes(flight)
     return tuple(lines)
 
 
@@ -86,12 +121,8 @@ def _of_parallaxes(flight):
     bent = flight.orientation.m_g_orientation_um
     if not math.isfinite(bent):
         return []
-    return [
-        (
-            f"m_g of the {flight_name(flight.name)}: given {number(flight.m_g_um)}, of "
-            f"which errors of the relative orientation make {number(bent)} µm."
-        )
-    ]
+    sizes = {"given": number(flight.m_g_um), "bent": number(bent)}
+    return [translated(M_G_OF_PARALLAXES, flight=flight_name(flight.name), **sizes)]
 
 
 def _of_images(flight):
@@ -101,11 +132,14 @@ def _of_images(flight):
         return []
     rays, bent = found.m_g_intersection_um, found.m_g_orientation_um
     return [
-        (
-            f"m_g of the {flight_name(flight.name)}: given {number(shown.given)}, "
-            f"the image residuals say {_shown(shown)} µm for an image point, and so "
-            f"{number(math.hypot(rays, bent))} µm for a model point ({number(rays)} "
-            f"from the rays, {number(bent)} from the orientation)."
+        translated(
+            M_G_OF_IMAGES,
+            flight=flight_name(flight.name),
+            given=number(shown.given),
+            shown=_shown(shown),
+            model=number(math.hypot(rays, bent)),
+            rays=number(rays),
+            bent=number(bent),
         )
     ]
 
@@ -113,8 +147,12 @@ def _of_images(flight):
 def measured_error_remarks(flights) -> tuple[str, ...]:
     """Say what m_g of each flight the measurements show."""
     return tuple(
-        f"m_g of the {flight_name(flight.name)}: given "
-        f"{number(flight.shown_m_g.given)}, the data say {_shown(flight.shown_m_g)} µm."
+        translated(
+            M_G_SHOWN,
+            flight=flight_name(flight.name),
+            given=number(flight.shown_m_g.given),
+            shown=_shown(flight.shown_m_g),
+        )
         for flight in flights
         if flight.shown_m_g is not None
     )

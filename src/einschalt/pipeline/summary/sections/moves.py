@@ -3,17 +3,42 @@
 import math
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, length, lengths
+from einschalt.foundations.language import figure, mark, mark_each, translated
+from einschalt.foundations.typesetting import length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 
 MOST_SHOWN = 8
-CUT = "The first and the last passes; all of them stand in iterations.csv."
-SHARES = (
-    "Control points keep the coordinates that were given; the others took their share "
-    "of the differences (distributed_easting, distributed_northing)."
+CUT = mark("The first and the last passes; iterations.csv has all of them.")
+CONVERGED = mark("Converged: no point moved by {length}.")
+NOT_CONVERGED = mark("Not converged after {n:pass|passes}: points are still moving.")
+HELD = mark(
+    "{n:control point|control points} held at given coordinates; {n_models} of "
+    "{n_all:model has|models have} at least one."
 )
-BEFORE = "paper and internal are figures before the distribution"
-FIGURES = f"{BEFORE}; the propagated one is that after it."
+PROPAGATED = mark("Propagated: {before} after one pass, {after} after the last.")
+SHARES = mark(
+    "Control points keep their given coordinates; the other points took their share of "
+    "the differences (distributed_easting, distributed_northing)."
+)
+BEFORE = mark("paper and internal are figures before the distribution.")
+FIGURES = mark(
+    "paper and internal are figures before the distribution; the propagated one is "
+    "that after it."
+)
+POINTS_OF_ROLE = mark_each(
+    {"new": "new points", "control": "control points", "check": "check points"}
+)
+WAYS = mark_each(
+    {
+        "natural_neighbour": (
+            "Residuals of control, distributed by natural neighbours (total)"
+        ),
+        "inverse_distance": (
+            "Residuals of control, distributed by inverse distance (total)"
+        ),
+        "multiquadric": "Residuals of control, distributed by multiquadrics (total)",
+    }
+)
 
 
 def iterations(facts) -> Section:
@@ -23,13 +48,14 @@ def iterations(facts) -> Section:
     moves = _shown(facts.moves)
     largest, rms = (lengths([move[k] for move in moves]) for k in (1, 3))
     rows = tuple(
-        (f"{number:d}", most, printable(point), mean)
+        (figure(number, "d"), most, printable(point), mean)
         for (number, _, point, _), most, mean in zip(moves, largest, rms, strict=True)
     )
-    cut = (CUT,) if len(moves) < len(facts.moves) else ()
+    cut = (translated(CUT),) if len(moves) < len(facts.moves) else ()
+    header = (translated("pass"), translated("largest"), translated("at point"), "RMS")
     return Section(
-        "Iterations: moves of the points (total)",
-        ("pass", "largest", "at point", "RMS"),
+        translated("Iterations: moves of the points (total)"),
+        header,
         rows,
         (*cut, _end(facts), _held(facts), *_precision(facts)),
     )
@@ -44,18 +70,13 @@ def _shown(moves):
 
 def _end(facts):
     if facts.is_converged:
-        return f"Ended, since no point moved by {length(facts.least_move)}."
-    return (
-        f"Not at its end after {count(facts.most_passes, 'pass', 'passes')}: "
-        "points still move."
-    )
+        return translated(CONVERGED, length=length(facts.least_move))
+    return translated(NOT_CONVERGED, n=facts.most_passes)
 
 
 def _held(facts):
-    return (
-        f"{count(facts.n_held, 'control point')} held at given coordinates; "
-        f"{facts.n_models_held} of {count(facts.n_models, 'model')} have one."
-    )
+    models = {"n_models": facts.n_models_held, "n_all": facts.n_models}
+    return translated(HELD, n=facts.n_held, **models)
 
 
 def _precision(facts):
@@ -63,7 +84,7 @@ def _precision(facts):
     if not math.isfinite(facts.total_of_one_pass + facts.total):
         return ()
     before, after = lengths([facts.total_of_one_pass, facts.total])
-    return (f"Propagated: {before} after one pass, {after} after the last.",)
+    return (translated(PROPAGATED, before=before, after=after),)
 
 
 def distribution(facts) -> Section:
@@ -71,12 +92,14 @@ def distribution(facts) -> Section:
     if facts is None:
         return NO_SECTION
     rows = tuple(
-        (f"{role} points", f"{n_points:d}", *lengths([rms, most]))
+        (
+            translated(POINTS_OF_ROLE[role]),
+            figure(n_points, "d"),
+            *lengths([rms, most]),
+        )
         for role, n_points, rms, most in facts.moves
     )
-    return Section(
-        f"Residuals of control, distributed by {facts.way.replace('_', ' ')} (total)",
-        ("", "points", "moved, RMS", "at most"),
-        rows,
-        (SHARES, FIGURES if facts.is_propagated else f"{BEFORE}."),
-    )
+    titles = translated("points"), translated("moved, RMS"), translated("at most")
+    figures = translated(FIGURES if facts.is_propagated else BEFORE)
+    remarks = (translated(SHARES), figures)
+    return Section(translated(WAYS[facts.way]), ("", *titles), rows, remarks)

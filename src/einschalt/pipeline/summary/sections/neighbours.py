@@ -1,11 +1,12 @@
 """How well the coordinates of neighbours agree: the precision of their differences."""
 
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.typesetting import length, lengths
 from einschalt.pipeline.summary.section import NO_SECTION, Section
 
-REMARK = (
-    "Neighbours share errors. Their coordinate differences have the first figure; the "
-    "second is what two independent points of their precision would have."
+REMARK = mark(
+    "Neighbours share errors. The first figure is that of their coordinate "
+    "differences, the second that of two independent points of the same precision."
 )
 
 
@@ -15,7 +16,15 @@ def section(facts) -> Section:
         return NO_SECTION
     figures = lengths([facts.total, facts.total_if_independent])
     distance = length(facts.median_distance)
-    row = ("neighbours", f"{facts.n_pairs:d}", distance, *figures)
-    header = ("", "pairs", "median distance", "propagated", "if independent")
-    title = "Coordinate differences between neighbours (total, RMS)"
-    return Section(title, header, (row,), (REMARK,))
+    row = (
+        translated("neighbours"),
+        figure(facts.n_pairs, "d"),
+        distance,
+        *figures,
+    )
+    header = (
+        *("", translated("pairs"), translated("median distance")),
+        *(translated("propagated"), translated("if independent")),
+    )
+    title = translated("Coordinate differences between neighbours (total, RMS)")
+    return Section(title, header, (row,), (translated(REMARK),))

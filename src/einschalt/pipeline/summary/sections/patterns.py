@@ -1,28 +1,33 @@
 """Affinity of film and strain of the control network: what was looked for and found."""
 
-from einschalt.foundations.typesetting import length
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.typesetting import MISSING, length
 from einschalt.pipeline.assessment.facts.patterns import NoStrainTest
 from einschalt.pipeline.summary.section import Section
-from einschalt.pipeline.summary.wording import ppm
+from einschalt.pipeline.summary.wording import flight_name, ppm
 
-REMARK = (
-    "Affinity: by how much x is longer than y in all models of a flight, and the "
-    "right angle between them smaller (1 ppm is 1 mm in a km). Strain: errors "
+REMARK = mark(
+    "Affinity: by how much x is longer than y in all models of a flight, and the angle "
+    "between them smaller than a right angle (1 ppm is 1 mm per km). Strain: errors "
     "that neighbouring control points share; total, RMS."
 )
-BEND = (
-    "Strain was not looked for: errors of the orientations bend models, which would "
-    "pass for it."
+NO_STRAIN = mark_each(
+    {
+        NoStrainTest.ORIENTATIONS_BEND: (
+            "Strain was not tested: errors of the orientations bend models, which "
+            "would be mistaken for strain."
+        ),
+        NoStrainTest.ORIENTATIONS_BEND_WEIGHED: (
+            "Strain was not tested: errors of the orientations bend models, which "
+            'would be mistaken for strain. method = "simultaneous" takes them into '
+            "account and tests each control point."
+        ),
+        NoStrainTest.TOO_LARGE: (
+            "Strain was not tested: the block is too large for the test ({size})."
+        ),
+    }
 )
-NO_STRAIN = {
-    NoStrainTest.ORIENTATIONS_BEND: BEND,
-    NoStrainTest.ORIENTATIONS_BEND_WEIGHED: (
-        f'{BEND} method = "simultaneous" tests each control point beside them.'
-    ),
-    NoStrainTest.TOO_LARGE: (
-        "Strain was not looked for: the block is too large for it ({})."
-    ),
-}
 
 
 def section(facts) -> Section:
@@ -32,32 +37,36 @@ def section(facts) -> Section:
     if found.strain is not None:
         rows.append(_strain(found.strain))
     untested = (
-        (NO_STRAIN[facts.untested].format(facts.size),)
+        (translated(NO_STRAIN[facts.untested], size=retold(facts.size)),)
         if facts.untested is not None
         else ()
     )
-    title = "Systematic patterns: affinity of film, strain of control"
-    return Section(title, ("", "found", "verdict"), tuple(rows), (REMARK, *untested))
+    title = translated("Systematic patterns: affinity of film, strain of control")
+    header = ("", translated("found"), translated("verdict"))
+    return Section(title, header, tuple(rows), (translated(REMARK), *untested))
 
 
 def _affinity(found):
-    flight = found.flight.replace("_", " ")
+    flight = flight_name(found.flight)
     if not found.is_significant:
-        verdict = "none"
+        verdict = translated("none")
     elif found.is_absorbed:
-        verdict = "significant, taken up by affine"
+        verdict = translated("significant, absorbed by affine")
     else:
-        verdict = f"significant, adds {length(found.bias)}"
+        verdict = translated("significant, adds {length}", length=length(found.bias))
+    stretch = ppm(found.stretch, found.stretch_error)
+    shear = ppm(found.shear, found.shear_error)
     return (
-        (f"{flight}, x against y", ppm(found.stretch, found.stretch_error), verdict),
-        (f"{flight}, shear", ppm(found.shear, found.shear_error), ""),
+        (translated("{flight}, x against y", flight=flight), stretch, verdict),
+        (translated("{flight}, shear", flight=flight), shear, ""),
     )
 
 
 def _strain(found):
-    name = f"{found.n_control} control points"
+    name = translated("{n:control point|control points}", n=found.n_control)
     if not found.is_significant:
-        return name, "–", "none"
+        return name, MISSING, translated("none")
     if not found.is_smooth:
-        return name, "–", "single points"
-    return name, f"{length(found.size)} over {length(found.reach)}", "significant"
+        return name, MISSING, translated("single points")
+    sizes = {"size": length(found.size), "reach": length(found.reach)}
+    return name, translated("{size} over {reach}", **sizes), translated("significant")

@@ -3,8 +3,9 @@
 import math
 from functools import singledispatch
 
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.typesetting import (
-    count,
     length,
     lengths,
     names,
@@ -20,123 +21,181 @@ from einschalt.pipeline.assessment.facts.precision import (
     TwoStepPrecision,
 )
 from einschalt.pipeline.summary.section import NO_SECTION, Section
-from einschalt.pipeline.summary.wording import mean_of
+from einschalt.pipeline.summary.wording import flight_name, length_or_worse, mean_of
 
-TITLE = "Precision of the new points (total, RMS)"
-HEADER = ("", "propagated", "paper", "internal")
-TOTAL = (
+TITLE = mark("Precision of the new points (total, RMS)")
+COLUMNS = mark_each(
+    {"propagated": "propagated", "paper": "paper", "internal": "internal"}
+)
+TOTAL = mark(
     "All figures are total point errors, √(σ_E² + σ_N²); the error of one coordinate "
     "is total / √2."
 )
-INTERNAL = (
-    "internal: from the differences of the coverages; it sees only the uncorrelated "
-    "part of the error."
+INTERNAL = mark(
+    "internal: from the differences of the coverages; it reflects only the "
+    "uncorrelated part of the error."
 )
-HEIGHTS = "Heights are computed; no figure here judges them."
-SINGLE = "single: paper for the value of one model, internal for that of one coverage."
-CARRIED = {
-    Carried.MEASUREMENTS: (
-        "propagated: errors of control and of both flights, of the sizes given, "
-        "carried through every stage with their correlations."
-    ),
-    Carried.ORIENTATIONS: (
-        "propagated: errors of control and of both flights, of the sizes given, and of "
-        "the orientations, as sigma_0 of all models has them, carried through every "
-        "stage with their correlations."
-    ),
-    Carried.IMAGES: (
-        "propagated: errors of control and of the image points of both flights, of the "
-        "sizes given, carried through relative orientation and every stage; models "
-        "that share a photograph share the errors of its points."
-    ),
-    Carried.APPROXIMATIONS: (
-        "propagated: errors of the approximate points, with what they are said to "
-        "share, and of the low flight, carried through every stage."
-    ),
-}
-PAPER = "paper: Kovarik 1971, M² = (m_g · scale number)² + m_t²."
-TOO_SMALL = "standard_error_paper is too small: {}."
-SHARED = {
-    Shared.HIGH_FLIGHT: (
-        "the approximate coordinates share the high flight's transformation error"
-    ),
-    Shared.MODEL_CONTROL: (
-        "what a model lacks on its control points, all of its points share"
-    ),
-    Shared.NEIGHBOURS_STATED: "neighbouring approximate points share errors",
-    Shared.NEIGHBOURS_GIVEN: (
-        "neighbouring approximate points share errors, which is not known here"
-    ),
-    Shared.GROUPS_UNTOLD: (
-        "groups of given points are displaced: group_error_m is not given, and "
-        "residuals do not show it"
-    ),
-}
-BOTH_SHARE = "{} coverages share the approximate coordinates"
-BELIEVE_PROPAGATED = (
-    "Believe the propagated figure: it alone counts the errors that points and "
-    "coverages share, which the other two leave out."
+HEIGHTS = mark("Heights are computed; their precision is not assessed.")
+SINGLE = mark(
+    "single: paper for the value of one model, internal for that of one coverage."
 )
-BELIEVE_NONE = (
-    "Believe none of the three as it stands: the measurements contradict the sizes of "
-    "errors that were given, and the largest figure is a lower bound."
+CARRIED = mark_each(
+    {
+        Carried.MEASUREMENTS: (
+            "propagated: stated errors of control and of both flights, propagated "
+            "through every stage with their correlations."
+        ),
+        Carried.ORIENTATIONS: (
+            "propagated: stated errors of control and of both flights, and errors of "
+            "the orientations from sigma_0 of all models, propagated through every "
+            "stage with their correlations."
+        ),
+        Carried.IMAGES: (
+            "propagated: stated errors of control and of the image points of both "
+            "flights, propagated through relative orientation and every stage; models "
+            "that share a photograph share the errors of its points."
+        ),
+        Carried.APPROXIMATIONS: (
+            "propagated: errors of the approximate points with their stated "
+            "correlations, and of the low flight, propagated through every stage."
+        ),
+    }
 )
-BELIEVE_NEITHER = (
-    "Believe the larger figure as a lower bound: neither of them counts the errors "
-    "that points and coverages share."
+PAPER = mark("paper: Kovarik 1971, M² = (m_g · scale number)² + m_t².")
+TOO_SMALL = mark("standard_error_paper is too small: {reason}.")
+TOO_SMALL_TWICE = mark("standard_error_paper is too small: {reason}, and {other}.")
+TOO_SMALL_MORE_IF = mark(
+    "standard_error_paper is too small: {reason}; more so if {condition}."
 )
-BELIEVE_STATED = (
-    "Believe the figure of the first line: to these it adds the stated errors of the "
-    "approximate points that the residuals do not show, since models took them up."
+TOO_SMALL_IF = mark("standard_error_paper is too small if {condition}.")
+SHARED = mark_each(
+    {
+        Shared.HIGH_FLIGHT: (
+            "the approximate coordinates share the high flight's transformation error"
+        ),
+        Shared.MODEL_CONTROL: (
+            "absolute-orientation errors are common to all points of a model"
+        ),
+        Shared.NEIGHBOURS_STATED: "neighbouring approximate points share errors",
+    }
+)
+CONDITIONS = mark_each(
+    {
+        Shared.NEIGHBOURS_GIVEN: (
+            "neighbouring approximate points share errors, which is not known here"
+        ),
+        Shared.GROUPS_UNTOLD: (
+            "groups of given points are displaced, which group_error_m does not state "
+            "and residuals do not show"
+        ),
+    }
+)
+BOTH_SHARE = mark("both coverages share the approximate coordinates")
+ALL_SHARE = mark("all {number} coverages share the approximate coordinates")
+BELIEVE_PROPAGATED = mark(
+    "Use the propagated figure: it alone includes the errors that points and coverages "
+    "share."
+)
+BELIEVE_NONE = mark(
+    "None of the three can be relied on as it stands: the measurements contradict the "
+    "stated errors, and the largest figure is a lower bound."
+)
+BELIEVE_NEITHER = mark(
+    "Use the larger figure as a lower bound: neither includes the errors that points "
+    "and coverages share."
+)
+BELIEVE_STATED = mark(
+    "Use the figure of the first line: it also includes the stated errors of the "
+    "approximate points, which models have absorbed and residuals do not show."
 )
 BELIEVE = {
     Reason.PROPAGATED: BELIEVE_PROPAGATED,
     Reason.CONTRADICTED: BELIEVE_NONE,
     Reason.STATED: BELIEVE_STATED,
 }
-SIMULTANEOUS = (
-    "simultaneous: all models of all flights and the control in one adjustment; errors "
-    "of the sizes given, with their correlations{}."
+SIMULTANEOUS = mark(
+    "simultaneous: all models of all flights and the control in one adjustment; stated "
+    "errors, with their correlations."
 )
-ORIENTED = ", and of the orientations, as sigma_0 of all models has them"
-TWO_STEPS = (
-    "two steps: approximate coordinates from the high flight, the low flight onto them "
-    "(two_step_easting, two_step_northing)."
+SIMULTANEOUS_ORIENTED = mark(
+    "simultaneous: all models of all flights and the control in one adjustment; stated "
+    "errors, with their correlations, and errors of the orientations from sigma_0 of "
+    "all models."
 )
-IMPOSSIBLE = "The two-step way is not possible in this block: {}"
-UNSTATED = "No standard errors are given: {}."
-SHOWN = "(standard errors that the residuals show)"
-WAYS = 'Which way (method = "auto"; total, RMS)'
-TAKEN = {"two_step": "two steps", "simultaneous": "simultaneous adjustment"}
-WHY = {
-    ChoiceReason.SUPPORTED: "the measurements contradict the figure of the other one",
-    ChoiceReason.LEFT_OUT: "control points that were left out lie nearer to it",
-    ChoiceReason.SMALLER: "its figure is the smaller one",
-    ChoiceReason.MORE_MODELS: "the figures are alike, and it determines more models",
-    ChoiceReason.CONTRADICTED: "measurements contradict both figures",
-    ChoiceReason.ONLY_FIGURE: "the size of an error of the other one is not known",
-    ChoiceReason.NO_FIGURE: "sizes of errors are not known in either way",
-}
-UNTRIED = (
-    "One adjustment of all models may be more precise where nothing contradicts the "
-    "sizes of errors: --method auto computes both ways, and keeps the better one."
+TWO_STEPS = mark(
+    "two steps: approximate coordinates from the high flight, the low flight "
+    "transformed onto them (two_step_easting, two_step_northing)."
 )
-BLIND = "It does not see errors that all models share: look at the model deformation"
+APART = mark(
+    "The two methods differ by {rms} (total, RMS), most at {worst}: {largest}."
+)
+IMPOSSIBLE = mark("The two steps are not possible in this block: {reason}")
+UNSTATED = mark("No standard errors are given: {reason}.")
+ESTIMATED = mark(
+    "Errors of one coordinate (standard errors estimated from the residuals): {sizes}."
+)
+HEIGHT_PRECISION = mark("Heights of the new points: {length} (propagated, RMS).")
+HEIGHT_PRECISION_OF_MODELS = mark(
+    "Heights of the new points: {length} (propagated, RMS; errors of measured heights "
+    "from the differences of the models)."
+)
+MEASURED_HEIGHTS = mark(
+    "Measured heights (standard errors estimated from the residuals): {sizes}."
+)
+CENTRES = mark(
+    "The projection centres of {n:photograph|photographs} also tie the models, with "
+    "errors estimated from the residuals."
+)
+S_0 = mark(
+    "s_0 = {s_0} (redundancy {redundancy}); 1 if the errors are as large as stated. It "
+    "does not reflect errors common to all models: see the deformation of models."
+)
+NO_REDUNDANCY = mark("No redundancy: nothing checks the adjustment.")
+WAYS = mark('Choice of method (method = "auto"; total, RMS)')
+TAKEN = mark_each({"two_step": "two steps", "simultaneous": "simultaneous adjustment"})
+WHY = mark_each(
+    {
+        ChoiceReason.SUPPORTED: (
+            "Chosen: {way}; the measurements contradict the figure of the other method."
+        ),
+        ChoiceReason.LEFT_OUT: (
+            "Chosen: {way}; control points that were left out agree better with it."
+        ),
+        ChoiceReason.SMALLER: "Chosen: {way}; its figure is the smaller one.",
+        ChoiceReason.MORE_MODELS: (
+            "Chosen: {way}; the figures are alike, and it determines more models."
+        ),
+        ChoiceReason.CONTRADICTED: (
+            "Chosen: {way}; the measurements contradict both figures."
+        ),
+        ChoiceReason.ONLY_FIGURE: (
+            "Chosen: {way}; the size of an error in the other method is not known."
+        ),
+        ChoiceReason.NO_FIGURE: (
+            "Chosen: {way}; sizes of errors are not known in either method."
+        ),
+    }
+)
+ONLY_WAY = mark("Only one method is possible, {way}: {obstacle}.")
+UNTRIED = mark(
+    "One adjustment of all models may be more precise if nothing contradicts the "
+    "stated errors: --method auto computes both methods, and keeps the better one."
+)
 
 
 def section(facts, credible, *, is_untried=False) -> Section:
     """Set the figures of the new points."""
     header, rows = table(facts)
-    said = (*_belief(facts, credible), caution(facts), *remarks(facts))
-    said += (UNTRIED,) if is_untried else ()
-    return Section(TITLE, header, rows if facts.n_new else (), said)
+    told = (*_belief(facts, credible), caution(facts), *remarks(facts))
+    told += (translated(UNTRIED),) if is_untried else ()
+    return Section(translated(TITLE), header, rows if facts.n_new else (), told)
 
 
 def all_remarks(facts, credible, *, is_untried=False) -> tuple[str, ...]:
     """Say which figure to believe, and what each means, the kind of error included."""
-    said = (*_belief(facts, credible), TOTAL, *remarks(facts))
-    said += (UNTRIED,) if is_untried else ()
-    return tuple(dict.fromkeys(said))
+    told = (*_belief(facts, credible), translated(TOTAL), *remarks(facts))
+    told += (translated(UNTRIED),) if is_untried else ()
+    return tuple(dict.fromkeys(told))
 
 
 def _belief(facts, credible):
@@ -148,18 +207,17 @@ def _belief(facts, credible):
 
 def what_to_believe(credible) -> str:
     """Say in one sentence which of the figures to believe, and why they differ."""
-    return BELIEVE.get(credible.reason, BELIEVE_NEITHER)
+    return translated(BELIEVE.get(credible.reason, BELIEVE_NEITHER))
 
 
 @singledispatch
 def table(facts: TwoStepPrecision):
     """Header and rows of the figures."""
-    named = (("single", facts.single), (mean_of(facts.n_coverages), facts.mean))
+    mean = mean_of(facts.n_coverages)
+    named = ((translated("single"), facts.single), (mean, facts.mean))
     columns = {
-        name: lengths([getattr(f, attribute) for _, f in named])
-        for name, attribute in zip(
-            HEADER[1:], ("total", "paper", "internal"), strict=True
-        )
+        translated(COLUMNS[name]): lengths([getattr(f, attribute) for _, f in named])
+        for name, attribute in zip(COLUMNS, ("total", "paper", "internal"), strict=True)
         if name != "propagated" or math.isfinite(facts.mean.total)
     }
     rows = zip((title for title, _ in named), *columns.values(), strict=True)
@@ -169,113 +227,122 @@ def table(facts: TwoStepPrecision):
 @singledispatch
 def caution(facts: TwoStepPrecision) -> str:
     """Say what the figures cannot see."""
-    n_coverages, shared = facts.n_coverages, SHARED[facts.shared]
-    word = "both" if n_coverages == 2 else f"all {number_word(n_coverages)}"
-    both = [BOTH_SHARE.format(word)] if n_coverages > 1 else []
-    if facts.shared not in (Shared.NEIGHBOURS_GIVEN, Shared.GROUPS_UNTOLD):
-        return TOO_SMALL.format(", and ".join([shared, *both]))
+    both = _coverages_share(facts.n_coverages)
+    if facts.shared in SHARED:
+        reason = translated(SHARED[facts.shared])
+        if not both:
+            return translated(TOO_SMALL, reason=reason)
+        return translated(TOO_SMALL_TWICE, reason=reason, other=both)
+    condition = translated(CONDITIONS[facts.shared])
     if both:
-        return TOO_SMALL.format(f"{both[0]}; more so where {shared}")
-    return f"standard_error_paper is too small where {shared}."
+        return translated(TOO_SMALL_MORE_IF, reason=both, condition=condition)
+    return translated(TOO_SMALL_IF, condition=condition)
+
+
+def _coverages_share(n_coverages):
+    if n_coverages < 2:
+        return ""
+    if n_coverages == 2:
+        return translated(BOTH_SHARE)
+    return translated(ALL_SHARE, number=number_word(n_coverages))
 
 
 @singledispatch
 def remarks(facts: TwoStepPrecision) -> tuple[str, ...]:
     """Say what the figures mean."""
-    said = [TOTAL, PAPER]
+    messages = [TOTAL, PAPER]
     if facts.carried is not None:
-        said.insert(1, CARRIED[facts.carried])
+        messages.insert(1, CARRIED[facts.carried])
     if facts.n_coverages > 1:
-        said.append(INTERNAL)
+        messages.append(INTERNAL)
         if facts.coverage_mean == "all":
-            said.append(SINGLE)
-    if facts.heights is not None:
-        said.append(_heights(facts.heights))
-    return tuple(said)
+            messages.append(SINGLE)
+    heights = () if facts.heights is None else (_heights(facts.heights),)
+    return (*map(translated, messages), *heights)
 
 
 def _heights(facts):
     """Say how good heights are, where that is known."""
     if math.isnan(facts.total):
-        return HEIGHTS
-    said = f"Heights of the new points: {length(facts.total)} (propagated, RMS"
-    if facts.is_from_images:
-        return f"{said})."
-    return f"{said}; measured heights as the differences of the models show them)."
+        return translated(HEIGHTS)
+    is_from_images = facts.is_from_images
+    message = HEIGHT_PRECISION if is_from_images else HEIGHT_PRECISION_OF_MODELS
+    return translated(message, length=length(facts.total))
 
 
 @table.register
 def _(facts: SimultaneousPrecision):
     unknown = math.nan
-    rows = [("simultaneous adjustment", facts.total, unknown, unknown)]
+    rows = [(translated(TAKEN["simultaneous"]), facts.total, unknown, unknown)]
     if (other := facts.two_steps) is not None:
-        rows.append(("two steps", other.total, other.paper, other.internal))
+        title = translated(TAKEN["two_step"])
+        rows.append((title, other.total, other.paper, other.internal))
     titles, *columns = zip(*rows, strict=True)
     texts = zip(titles, *(lengths(column) for column in columns), strict=True)
-    return HEADER, tuple(texts)
+    return ("", *map(translated, COLUMNS.values())), tuple(texts)
 
 
 @caution.register
 def _(facts: SimultaneousPrecision):
     """Say what s_0 is, and what it cannot see."""
     if facts.redundancy <= 0:
-        return "No redundancy: nothing checks the adjustment."
-    return (
-        f"s_0 = {number(facts.s_0)} (redundancy {facts.redundancy}); 1 where the "
-        f"errors are as large as given. {BLIND}."
-    )
+        return translated(NO_REDUNDANCY)
+    return translated(S_0, s_0=number(facts.s_0), redundancy=facts.redundancy)
 
 
 @remarks.register
 def _(facts: SimultaneousPrecision):
     """Say what the figures mean, and how far apart the two ways are."""
-    said = [
-        SIMULTANEOUS.format(ORIENTED if facts.is_oriented else ""),
+    told = [
+        translated(SIMULTANEOUS_ORIENTED if facts.is_oriented else SIMULTANEOUS),
         *_estimated(facts),
         *_adjusted_heights(facts),
         *_two_ways(facts),
     ]
     if facts.unstated:
-        said.append(UNSTATED.format(facts.unstated))
-    return tuple(said)
+        told.append(translated(UNSTATED, reason=retold(str(facts.unstated))))
+    return tuple(told)
 
 
 def _estimated(facts):
     """Sizes of errors with which the block was adjusted, where they were estimated."""
     if facts.estimated is None:
         return ()
-    sizes = [f"{name.replace('_', ' ')} {length(s)}" for name, s in facts.estimated]
-    return (f"Errors of one coordinate {SHOWN}: {', '.join(sizes) or 'none'}.",)
+    sizes = [f"{_group(name)} {length(size)}" for name, size in facts.estimated]
+    return (translated(ESTIMATED, sizes=", ".join(sizes) or translated("none")),)
+
+
+def _group(name):
+    """A flight, or what else the sizes of errors were estimated of."""
+    flight, comma, rest = name.partition(", ")
+    return f"{flight_name(flight)}{comma}{retold(rest)}"
 
 
 def _adjusted_heights(facts):
     """How good the heights of spatial models are, and from where that is known."""
     if facts.heights is None:
         return ()
-    said = []
+    told = []
     if not math.isnan(facts.heights.total):
-        size = length(facts.heights.total)
-        said.append(f"Heights of the new points: {size} (propagated, RMS).")
-    flights = [f"{n.replace('_', ' ')} {length(s)}" for n, s in facts.height_errors]
-    said.append(f"Measured heights: {', '.join(flights)} {SHOWN}.")
+        told.append(translated(HEIGHT_PRECISION, length=length(facts.heights.total)))
+    sizes = [
+        f"{flight_name(name)} {length(size)}" for name, size in facts.height_errors
+    ]
+    told.append(translated(MEASURED_HEIGHTS, sizes=", ".join(sizes)))
     if facts.n_centres:
-        said.append(
-            f"Projection centres of {count(facts.n_centres, 'photograph')} tie the "
-            "models as well, with errors that the residuals show."
-        )
-    return tuple(said)
+        told.append(translated(CENTRES, n=facts.n_centres))
+    return tuple(told)
 
 
 def _two_ways(facts):
     if facts.two_steps is None:
-        return (IMPOSSIBLE.format(" ".join(facts.impossible.split())),)
+        reason = retold(" ".join(facts.impossible.split()))
+        return (translated(IMPOSSIBLE, reason=reason),)
     if (apart := facts.comparison) is None:
-        return (TWO_STEPS,)
-    differ = (
-        f"The two ways differ by {length(apart.rms)} (total, RMS), "
-        f"most at {names([apart.worst])}: {length(apart.largest)}."
-    )
-    return TWO_STEPS, differ
+        return (translated(TWO_STEPS),)
+    sizes = {"rms": length(apart.rms), "largest": length(apart.largest)}
+    differ = translated(APART, worst=names([apart.worst]), **sizes)
+    return translated(TWO_STEPS), differ
 
 
 def ways(choice) -> Section:
@@ -284,22 +351,27 @@ def ways(choice) -> Section:
         return NO_SECTION
     figures = (("two_step", choice.two_step), ("simultaneous", choice.simultaneous))
     rows = tuple(
-        (TAKEN[method], _believed(figure), "taken" if method == choice.method else "")
-        for method, figure in figures
+        (
+            translated(TAKEN[method]),
+            _believed(credible),
+            translated("chosen") if method == choice.method else "",
+        )
+        for method, credible in figures
     )
-    return Section(WAYS, ("", "figure to believe", ""), rows, (_why(choice),))
+    header = ("", translated("credible figure"), "")
+    return Section(translated(WAYS), header, rows, (_why(choice),))
 
 
-def _believed(figure):
-    if figure is None:
-        return "not possible"
-    if math.isnan(figure.value):
-        return "not known"
-    return f"{length(figure.value)}{' or worse' if figure.is_lower_bound else ''}"
+def _believed(credible):
+    if credible is None:
+        return translated("not possible")
+    if math.isnan(credible.value):
+        return translated("not known")
+    return length_or_worse(credible)
 
 
 def _why(choice):
-    way = TAKEN[choice.method]
+    way = translated(TAKEN[choice.method])
     if choice.reason is ChoiceReason.ONLY_WAY:
-        return f"Only one way is possible, the {way}: {choice.obstacle}."
-    return f"Taken: the {way}; {WHY[choice.reason]}."
+        return translated(ONLY_WAY, way=way, obstacle=retold(choice.obstacle))
+    return translated(WHY[choice.reason], way=way)

@@ -1,13 +1,16 @@
 """Which points keep the tolerance, and by which figure."""
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, factor, length, lengths, names
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.typesetting import factor, length, lengths, names
 from einschalt.pipeline.assessment.credibility import Reason
 from einschalt.pipeline.summary.section import NO_SECTION, Section
+from einschalt.pipeline.summary.sections.moves import POINTS_OF_ROLE
 
-PROPAGATED = "the propagated one (standard_error_total)"
-ADJUSTED = "that of the simultaneous adjustment (standard_error_total)"
-BUDGET = (
+PROPAGATED = mark("the propagated one (standard_error_total)")
+ADJUSTED = mark("that of the simultaneous adjustment (standard_error_total)")
+BUDGET = mark(
     "Kovarik's budget (standard_error_paper), a lower bound: nothing larger is known"
 )
 TITLES = {"standard_error_total": PROPAGATED, "standard_error_paper": BUDGET}
@@ -17,11 +20,21 @@ ADJUSTMENTS = (
     Reason.ADJUSTED_ENLARGED,
     Reason.ADJUSTED_CONTRADICTED,
 )
-UNKNOWN = "No figure is known for these points, so that none passes."
-FALLEN = (
-    "None passes, since the claimed figure does not stand: the true error is larger"
+UNKNOWN = mark("No figure is known for these points, so none passes.")
+FALLEN = mark(
+    "None passes, since the stated precision is not supported: the true error is "
+    "larger."
 )
-UNTESTED = "Nothing in the measurements could contradict the figure: it is not tested."
+FALLEN_STILL = mark(
+    "None passes, since even so the stated precision is not supported: the true error "
+    "is larger."
+)
+UNTESTED = mark("The figure is not tested: no measurement could contradict it.")
+SUSPECTS = mark("{n:suspect does|suspects do} not pass: {names}.")
+MISSED = mark(
+    "At {n} of {n_all:control point|control points} the difference exceeds the "
+    "{allowed} that are allowed there."
+)
 
 
 def section(facts, credible) -> Section:
@@ -30,13 +43,22 @@ def section(facts, credible) -> Section:
         return NO_SECTION
     largest = lengths([outcome.largest for outcome in facts.roles])
     rows = tuple(
-        (f"{role.role} points", f"{role.n_pass:d}", f"{role.n_fail:d}", worst)
+        (
+            translated(POINTS_OF_ROLE[role.role]),
+            figure(role.n_pass, "d"),
+            figure(role.n_fail, "d"),
+            worst,
+        )
         for role, worst in zip(facts.roles, largest, strict=True)
     )
-    tolerance = facts.tolerance
+    titles = translated("within"), translated("beyond"), translated("largest figure")
     return Section(
-        f"Tolerance {length(tolerance.point)} (total; {printable(tolerance.title)})",
-        ("", "pass", "fail", "largest figure"),
+        translated(
+            "Tolerance {length} (total; {title})",
+            length=length(facts.tolerance.point),
+            title=retold(printable(facts.tolerance.title)),
+        ),
+        ("", *titles),
         rows,
         (*_figure(facts.figure, credible), *_suspects(facts), *_control(facts)),
     )
@@ -45,23 +67,25 @@ def section(facts, credible) -> Section:
 def _figure(used, credible):
     """Which figure decided, and whether it stands."""
     if not used.column:
-        return (UNKNOWN,)
+        return (translated(UNKNOWN),)
     is_adjusted = credible.reason in ADJUSTMENTS
-    title = ADJUSTED if is_adjusted else TITLES[used.column]
-    times = f", taken {factor(used.factor)}" if used.factor > 1.0 else ""
-    said = [f"Figure used: {title}{times}."]
+    title = translated(ADJUSTED if is_adjusted else TITLES[used.column])
+    if is_enlarged := used.factor > 1.0:
+        by = {"title": title, "factor": factor(used.factor)}
+        remarks = [translated("Figure used: {title}, taken {factor}.", **by)]
+    else:
+        remarks = [translated("Figure used: {title}.", title=title)]
     if not used.is_supported:
-        said.append(f"{FALLEN}{' still' * bool(times)}.")
-    return said if used.is_tested else [*said, UNTESTED]
+        remarks.append(translated(FALLEN_STILL if is_enlarged else FALLEN))
+    return remarks if used.is_tested else [*remarks, translated(UNTESTED)]
 
 
 def _suspects(facts):
     """Suspects do not pass, however good their figure is."""
     if not facts.n_suspects:
         return ()
-    verb = "does" if facts.n_suspects == 1 else "do"
     shown = names(facts.suspects, n_all=facts.n_suspects)
-    return (f"{count(facts.n_suspects, 'suspect')} {verb} not pass: {shown}.",)
+    return (translated(SUSPECTS, n=facts.n_suspects, names=shown),)
 
 
 def _control(facts):
@@ -69,7 +93,5 @@ def _control(facts):
     if facts.n_control_beyond is None:
         return ()
     allowed = length(facts.tolerance.control)
-    missed = (
-        f"{facts.n_control_beyond} of {count(facts.n_control, 'control point')} missed"
-    )
-    return (f"{missed} by more than the {allowed} that are allowed there.",)
+    numbers = {"n": facts.n_control_beyond, "n_all": facts.n_control}
+    return (translated(MISSED, **numbers, allowed=allowed),)

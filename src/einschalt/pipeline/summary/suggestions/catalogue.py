@@ -1,5 +1,6 @@
 """The words for every finding."""
 
+from einschalt.foundations.language import translated
 from einschalt.pipeline.summary.suggestion import Suggestion, filled
 from einschalt.pipeline.summary.suggestions import (
     causes,
@@ -41,7 +42,8 @@ def suggestion_of(finding) -> Suggestion:
     said = filled(words, finding) if isinstance(words, str) else words(finding)
     if isinstance(said, Suggestion):  # with details, or a remedy of its own
         return said
-    return Suggestion(said, REMEDIES[finding.remedy])
+    remedy = REMEDIES[finding.remedy]
+    return Suggestion(said, translated(remedy) if remedy else "")
 
 
 def suggestions_of(findings) -> tuple[Suggestion, ...]:

@@ -1,12 +1,22 @@
 """The words for causes: what explains other findings."""
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.typesetting import count, length
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.typesetting import length
+from einschalt.pipeline.summary.finding_titles import title_of
 from einschalt.pipeline.summary.suggestion import Suggestion
 from einschalt.pipeline.summary.wording import flight_name
 
 MOST_SHOWN = 4
-REMEDIES = {"put_the_names_right": "Put the names right and compute again"}
+REMEDIES = mark_each({"put_the_names_right": "Correct the names and compute again"})
+EXCHANGE = mark(
+    "{one} and {other} in {flight} model {model}, coverage {coverage}: with the names "
+    "corrected its m_0 is {m_0_exchanged} instead of {m_0}"
+)
+EXPLAINED = mark(
+    "{n:further finding|further findings} may follow from it: {findings}. Other faults "
+    "may hide behind it until it is corrected."
+)
 
 
 def exchanged_names(finding):
@@ -15,21 +25,25 @@ def exchanged_names(finding):
     shown = [_exchange(exchange) for exchange in exchanges[:MOST_SHOWN]]
     n_more = finding.facts["n_exchanges"] - len(shown)
     if n_more > 0:
-        shown.append(f"and {count(n_more, 'further pair')}")
+        shown.append(translated("and {n:further pair|further pairs}", n=n_more))
     return Suggestion(
-        f"Exchanged names: {'; '.join(shown)}",
-        REMEDIES[finding.remedy],
+        translated("Exchanged names: {pairs}", pairs="; ".join(shown)),
+        translated(REMEDIES[finding.remedy]),
         details=_explained(finding.facts["explains"]),
     )
 
 
 def _exchange(facts):
     one, other = (shortened(point) for point in facts["points"])
-    return (
-        f"{one} and {other} in {flight_name(facts['flight'])} model "
-        f"{shortened(facts['model_id'])}, coverage {facts['coverage']}: with the names "
-        f"put right its m_0 is {length(facts['m_0_exchanged'])} instead of "
-        f"{length(facts['m_0'])}"
+    return translated(
+        EXCHANGE,
+        one=one,
+        other=other,
+        flight=flight_name(facts["flight"]),
+        model=shortened(facts["model_id"]),
+        coverage=facts["coverage"],
+        m_0_exchanged=length(facts["m_0_exchanged"]),
+        m_0=length(facts["m_0"]),
     )
 
 
@@ -37,13 +51,8 @@ def _explained(codes):
     """What follows from the cause, by name: more words would repeat it."""
     if not codes:
         return ()
-    said = "; ".join(_title(code) for code in dict.fromkeys(codes))
-    consequences = f"{count(len(codes), 'further finding')} may follow from it: {said}"
-    return (f"{consequences}. Other faults may hide behind it until it is mended.",)
-
-
-def _title(code):
-    return code.replace("_", " ").replace("m 0", "m_0")
+    titles = "; ".join(title_of(code) for code in dict.fromkeys(codes))
+    return (translated(EXPLAINED, n=len(codes), findings=titles),)
 
 
 WORDS = {"exchanged_names": exchanged_names}

@@ -1,93 +1,105 @@
 """What to say of gross errors and of wrong sizes of errors."""
 
+from einschalt.foundations.language import mark, mark_each
 from einschalt.pipeline.summary.suggestion import filled
 from einschalt.pipeline.summary.wording import two_figures
 
-REMEDIES = {
-    "measure_again": "Measure them again",
-    "measure_again_or_snoop": 'Measure them again, or set outliers = "snoop"',
-    "measure_rejected_again": (
-        "Measure them again; all stand in gross_measurements.csv"
-    ),
-    "measure_again_see_coverages": (
-        "Measure them again; the values of their coverages stand in coverages.csv"
-    ),
-    "look_for_gross_errors_and_exchanged_names": (
-        "Look for gross errors and for exchanged names"
-    ),
-    "check_worst_control": (
-        "Check the first one and its measurements: a wrong one spoils the others"
-    ),
-    "check_control": "Check their coordinates and names",
-    "check_control_or_snoop": (
-        'Check their coordinates and names, or set outliers = "snoop"'
-    ),
-    "look_for_gross_errors": "Look for gross errors",
-    "give_that_m_g": "Give that figure, if no gross error made it",
-    "give_at_least_that_m_g": "Give at least that figure, if no gross error made it",
-    "set_again": "Set them again: their mean is wrong",
-}
-KEY = "(flight, coverage, model, point)"
-CONTRADICTS = (
-    "{{n_points:count control point}} that {} the block, by up to {{largest:length}}: "
-    "{{names:names of n_points}}. Kept, they make the new points near them worse than "
-    "claimed"
+REMEDIES = mark_each(
+    {
+        "measure_again": "Measure them again",
+        "measure_again_or_snoop": 'Measure them again, or set outliers = "snoop"',
+        "measure_rejected_again": (
+            "Measure them again; gross_measurements.csv lists all of them"
+        ),
+        "measure_again_see_coverages": (
+            "Measure them again; coverages.csv has the values of their coverages"
+        ),
+        "look_for_gross_errors_and_exchanged_names": (
+            "Look for gross errors and for exchanged names"
+        ),
+        "check_worst_control": (
+            "Check the first one and its measurements: a wrong one spoils the others"
+        ),
+        "check_control": "Check their coordinates and names",
+        "check_control_or_snoop": (
+            'Check their coordinates and names, or set outliers = "snoop"'
+        ),
+        "look_for_gross_errors": "Look for gross errors",
+        "give_that_m_g": "Give that figure, if no gross error made it",
+        "give_at_least_that_m_g": (
+            "Give at least that figure, if no gross error made it"
+        ),
+        "set_again": "Set them again: their mean is wrong",
+    }
+)
+AGAINST = mark(
+    "{n_points:count control point contradicts|control points contradict} the block, "
+    "by up to {largest:length}: {names:names of n_points}. If kept, they make the new "
+    "points near them worse than stated"
+)
+MEASURED = mark(
+    "m_g_um of the {flight} is given as {given}, but the measurements show {shown}"
+)
+SET = mark(
+    "m_g_um of the {flight} is given as {given}, but repeated settings scatter by "
+    "{shown}"
 )
 
 
 def control_against_block(finding):
     """Which control points, and what they do to the points near them."""
-    is_one = finding.facts["n_points"] == 1
-    return filled(
-        CONTRADICTS.format("contradicts" if is_one else "contradict"), finding
-    )
+    return filled(AGAINST, finding)
 
 
 def wrong_measuring_errors(finding):
     """Both figures of each flight."""
-    return two_figures(finding.facts["flights"], "the measurements show")
+    return two_figures(finding.facts["flights"], MEASURED)
 
 
 def settings_that_scatter(finding):
     """Both figures of each flight."""
-    return two_figures(finding.facts["flights"], "repeated settings scatter by")
+    return two_figures(finding.facts["flights"], SET)
 
 
-WORDS = {
-    "suspect_observations": (
-        "{n_observations:count residual} of up to {largest:length} that chance does "
-        f"not explain, worst first {KEY}: "
-        "{observations:observations of n_observations}"
-    ),
-    "gross_measurements": (
-        "{n_observations:count measurement}, off by up to {largest:length} from what "
-        f"the other models of the flight say, took no part, worst first {KEY}: "
-        "{observations:observations of n_observations}"
-    ),
-    "coverages_that_differ": (
-        "{n_points:count point} with coverages that differ by up to "
-        "{largest:length}, more than they may: {names:names of n_points}"
-    ),
-    "points_that_differ": (
-        "{n_points:count point} with values more than {times_usual:.0f} times as "
-        "widely scattered as the median of {median:length} (spread_total): "
-        "{names:names of n_points}; up to {largest:length}"
-    ),
-    "control_that_contradicts": (
-        "{n_points:count control point} missed by up to {largest:length} where "
-        "predicted without themselves, more than chance explains, worst first: "
-        "{names:names of n_points}"
-    ),
-    "control_set_aside": (
-        "{n_points:count control point} set aside, for contradicting the block, by up "
-        "to {largest:length}: {names:names of n_points}"
-    ),
-    "control_against_block": control_against_block,
-    "wrong_measuring_errors": wrong_measuring_errors,
-    "settings_that_scatter": settings_that_scatter,
-    "scattered_points": (
-        "{n_points:count point} with settings up to {widest_um:number} µm apart in the "
-        "image (total, one setting), which chance does not explain, worst first "
-        f"{KEY}: {{observations:observations of n_points}}"
-    ),
-}
+WORDS = mark_each(
+    {
+        "suspect_observations": (
+            "{n_observations:count residual} of up to {largest:length} that chance "
+            "does not explain, worst first (flight, coverage, model, point): "
+            "{observations:observations of n_observations}"
+        ),
+        "gross_measurements": (
+            "{n_observations:count measurement}, off by up to {largest:length} "
+            "compared with the other models of the flight, excluded, worst first "
+            "(flight, coverage, model, point): "
+            "{observations:observations of n_observations}"
+        ),
+        "coverages_that_differ": (
+            "{n_points:count point} with coverages that differ significantly, by up to "
+            "{largest:length}: {names:names of n_points}"
+        ),
+        "points_that_differ": (
+            "{n_points:count point} with values more than {times_usual:.0f} times as "
+            "widely scattered as the median of {median:length} (spread_total): "
+            "{names:names of n_points}; up to {largest:length}"
+        ),
+        "control_that_contradicts": (
+            "{n_points:count control point}, each predicted without itself, off by up "
+            "to {largest:length}, more than chance explains, worst first: "
+            "{names:names of n_points}"
+        ),
+        "control_set_aside": (
+            "{n_points:count control point} set aside for contradicting the block, by "
+            "up to {largest:length}: {names:names of n_points}"
+        ),
+        "control_against_block": control_against_block,
+        "wrong_measuring_errors": wrong_measuring_errors,
+        "settings_that_scatter": settings_that_scatter,
+        "scattered_points": (
+            "{n_points:count point} with settings up to {widest_um:number} µm apart in "
+            "the image (total, one setting), which chance does not explain, worst "
+            "first (flight, coverage, model, point): "
+            "{observations:observations of n_points}"
+        ),
+    }
+)

@@ -125,7 +125,9 @@ def test_the_principal_distance_of_another_camera(image_block, method):
     true_scale = -3.0 / image_block.low_flight.principal_distance_mm
     assert found.amplitude[0] == pytest.approx(true_scale, rel=0.2)
     assert "heights_out_of_scale" in codes(result)
-    assert "% out of scale against" in " ".join(result.summary().split())
+    assert "the scale of model heights differs from" in " ".join(
+        result.summary().split()
+    )
     true = true_height_error(result)
     assert true > 0.2
     assert result.assessment.credible_heights.value > 0.5 * true
@@ -143,13 +145,13 @@ def test_clean_heights_keep_their_claim(spatial_block, image_block, method):
 def test_a_block_in_plan_has_no_figure_of_heights(good_result):
     assert good_result.assessment.credible_heights is None
     assert good_result.examination.height_claim.tests == ()
-    assert "Do the heights stand?" not in good_result.summary()
+    assert "of the heights supported?" not in good_result.summary()
 
 
 def test_the_summary_sets_both_comparisons(spatial_result):
     said = spatial_result.summary()
-    assert "Do the heights stand? (RMS)" in said
-    section = said.partition("Do the heights stand?")[2]
+    assert "Is the stated precision of the heights supported? (RMS)" in said
+    section = said.partition("of the heights supported?")[2]
     assert "control points, each left out" in section
     assert "check points" in section
 

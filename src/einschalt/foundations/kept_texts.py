@@ -1,0 +1,139 @@
+"""English texts that results and errors keep, in the language of who reads them.
+
+Why a model failed, what was noted while a file was read, what an error says: such a
+text is English wherever it is kept, so that results are the same in every language. It
+is recognised where it is read, by the sentence of the source that it fills: as it
+stands there, or with ``{0}``, ``{1}`` … for the places of an f-string.
+"""
+
+import re
+import string
+from functools import cache
+
+from einschalt.foundations.language import (
+    ENGLISH,
+    Amount,
+    catalogue,
+    language,
+    mark,
+    numbers_set,
+    translated,
+    written_in,
+)
+
+# where a fault lies
+WHERE = {
+    "row": mark("row {name}"),
+    "point": mark("point {name}"),
+    "model": mark("model {name}"),
+}
+PLACE = re.compile(rf"({'|'.join(WHERE)}) (\S+)")
+# where a text was put together of messages; it is told itself
+EXPECTED = mark("; expected ")
+JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
+# by which a message is recognised: in one whose places have numbers alone, and others
+LETTERS = {True: 4, False: 12}
+QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
+
+
+def kept(message: str, **values) -> str:
+    """Write a message in English, whatever the language.
+
+    >>> kept("{n:common point|common points}, but {kind} needs 3", n=1, kind="affine")
+    '1 common point, but affine needs 3'
+    """
+    with written_in(ENGLISH):
+        return translated(message, **values)
+
+
+def retold(text: str) -> str:
+    """Write a kept English text in the active language, as far as it is known there.
+
+    The text is that of a message, filled; or put together of such.
+    """
+    name = language()
+    if name == ENGLISH or not text:
+        return text
+    return _recognised(name, text) or "".join(
+        _recognised(name, part) or part for part in JOINTS.split(text) if part
+    )
+
+
+def place_text(kind: str, name: object) -> str:
+    """Write in which row, at which point or in which model something is."""
+    return translated(WHERE[kind], name=str(name))
+
+
+def _recognised(name, text):
+    """The text in a language, or None where it fills no message."""
+    told = catalogue(name).gettext(text)
+    if told != text:
+        return told
+    if place := PLACE.fullmatch(text):
+        return place_text(*place.groups())
+    for pattern, message in _patterns(name):
+        if found := pattern.fullmatch(text):
+            parts = {place: _again(part) for place, part in found.groupdict().items()}
+            numbered = sorted(place for place in parts if place.startswith("_"))
+            return message.format(*map(parts.get, numbered), **parts)
+    return None
+
+
+def _again(part):
+    """What fills a place: a number, a quantity, or words that are messages too."""
+    if part.isdecimal():
+        return Amount(part)
+    if QUANTITY.fullmatch(part):
+        return numbers_set(part)
+    return retold(part) if " " in part else part  # a word alone is a name
+
+
+@cache
+def _patterns(name):
+    """Messages with places as patterns of their English text, the longest first."""
+    known = [
+        (_pattern(english), german, len(re.sub(r"\{.*?\}", "", english)))
+        for english, german in catalogue(name)._catalog.items()
+        if isinstance(english, str) and "{" in english and _is_told_by_text(english)
+    ]
+    known.sort(key=lambda entry: -entry[2])
+    return [(pattern, message) for pattern, message, _ in known]
+
+
+def _places(message):
+    return [part for part in string.Formatter().parse(message) if part[1] is not None]
+
+
+def _is_told_by_text(message):
+    """Whether a text tells that it fills this message.
+
+    Its places are texts and numbers, which the facts of findings are not, and it has
+    some words of its own.
+    """
+    places = _places(message)
+    if not all(place.isidentifier() or place.isdecimal() for _, place, _, _ in places):
+        return False  # braces of another language, such as TOML
+    is_kept = all(place.isdecimal() or "|" in spec for _, place, spec, _ in places)
+    letters = len(re.sub(r"\{\w*\}|[^a-z]", "", message))
+    return letters >= LETTERS[is_kept] and all(
+        "|" in spec or not spec for _, _, spec, _ in places
+    )
+
+
+def _pattern(message):
+    """A pattern whose groups are the places; that of a number is named ``_0``."""
+    parts, seen = [], set()
+    for literal, place, spec, _ in string.Formatter().parse(message):
+        parts.append(re.escape(literal))
+        if place is None:
+            continue
+        group = f"_{place}" if place.isdecimal() else place
+        if group in seen:
+            parts.append(f"(?P={group})")
+        elif spec:
+            one, _, many = map(re.escape, spec.partition("|"))
+            parts.append(rf"(?P<{group}>\d+) (?:{one}|{many})")
+        else:
+            parts.append(f"(?P<{group}>.+?)")
+        seen.add(group)
+    return re.compile("".join(parts), re.DOTALL)

@@ -1,0 +1,73 @@
+"""What each finding is called in a list of findings."""
+
+from einschalt.foundations.language import mark_each, translated
+
+TITLES = mark_each(
+    {
+        "exchanged_names": "exchanged names",
+        "measurements_given_twice": "measurements given twice",
+        "failed_models": "failed models",
+        "points_without_coordinates": "points without coordinates",
+        "stretched_models": "stretched models",
+        "scale_numbers_contradicted": "contradicted scale numbers",
+        "models_larger_than_film": "models larger than film",
+        "orientations_without_convergence": "orientations without convergence",
+        "models_near_a_dangerous_surface": "models near a dangerous surface",
+        "ambiguous_orientations": "ambiguous orientations",
+        "image_points_that_contradict": "contradicting image points",
+        "orientations_with_large_sigma_0": "orientations with large sigma_0",
+        "corrections_that_spoil": "harmful corrections by y-parallaxes",
+        "models_upside_down": "models upside down",
+        "claim_that_does_not_stand": "stated precision not supported",
+        "adjustment_that_misfits": "residuals larger than explained",
+        "deformed_models": "deformed models",
+        "block_that_shrinks": "block that shrinks",
+        "drift_without_control": "drift without control",
+        "iterations_that_spoil": "harmful iterations",
+        "drift_that_nothing_tells": "undetectable drift",
+        "check_points_beyond_claim": "check points worse than stated",
+        "check_points_better_than_claim": "check points better than stated",
+        "control_against_block": "control points against the block",
+        "control_set_aside": "control points set aside",
+        "control_points_beyond_claim": "control points worse than stated",
+        "control_that_contradicts": "inconsistent control points",
+        "shifted_block": "shifted block",
+        "heights_out_of_scale": "heights out of scale",
+        "curvature_untold": "curvature of the Earth untold",
+        "broken_heights": "broken heights of control",
+        "wrong_control_height": "wrong control height",
+        "heights_beyond_claim": "stated precision of heights not supported",
+        "high_flight_that_misfits": "high flight that misfits",
+        "contradicted_propagation": "contradicted propagated figure",
+        "contradicted_budget": "contradicted budget",
+        "coverages_that_agree_too_well": "coverages that agree too well",
+        "wrong_measuring_errors": "wrong m_g",
+        "image_points_worse_than_given": "image points worse than stated",
+        "heavy_tails_of_image_points": "heavy tails of image points",
+        "settings_that_scatter": "scattered settings",
+        "scattered_points": "points with scattered settings",
+        "film_affinity": "affinity of film",
+        "strained_network": "strained control network",
+        "broken_network": "broken control network",
+        "contradicting_control": "control points that contradict each other",
+        "gross_measurements": "gross measurements",
+        "suspect_observations": "suspect observations",
+        "coverages_that_differ": "differing coverages",
+        "points_that_differ": "widely scattered points",
+        "imprecise_points": "imprecise points",
+        "models_with_large_m_0": "models with large m_0",
+        "all_models_mirrored": "mirrored models",
+        "mirrored_models": "mirrored models",
+        "points_in_one_coverage": "points in one coverage",
+        "points_in_one_model": "points in one model",
+        "models_without_redundancy": "models without redundancy",
+        "no_check_points": "no check points",
+        "figure_left_out": "missing propagated figure",
+        "note_of_reading": "note of reading",
+    }
+)
+
+
+def title_of(code) -> str:
+    """Write what a finding is called."""
+    return translated(TITLES[code])

@@ -1,0 +1,53 @@
+"""``--language``: what users read is in their language, what machines read is not."""
+
+from einschalt.foundations.language import written_in
+from einschalt.interfaces.batch.batch_run import plan_batch
+from einschalt.interfaces.batch.block_run import run_block
+
+DATA = ("points.csv", "models.csv", "failures.csv", "residuals.csv", "assessment.json")
+
+
+def test_the_option_goes_before_the_locale(invoke, block_folder, monkeypatch):
+    monkeypatch.setenv("LANG", "de_AT.UTF-8")
+    shown = invoke("check", block_folder)
+    assert shown.stdout == f"{block_folder}: nichts falsch\n"
+    shown = invoke("check", block_folder, "--language", "en")
+    assert shown.stdout == f"{block_folder}: nothing wrong\n"
+
+
+def test_german_results_have_the_same_data(invoke, block_folder, tmp_path):
+    for language in ("en", "de"):
+        output = ("--output", tmp_path / language)
+        shown = invoke("densify", block_folder, *output, "--language", language)
+        assert shown.exit_code == 0
+    assert "Modelltransformation" in shown.stderr
+    assert f"Ergebnisse in {tmp_path / 'de'}, Bericht in" in shown.stdout
+    english, german = tmp_path / "en", tmp_path / "de"
+    assert (german / "summary.txt").read_text("utf-8") in shown.stdout
+    assert '<html lang="de">' in (german / "report.html").read_text("utf-8")
+    for name in DATA:
+        assert (german / name).read_bytes() == (english / name).read_bytes(), name
+
+
+def test_workers_write_in_the_language_of_the_batch(make_block, tmp_path):
+    make_block(tmp_path / "blocks" / "one")
+    with written_in("de"):
+        plan = plan_batch([tmp_path / "blocks" / "one"], tmp_path / "out")
+    (task,) = plan.to_run
+    assert run_block(task)["outcome"] == "done"  # as in a process of its own
+    summary = (tmp_path / "out" / "one" / "summary.txt").read_text("utf-8")
+    assert "Probleme und Vorschläge" in summary
+
+
+def test_errors_are_told_in_german_and_reported_in_english(invoke, tmp_path):
+    shown = invoke("densify", tmp_path, "--output", tmp_path / "o", "--language", "de")
+    assert shown.exit_code == 2
+    assert "der Ordner enthält kein block.toml; erwartet ein Ordner mit" in shown.stderr
+    shown = invoke("check", tmp_path / "nowhere", "--language", "de", "--json")
+    assert '"found": "there is no such folder or file"' in shown.stdout
+
+
+def test_an_unknown_language_is_refused(invoke, block_folder):
+    shown = invoke("check", block_folder, "--language", "fr")
+    assert shown.exit_code == 2
+    assert "'fr' is not one of" in shown.stderr

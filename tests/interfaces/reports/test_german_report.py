@@ -1,0 +1,41 @@
+"""The report in German: complete, in its text and in its scripts."""
+
+import base64
+import json
+import re
+import zlib
+
+from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
+
+from einschalt.foundations.language import written_in
+from einschalt.interfaces.reports.html_report import render
+from einschalt.interfaces.reports.page_templates import messages_of_scripts
+
+
+def german_page(result):
+    with written_in("de"):
+        return render(result)
+
+
+def head_of(html):
+    """The JSON head of the data of a page."""
+    packed = re.search(r'id="data">([^<]*)<', html)[1]
+    data = zlib.decompress(base64.b64decode(packed))
+    return json.loads(data[4 : 4 + int.from_bytes(data[:4], "little")])
+
+
+def test_no_english_is_left_in_the_text_of_a_german_report(faulty_result):
+    html = german_page(faulty_result)
+    assert '<html lang="de">' in html
+    text = re.sub(r"<(style|script).*?</\1>|<[^>]*>", " ", html, flags=re.DOTALL)
+    labels = re.findall(r'aria-label="([^"]*)"', html)
+    assert ENGLISH.findall(DATA.sub("", " ".join([text, *labels]))) == []
+
+
+def test_scripts_find_every_message_in_the_data_of_the_page(faulty_result):
+    head = head_of(german_page(faulty_result))
+    assert head["language"] == "de"
+    assert set(head["words"]) == set(messages_of_scripts())
+    german = [re.sub(r"\{\w+", "", text) for text in head["words"].values()]
+    assert [text for text in german if ENGLISH.search(text)] == []
+    assert head_of(render(faulty_result))["words"] == {}
