@@ -12,10 +12,11 @@ from einschalt.interfaces.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+SUMMARY = (ROOT / "docs" / "summary.md").read_text(encoding="utf-8")
 
 
-def fenced(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def fenced(language, page=README):
+    return re.findall(rf"```{language}\n(.*?)```", page, flags=re.DOTALL)
 
 
 def without_time(text):
@@ -32,11 +33,18 @@ def at_root_with_scratch_output(monkeypatch, tmp_path):
 
 @pytest.mark.usefixtures("at_root_with_scratch_output")
 def test_code_prints_what_stands_below_it():
-    (code,), (printed,) = fenced("python"), fenced("text")
+    (code,), (beginning,) = fenced("python"), fenced("text")
+    # the page on the summary has all of it
+    (same_code,), (printed,) = fenced("python", SUMMARY), fenced("text", SUMMARY)
+    assert same_code == code
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
         exec(compile(code, "README.md", "exec"), {})
     assert without_time(said.getvalue()) == without_time(printed)
+    first, nothing_else = beginning.split("…\n")
+    assert said.getvalue().startswith(first)
+    assert len(first) > 100
+    assert nothing_else == ""
     assert Path("out/neukirchen/report.html").exists()
 
 
