@@ -9,6 +9,8 @@ import pandas as pd
 
 from einschalt.foundations import tables
 from einschalt.foundations.errors import ConsistencyError, TableError
+from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.names import encode
 from einschalt.foundations.units import METRES_PER_UNIT
 
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
@@ -43,12 +45,11 @@ UNIT_WORDS = {
 
 def extent_problems(frame, key, unit, file):
     """Say of the widest model or image that it cannot have the unit that is named."""
-    keys = [name for name in ("coverage", key) if name in frame]
-    groups = frame.groupby(keys, sort=False)[["x", "y"]]
-    spread = (groups.transform("max") - groups.transform("min")).max(axis=1)
+    keys = [frame[name] for name in ("coverage", key) if name in frame]
+    extents, first = _extents(keys, frame[["x", "y"]].to_numpy(dtype=float))
     # single points have no extent, so the flight is judged by its largest model
-    place = int(spread.to_numpy().argmax())
-    widest = spread.iloc[place]
+    widest = extents.max()
+    place = int(first[extents == widest].min())
     extent = widest * MM_PER_UNIT[unit]
     if SMALLEST_MODEL_MM <= extent <= LARGEST_MODEL_MM or not extent > 0:
         return []
@@ -97,13 +98,19 @@ def scale_problems(name, scale_number, table, ground, file):
 
     The median model is judged, so that a single wrong point does not stop a block.
     """
-    placed = table.merge(ground[["point_id", "easting", "northing"]], on="point_id")
-    models = placed.groupby(["coverage", "model_id"])[["easting", "northing"]]
-    extent = (models.max() - models.min()).max(axis=1)
-    extent = extent[extent > 0.0]
-    if extent.empty:
+    names = encode(table["point_id"])
+    # a table of points has each name once: its row is its place among them
+    row = encode(ground["point_id"]).locate(names)[names.codes]
+    is_placed = row >= 0
+    if not is_placed.any():
         return []
-    typical = float(extent.median())
+    keys = [table[name][is_placed] for name in ("coverage", "model_id")]
+    plan = ground[["easting", "northing"]].to_numpy(dtype=float)[row[is_placed]]
+    extent, _ = _extents(keys, plan)
+    extent = extent[extent > 0.0]
+    if not len(extent):
+        return []
+    typical = float(np.median(extent))
     size = typical / scale_number
     if SMALLEST_IMAGE_M <= size <= LARGEST_IMAGE_M:
         return []
@@ -116,6 +123,16 @@ def scale_problems(name, scale_number, table, ground, file):
             file=file,
         )
     ]
+
+
+def _extents(keys, values):
+    """Larger extent of each model along the axes, and its first row."""
+    codes = row_codes(keys)
+    order = np.argsort(codes, kind="stable")
+    start = np.flatnonzero(np.diff(codes[order], prepend=-1))
+    values = values[order]
+    widest = np.fmax.reduceat(values, start) - np.fmin.reduceat(values, start)
+    return widest.max(axis=1), order[start]
 
 
 def equal_height_problems(name, table, ground, file):
