@@ -51,6 +51,18 @@ def segments(codes, n_groups) -> Segments:
     return Segments(_counting_sort(codes, start), start)
 
 
+def segments_present(codes) -> Segments:
+    """Sort rows by a code, 0 or any larger; codes that no row has make no segment.
+
+    >>> parts = segments_present(np.array([7, 2, 7]))
+    >>> parts.order.tolist(), parts.start.tolist()
+    ([1, 0, 2], [0, 1, 3])
+    """
+    order = np.argsort(codes, kind="stable")
+    is_last = np.diff(codes[order], append=-1) != 0
+    return Segments(order, np.append(0, np.flatnonzero(is_last) + 1))
+
+
 @compiled
 def _counting_sort(codes, start):
     order = np.empty(codes.size, dtype=np.int64)
@@ -74,6 +86,15 @@ def segment_sum(values, start):
     if filled.any():
         total[filled] = np.add.reduceat(values, start[:-1][filled], axis=0)
     return total
+
+
+def segment_centred(values, start):
+    """Values (n_rows, ...) less the mean of their segment."""
+    count = np.diff(start)
+    # an empty segment has no rows to take its mean from
+    per_row = 1.0 * np.maximum(count, 1).reshape(-1, *[1] * (np.ndim(values) - 1))
+    mean = segment_sum(values, start) / per_row
+    return values - np.repeat(mean, count, axis=0)
 
 
 def segment_min_max(values, start):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.batches import segments_present
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.interfaces.reports.packed_data import quantum_of
@@ -78,15 +79,13 @@ def footprints(result):
 
 
 def _outermost(xy, row, model, n_models):
-    order = np.argsort(model, kind="stable")
-    row, model = row[order], model[order]
-    starts = np.flatnonzero(np.diff(model, prepend=-1))
-    n_in = np.diff(starts, append=len(model))
+    parts = segments_present(model)
+    row, model, starts = row[parts.order], model[parts.order], parts.start[:-1]
     corners = np.full((n_models, N_CORNERS), np.nan)
     for corner in range(N_CORNERS):
         angle = 2.0 * np.pi * corner / N_CORNERS
         along = xy[row] @ np.array([np.cos(angle), np.sin(angle)])
-        farthest = np.repeat(np.maximum.reduceat(along, starts), n_in)
+        farthest = np.maximum.reduceat(along, starts)[parts.group]
         places = np.where(along == farthest, np.arange(len(row)), len(row))
         first = np.minimum.reduceat(places, starts)
         corners[model[starts], corner] = row[first]

@@ -8,11 +8,14 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import tables
+from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError, TableError
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode
 from einschalt.foundations.units import METRES_PER_UNIT
+from einschalt.theory.adjustment.plane_fits import off_planes
 
+MODEL_KEY = ("coverage", "model_id")
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8
 LARGEST_COORDINATE_M = 1e8
 LARGEST_STANDARD_ERROR_M = 10.0
@@ -104,7 +107,7 @@ def scale_problems(name, scale_number, table, ground, file):
     is_placed = row >= 0
     if not is_placed.any():
         return []
-    keys = [table[name][is_placed] for name in ("coverage", "model_id")]
+    keys = [table[name][is_placed] for name in MODEL_KEY]
     plan = ground[["easting", "northing"]].to_numpy(dtype=float)[row[is_placed]]
     extent, _ = _extents(keys, plan)
     extent = extent[extent > 0.0]
@@ -127,12 +130,10 @@ def scale_problems(name, scale_number, table, ground, file):
 
 def _extents(keys, values):
     """Larger extent of each model along the axes, and its first row."""
-    codes = row_codes(keys)
-    order = np.argsort(codes, kind="stable")
-    start = np.flatnonzero(np.diff(codes[order], prepend=-1))
-    values = values[order]
+    parts = segments_present(row_codes(keys))
+    values, start = values[parts.order], parts.start[:-1]
     widest = np.fmax.reduceat(values, start) - np.fmin.reduceat(values, start)
-    return widest.max(axis=1), order[start]
+    return widest.max(axis=1), parts.order[start]
 
 
 def equal_height_problems(name, table, ground, file):
@@ -144,10 +145,7 @@ def equal_height_problems(name, table, ground, file):
     if len(heights) < FEWEST_EQUAL or np.ptp(heights) > 0.0:
         return []
     known = table[table["point_id"].isin(ground["point_id"])]
-    keys = [key for key in ("coverage", "model_id") if key in known]
-    models = known.groupby(keys)[["x", "y", "z"]]
-    reliefs = [_relief(part.to_numpy(float)) for _, part in models]
-    if not reliefs or np.median(reliefs) < LEAST_RELIEF:
+    if known.empty or np.median(_reliefs(known)) < LEAST_RELIEF:
         return []
     return [
         ConsistencyError(
@@ -161,13 +159,17 @@ def equal_height_problems(name, table, ground, file):
     ]
 
 
-def _relief(xyz):
-    xyz = xyz - xyz.mean(axis=0)
-    width = np.abs(xyz[:, :2]).max()
-    if len(xyz) < FEWEST_EQUAL or not width > 0.0:
-        return 0.0
-    tilt, *_ = np.linalg.lstsq(xyz[:, :2], xyz[:, 2], rcond=None)
-    return float(np.std(xyz[:, 2] - xyz[:, :2] @ tilt) / width)
+def _reliefs(points):
+    """Relief of each model by its width; 0 of what has too few points to tell."""
+    parts = segments_present(row_codes([points[k] for k in MODEL_KEY if k in points]))
+    xyz = points[["x", "y", "z"]].to_numpy(dtype=float)[parts.order]
+    plan, z = xyz[:, :2], xyz[:, 2]
+    left = off_planes(plan, z, parts.start)
+    widths = np.abs(segment_centred(plan, parts.start)).max(axis=1)
+    width = np.maximum.reduceat(widths, parts.start[:-1])
+    relief = np.sqrt(segment_sum(left**2, parts.start) / parts.count)
+    can_tell = (parts.count >= FEWEST_EQUAL) & (width > 0.0)
+    return np.where(can_tell, relief / np.where(can_tell, width, 1.0), 0.0)
 
 
 def _row(frame, place):

@@ -29,7 +29,12 @@ from functools import cached_property
 
 import numpy as np
 
-from einschalt.foundations.batches import over_segments, segment_min_max, segment_sum
+from einschalt.foundations.batches import (
+    over_segments,
+    segment_centred,
+    segment_min_max,
+    segment_sum,
+)
 from einschalt.foundations.kernels import compiled
 from einschalt.theory.relative_orientation.base_normal_planes import (
     PlaneCriteria,
@@ -263,8 +268,7 @@ def figure_width(xyz, model_start):
     """
     n_points = np.diff(model_start)
     per_point = 1.0 / np.maximum(n_points, 1)[:, np.newaxis]
-    mean = segment_sum(xyz, model_start) * per_point
-    reduced = xyz - np.repeat(mean, n_points, axis=0)
+    reduced = segment_centred(xyz, model_start)
     outer = reduced[:, :, np.newaxis] * reduced[:, np.newaxis]
     covariance = segment_sum(outer, model_start) * per_point[:, np.newaxis]
     return np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[:, 1], 0.0))

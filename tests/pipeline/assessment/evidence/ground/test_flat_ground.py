@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from einschalt.foundations.projections import EARTH_RADIUS
 from einschalt.pipeline.assessment.evidence.ground.flat_ground import (
-    EARTH_RADIUS,
     bend_without_system,
 )
 from einschalt.pipeline.densify import densify

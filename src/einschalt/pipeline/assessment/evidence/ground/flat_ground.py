@@ -7,10 +7,12 @@ where there are many control heights.
 
 import numpy as np
 
-from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.batches import segment_centred, segments_present
+from einschalt.foundations.key_columns import row_codes
+from einschalt.foundations.projections import EARTH_RADIUS
 from einschalt.stages.curved_earth import SPATIAL
+from einschalt.theory.adjustment.plane_fits import off_planes
 
-EARTH_RADIUS = 6.371e6  # metres
 PLAN = ["easting", "northing"]
 FEWEST = 4  # points, of which three give shift and tilt
 
@@ -41,23 +43,9 @@ def _bend_of(table, places):
     known = table[[*keys, "point_id"]].join(places, on="point_id").dropna()
     if known.empty:
         return 0.0
-    known = known.sort_values(keys, kind="stable")
-    sizes = known.groupby(keys, sort=True).size().to_numpy()
-    start = np.concatenate([[0], np.cumsum(sizes)])
-    away = _centred(known[PLAN].to_numpy(dtype=float), start)
-    falls = _centred((away**2).sum(axis=1) / (2.0 * EARTH_RADIUS), start)
-    normal = segment_sum(away[:, :, None] * away[:, None, :], start)
-    tilt = np.einsum(
-        "mij,mj->mi",
-        np.linalg.pinv(normal, hermitian=True),
-        segment_sum(away * falls[:, None], start),
-    )
-    left = falls - (away * np.repeat(tilt, sizes, axis=0)).sum(axis=1)
-    left = left[np.repeat(sizes, sizes) >= FEWEST]
+    parts = segments_present(row_codes([known[name] for name in keys]))
+    plan = known[PLAN].to_numpy(dtype=float)[parts.order]
+    away = segment_centred(plan, parts.start)
+    falls = (away**2).sum(axis=1) / (2.0 * EARTH_RADIUS)
+    left = off_planes(away, falls, parts.start)[parts.count[parts.group] >= FEWEST]
     return float(np.sqrt(np.mean(left**2))) if len(left) else 0.0
-
-
-def _centred(values, start):
-    sizes = np.diff(start)
-    means = (segment_sum(values, start).T / sizes).T
-    return values - np.repeat(means, sizes, axis=0)

@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from einschalt.foundations.batches import segments_present
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -260,10 +261,9 @@ def _film_of(name, flight, places):
     held = flight.model_table()
     plan = places.reindex(held["point_id"]).to_numpy(dtype=float)
     axes = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
-    model = row_codes([held[key] for key in ("coverage", "model_id") if key in held])
-    order = np.argsort(model, kind="stable")
-    start = np.flatnonzero(np.diff(model[order], prepend=-1))
-    along = (plan @ axes)[order]
+    keys = [held[key] for key in ("coverage", "model_id") if key in held]
+    parts = segments_present(row_codes(keys))
+    along, start = (plan @ axes)[parts.order], parts.start[:-1]
     widths = np.fmax.reduceat(along, start) - np.fmin.reduceat(along, start)
     widest = np.fmax.reduce(widths, axis=1)
     widest = widest[widest > 0.0]

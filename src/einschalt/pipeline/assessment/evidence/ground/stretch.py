@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import fdtrc  # scipy.stats takes a second to import
 
-from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.batches import segment_centred, segment_sum
 
 DETERMINANT = ["a1", "a2", "b1", "b2"]
 # share of an affinity beyond which the smaller axis of a model is nothing
@@ -105,7 +105,7 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
     start = np.append(np.flatnonzero(is_first), len(both))
     n_points = np.diff(start)
     at, to = (
-        _centred(both[names].to_numpy(dtype=float), start)
+        segment_centred(both[names].to_numpy(dtype=float), start)
         for names in (["x", "y"], ["easting", "northing"])
     )
     own = segment_sum(at[:, :, None] * at[:, None, :], start)
@@ -116,12 +116,6 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
     matrix = mixed[is_known] @ np.linalg.inv(own[is_known])
     table = pd.DataFrame(matrix.reshape(-1, 4), columns=DETERMINANT)
     return table.assign(n_points=n_points[is_known])
-
-
-def _centred(values, start):
-    count = np.diff(start)
-    mean = segment_sum(values, start) / count[:, None]
-    return values - np.repeat(mean, count, axis=0)
 
 
 def are_negative(affine):
