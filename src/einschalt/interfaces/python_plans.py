@@ -5,7 +5,7 @@ from os import PathLike
 from typing import Any, Literal
 
 from einschalt.interfaces.files.area_files import read_area
-from einschalt.interfaces.files.height_files import read_heights
+from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.interfaces.notebook.cards import plan_card
 from einschalt.interfaces.notebook.plan_plots import ExpectedPlots, SearchPlots
 from einschalt.pipeline.block.block import plain_fields
@@ -198,8 +198,7 @@ def plan_area(
         area = FlightArea(area, crs)
     heights = None
     if ground_heights is not None:
-        heights = read_heights(ground_heights, area.crs).over(area)
-        heights.require_cover(area.border)
+        heights = read_heights_over(ground_heights, area)
     frame = replace(PlanFrame() if frame is None else frame, shares_control=True)
     found = search.find_plans(target, choices, frame)
     return recommended.plan_area(

@@ -16,7 +16,7 @@ from einschalt.interfaces.cli.plan_layouts import (
 from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.interfaces.cli.progress import late_progress
 from einschalt.interfaces.files.area_files import read_area
-from einschalt.interfaces.files.height_files import read_heights
+from einschalt.interfaces.files.height_files import read_heights_over
 from einschalt.pipeline.planning.area.recommended import plan_area
 from einschalt.pipeline.planning.search import find_plans
 
@@ -24,7 +24,8 @@ from einschalt.pipeline.planning.search import find_plans
 def over_area(asked: Asked) -> Answer:
     """Answer with the flight plan that keeps the target over an area."""
     area = read_area(asked["area"], layer=asked["area_layer"], crs=asked["crs"])
-    heights = _heights_of(asked, area)
+    file = asked["ground_heights"]
+    heights = None if file is None else read_heights_over(file, area)
     frame = replace(frame_of(asked), shares_control=True)
     found = find_plans(
         *(asked["target"], choices_of(asked), frame),
@@ -52,14 +53,6 @@ def over_area(asked: Asked) -> Answer:
         headline={**headline_of(plan.checked), "cost_of_area": plan.flown.cost},
         files=lambda folder: _write_maps(plan, folder),
     )
-
-
-def _heights_of(asked, area):
-    if asked["ground_heights"] is None:
-        return None
-    heights = read_heights(asked["ground_heights"], area.crs).over(area)
-    heights.require_cover(area.border)
-    return heights
 
 
 def _tables_of(plan):

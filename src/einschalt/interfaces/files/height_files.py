@@ -55,6 +55,16 @@ def read_heights(path, crs=None) -> GroundHeights:
     return GroundHeights(values[:, :2], values[:, 2], source)
 
 
+def read_heights_over(path, area) -> GroundHeights:
+    """Read the heights of an area, in its system; all of it must have some.
+
+    FileError as of :func:`read_heights`, GeometryError where heights are missing.
+    """
+    heights = read_heights(path, area.crs).over(area)
+    heights.require_cover(area.border)
+    return heights
+
+
 def _bare_numbers(path, source):
     """Heights of a list without a header; None where the first line is one."""
     text = require_text(read_once(path, source).data, source).decode("utf-8")
