@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.typesetting import count, number
 from einschalt.pipeline.simulation.layout import turn
 
@@ -34,6 +36,8 @@ class FlightArea:
 
     def __post_init__(self):
         """Check what no flight can be planned over."""
+        if self.crs is not None:
+            read_crs(self.crs)
         _check(self.shape)
 
     @cached_property
@@ -122,10 +126,13 @@ class FlightArea:
 def _check(shape):
     import shapely  # noqa: PLC0415 - loaded when an area is planned
 
-    kind = "nothing" if shape is None else shape.geom_type
-    if kind not in {"Polygon", "MultiPolygon"} or shape.is_empty:
+    if not isinstance(shape, shapely.Geometry):
+        found = described(shape)
+    else:
+        found = "empty" if shape.is_empty else f"a {shape.geom_type}"
+    if found not in {"a Polygon", "a MultiPolygon"}:
         raise GeometryError(
-            f"the area is {'empty' if kind.endswith('Polygon') else f'a {kind}'}",
+            f"the area is {found}",
             expected="a polygon, or several",
             remedy="Draw the border of the area as a polygon",
         )
