@@ -39,18 +39,14 @@ def area_of(crs):
     return min(west), min(south), east, max(north)
 
 
-def extent_of(crs):
+@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
+def _extent_of(crs):
     """Area of use of a system, in its own coordinates, with a margin.
 
     Smallest easting, smallest northing, largest easting, largest northing, in its
     units; None where the system states no area of use. Longitudes go on beyond 180°
     where it lies over the antimeridian.
     """
-    return _extent_of(read_source_crs(crs))
-
-
-@lru_cache(maxsize=256)  # PROJ takes 60 ms, and each block of a batch asks for it
-def _extent_of(crs):
     area = area_of(crs)
     if area is None:
         return None
@@ -69,7 +65,7 @@ def _extent_of(crs):
 def in_extent(easting, northing, crs):
     """Whether points lie in the extent of a system, in its own coordinates.
 
-    As :func:`extent_of` has it; None where the system states no area of use.
+    That of its area of use with a margin; None where the system states none.
     """
     system = read_source_crs(crs)
     extent = _extent_of(system)

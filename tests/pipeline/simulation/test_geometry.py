@@ -1,6 +1,7 @@
+import numpy as np
 import pytest
 
-from einschalt.foundations.areas_of_use import extent_of
+from einschalt.foundations.areas_of_use import in_extent
 from einschalt.foundations.errors import BlockError, ProjectionError, SettingsError
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 
@@ -14,13 +15,11 @@ def test_defaults_are_the_layout_of_the_documentation():
 
 def test_exchanged_axes_of_the_default_area_leave_the_area_of_use():
     geometry = BlockGeometry()
-    west, south, east, north = extent_of(geometry.crs)
     wide, high = geometry.half_extent
-    assert west < geometry.centre_easting - wide
-    assert geometry.centre_easting + wide < east
-    assert south < geometry.centre_northing - high
-    assert geometry.centre_northing + high < north
-    assert geometry.centre_northing - high > east  # taken for an easting
+    easting = geometry.centre_easting + wide * np.array([-1.0, 1.0])
+    northing = geometry.centre_northing + high * np.array([-1.0, 1.0])
+    assert in_extent(easting, northing, geometry.crs).all()
+    assert not in_extent(northing, easting, geometry.crs).any()
 
 
 @pytest.mark.parametrize(
