@@ -11,7 +11,7 @@ import platform
 
 from einschalt.foundations.errors import GeometryError
 
-# measured on two processors: of what is less, one library or another ends the process
+# measured with two cores: of what is less, one library or another ends the process
 ADDRESSES_OF_LIBRARIES = 1.5e9
 # more than any processor has kernels for that need no room: 100 with AVX-512
 NOT_SMALL = 256

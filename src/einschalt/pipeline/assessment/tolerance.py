@@ -80,6 +80,13 @@ def checked_figure_of_adjustment(examined) -> CheckedFigure:
     )
 
 
+def _is_block_suspect(examined):
+    """Whether the block is off by so much more than its claim that no point is good."""
+    found, figures = examined.credible, examined.figures
+    claimed = np.fmin(figures.mean_total, figures.mean_paper)
+    return bool(found.is_lower_bound and found.value > GROSS * claimed)
+
+
 def judged_points(examined):
     """Judge every point: what its figure is worth, and whether it is to be doubted.
 
@@ -94,17 +101,13 @@ def judged_points(examined):
     points = examined.points
     if points.empty:
         return points
-    is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
     used, tolerance = examined.checked, tolerance_of(examined.settings)
     figure = points[used.column].to_numpy(dtype=float) if used.column else np.nan
     if used.column != TOTAL:  # which alone holds what all points share
         figure = np.hypot(figure, examined.figures.shared_error / used.factor)
     checked = used.factor * figure
-    claims = (examined.figures.mean_total, examined.figures.mean_paper)
-    if examined.credible.is_lower_bound and examined.credible.value > GROSS * np.fmin(
-        *claims
-    ):
-        is_suspect |= True
+    is_suspect = points["is_suspect"] | points["point_id"].isin(examined.suspects)
+    is_suspect |= _is_block_suspect(examined)
     judged = points.assign(standard_error_checked=checked, is_suspect=is_suspect)
     if HEIGHT in points:
         factor = examined.credible_heights.factor
