@@ -13,7 +13,7 @@ from einschalt.foundations.errors import ConsistencyError, TableError
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode
 from einschalt.foundations.units import METRES_PER_UNIT
-from einschalt.theory.adjustment.plane_fits import off_planes
+from einschalt.theory.adjustment.tilted_planes import off_planes
 
 MODEL_KEY = ("coverage", "model_id")
 SMALLEST_IMAGE_M, LARGEST_IMAGE_M = 0.004, 0.8

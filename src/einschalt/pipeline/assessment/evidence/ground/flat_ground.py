@@ -11,7 +11,7 @@ from einschalt.foundations.batches import segment_centred, segments_present
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.projections import EARTH_RADIUS
 from einschalt.stages.curved_earth import SPATIAL
-from einschalt.theory.adjustment.plane_fits import off_planes
+from einschalt.theory.adjustment.tilted_planes import off_planes
 
 PLAN = ["easting", "northing"]
 FEWEST = 4  # points, of which three give shift and tilt
