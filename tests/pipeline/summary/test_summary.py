@@ -63,7 +63,7 @@ def test_one_coverage_of_given_points_is_too_small_only_conditionally(
     )
     narrow = changed(result, block=replace(result.block, low_flight=low))
     said = caution(narrow.assessment.precision)
-    assert said.startswith("standard_error_paper is too small if")
+    assert said.startswith("The figure of the paper is too small if")
 
 
 def test_verdict_gives_the_propagated_figure_where_there_is_one(good_result):

@@ -6,8 +6,9 @@ from einschalt.pipeline.summary.section import NO_SECTION, Section
 from einschalt.pipeline.summary.wording import probability
 
 P = mark(
-    "P: probability of a value this large if the stated precision is correct; it is "
-    "rejected if P is below {level} for all tests together (Holm)."
+    "P: probability of a value this large if the stated precision is correct (near 1: "
+    "smaller than predicted); it is rejected if P is below {level} for all tests "
+    "together (Holm)."
 )
 LEVEL = 0.01
 ASSUMED = mark_each(

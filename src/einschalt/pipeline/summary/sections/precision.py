@@ -62,12 +62,12 @@ CARRIED = mark_each(
     }
 )
 PAPER = mark("paper: Kovarik 1971, M² = (m_g · scale number)² + m_t².")
-TOO_SMALL = mark("standard_error_paper is too small: {reason}.")
-TOO_SMALL_TWICE = mark("standard_error_paper is too small: {reason}, and {other}.")
+TOO_SMALL = mark("The figure of the paper is too small: {reason}.")
+TOO_SMALL_TWICE = mark("The figure of the paper is too small: {reason}, and {other}.")
 TOO_SMALL_MORE_IF = mark(
-    "standard_error_paper is too small: {reason}; more so if {condition}."
+    "The figure of the paper is too small: {reason}; more so if {condition}."
 )
-TOO_SMALL_IF = mark("standard_error_paper is too small if {condition}.")
+TOO_SMALL_IF = mark("The figure of the paper is too small if {condition}.")
 SHARED = mark_each(
     {
         Shared.HIGH_FLIGHT: (
