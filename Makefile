@@ -2,8 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test docs docs-links drawings picture truth lint format bench fuzz faults clean \
-	clean-cache
+.PHONY: demo test browser docs docs-links drawings picture truth lint format bench fuzz faults \
+	clean clean-cache
 
 demo: .venv/installed
 	$(BIN)/einschalt densify data_examples/neukirchen --output out/neukirchen
@@ -15,6 +15,11 @@ demo: .venv/installed
 # it anew takes each worker, and each later run, as long as all else before the first test
 test: .venv/compiled
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal
+
+# for the tests of pages, on Debian and as root: without it they are left out, and say so
+browser:
+	command -v chromium || (apt-get update --quiet && apt-get install --yes --quiet chromium)
+	npm install --no-save --silent axe-core
 
 # the site, from nothing and without a network: out/site/index.html, and out/docs.zip to
 # read offline. Its tutorials and recipes are computed, a warning is an error

@@ -13,7 +13,7 @@ from einschalt.interfaces.local_page import server
 
 pytestmark = pytest.mark.skipif(PROGRAM is None, reason="no Chromium is installed")
 
-# npm install axe-core, in the folder of the project
+# by make browser
 AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"
 AUDIT = """axe.run(document, { resultTypes: ["violations"], iframes: false }).then(
   ({ violations }) => violations.filter(({ impact }) => /serious|critical/.test(impact))

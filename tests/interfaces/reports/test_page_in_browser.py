@@ -26,7 +26,7 @@ from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 
-# npm install axe-core, in the folder of the project
+# by make browser
 AXE = Path(__file__).parents[3] / "node_modules" / "axe-core" / "axe.min.js"
 AUDIT = """
 const audited = async () => {
