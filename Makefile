@@ -54,7 +54,7 @@ faults: .venv/installed-test
 	$(BIN)/python -m benchmarks.faults
 
 # a million hostile inputs in several runs, each going on where the last one ended
-fuzz: .venv/installed-test
+fuzz: .venv/compiled
 	$(BIN)/python -m fuzz --seconds 1500
 
 # the figures of the site, from our own numbers
@@ -96,8 +96,7 @@ picture: .venv/installed
 	$(BIN)/python -m tests.compile_kernels
 	touch $@
 
-# numba keys compiled code to the file of the calling kernel only: after a change in a
-# kernel that another file calls, the old code would still run
+# compiled kernels are found by their sources alone: old ones only take room
 clean-cache:
 	find src -name '*.nb[ic]' -delete
 	rm -f .venv/compiled

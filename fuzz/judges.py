@@ -26,6 +26,9 @@ LIBRARIES = tuple(
         *("/proc", "/sys", "/usr/share", "/usr/lib", "/usr/local/share", "/etc/fonts"),
         *(os.devnull, Path.home() / ".cache", Path.home() / ".config/matplotlib"),
         *("/etc/mime.types", "/etc/localtime"),
+        # where matplotlib looks for fonts, once on each computer
+        *("/usr/X11", "/usr/X11R6", Path.home() / ".fonts"),
+        os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share",
     )
 )
 # of sheets and layers, for GDAL, which takes no bytes

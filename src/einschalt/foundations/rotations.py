@@ -72,6 +72,31 @@ def angles_from_rotation(matrix):
     )
 
 
+def are_rotations(matrices, tolerance):
+    """Tell which matrices turn vectors, and neither stretch nor mirror them.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (n, 3, 3)
+    tolerance : float
+        What products of two rows may be off by, as they were rounded.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> are_rotations(np.array([np.eye(3), -np.eye(3)]), 1e-6).tolist()
+    [True, False]
+    """
+    # no element of a rotation is beyond 1, and squares of huge ones overflow
+    bounded = np.clip(matrices, -2.0, 2.0)
+    gram = bounded @ np.swapaxes(bounded, 1, 2)
+    is_orthogonal = np.abs(gram - np.eye(3)).max(axis=(1, 2)) < tolerance
+    return is_orthogonal & (np.linalg.det(bounded) > 0.0)
+
+
 def angle_rates(omega, phi):
     """Change of the angles when the camera turns a little about the object axes.
 

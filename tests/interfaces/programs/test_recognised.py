@@ -203,6 +203,8 @@ DAMAGED = [
     ("geoin.dat", "CONT P1 1 2\n", "row 1: 'CONT P1 1 2' cannot be read"),
     ("a.ori", "12 1 2 3\n0 -1 0 1 0\n0 0 0\n", "has 12 numbers, which is not 13"),
     ("a.ori", "12 1 2 3\n0 -1 0 2 0\n0 0 0 1\n", "row 1: the nine elements"),
+    ("a.ori", "12 1 2 3\n0 -1 0 1 1e308\n0 0 0 1\n", "row 1: the nine elements"),
+    ("a.ori", "12 1 2 3\n0 1 0 1 0\n0 0 0 1\n", "row 1: the nine elements"),
     ("a.prj", PRJ[: PRJ.index("$END\n")], "photo 12 has no .END: the file is cut off"),
     ("a.snx", "%=SNX 2.02\n", "does not end with %ENDSNX"),
     ("a.dxf", "  0\nSECTION\n  2\nHEADER\n", "is no whole DXF|holds no points"),

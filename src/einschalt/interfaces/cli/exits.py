@@ -188,7 +188,7 @@ def print_out(text=""):
         print_error(text)
         return
     try:
-        typer.echo(text)
+        typer.echo(_shown(text))
         sys.stdout.flush()
     except BrokenPipeError:
         _forget(sys.stdout)
@@ -200,11 +200,14 @@ def print_out(text=""):
 def print_error(text):
     """Print to standard error."""
     try:
-        # a name from a file must not steer the terminal
-        lines = [printable(line) for line in str(text).split("\n")]
-        typer.echo("\n".join(lines), err=True)
+        typer.echo(_shown(text), err=True)
     except OSError:  # nobody listens, or the disk of the log is full: nowhere to say it
         _forget(sys.stderr)
+
+
+def _shown(text):
+    """Lines of text in which no name from a file steers the terminal."""
+    return "\n".join(printable(line) for line in str(text).split("\n"))
 
 
 def open_closed_streams():

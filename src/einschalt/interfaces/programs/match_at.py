@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.programs.foreign import (
     UNSEEN,
     Foreign,
@@ -93,7 +93,7 @@ def _orientations(oriented, source):
         matrices.append(numbers_of(lines[1:4], source, 0, 3, ORIENTATION))
         names.append(name)
     turn = np.array(matrices)
-    if np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(3)).max() > 1e-4:
+    if not are_rotations(turn, 1e-4).all():
         raise damaged(source, "a matrix is no rotation", ORIENTATION)
     angles = angles_from_rotation(np.swapaxes(turn, 1, 2))
     return orientations(names, np.array(centres), angles)

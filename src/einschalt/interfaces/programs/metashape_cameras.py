@@ -7,7 +7,7 @@ nowhere on the Earth unless the chunk has a transform.
 
 import numpy as np
 
-from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.programs.foreign import (
     Foreign,
     damaged,
@@ -89,6 +89,6 @@ def _orientations(root, source):
         return None
     matrices = np.array(matrices).reshape(-1, 4, 4)
     turn = np.swapaxes(matrices[:, :3, :3], 1, 2)
-    if np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(3)).max() > 1e-6:
+    if not are_rotations(turn, 1e-6).all():
         raise damaged(source, "the transform of a camera is no rotation", EXPECTED)
     return orientations(names, matrices[:, :3, 3], angles_from_rotation(TURNED @ turn))

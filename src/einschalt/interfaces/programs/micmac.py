@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.files.input_files import read_once
 from einschalt.interfaces.programs.foreign import (
     Foreign,
@@ -147,7 +147,7 @@ def _orientations(root, file):
         return pd.DataFrame()
     # from the camera (x right, y down, z ahead) to the ground
     turn = np.swapaxes(np.array(matrices), 1, 2)
-    if np.abs(turn @ np.swapaxes(turn, 1, 2) - np.eye(3)).max() > 1e-6:
+    if not are_rotations(turn, 1e-6).all():
         raise damaged(file.source, "its matrix is no rotation", EXPECTED)
     return orientations(names, centres, angles_from_rotation(TURNED @ turn))
 

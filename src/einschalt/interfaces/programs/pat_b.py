@@ -10,7 +10,7 @@ import pandas as pd
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
-from einschalt.foundations.rotations import angles_from_rotation
+from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.programs.foreign import (
     UNSEEN,
     Foreign,
@@ -154,8 +154,7 @@ def read_orientations(file) -> Foreign:
 
 
 def _require_rotations(matrices, rows, source):
-    gram = matrices @ np.swapaxes(matrices, 1, 2)
-    is_bad = ~(np.abs(gram - np.eye(3)).max(axis=(1, 2)) < 1e-4)
+    is_bad = ~are_rotations(matrices, 1e-4)
     if is_bad.any():
         row = rows[int(np.flatnonzero(is_bad)[0])]
         raise FileError(

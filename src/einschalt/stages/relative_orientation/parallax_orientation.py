@@ -9,6 +9,7 @@ import pandas as pd
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -193,7 +194,7 @@ class ParallaxOrientation(OrientationResult):
 
     def _problems(self):
         said = [
-            f"model {row.model_id}: {row.reason}. {row.remedy}."
+            f"model {printable(row.model_id)}: {row.reason}. {row.remedy}."
             for row in self.failures.itertuples()
         ]
         is_usable = self.models["is_usable"].to_numpy()
@@ -202,8 +203,8 @@ class ParallaxOrientation(OrientationResult):
         neglected = self.linearisation_error.to_numpy()
         is_large = neglected > self.models["sigma_0"].to_numpy()
         said += [
-            f"model {self.models['model_id'].iloc[place]}: its corrections are so "
-            f"large that the linear equations neglect parallaxes up to "
+            f"model {printable(self.models['model_id'].iloc[place])}: its corrections "
+            f"are so large that the linear equations neglect parallaxes up to "
             f"{typesetting.number(neglected[place])}. Correct it, and measure again."
             for place in np.flatnonzero(is_large)
         ]
