@@ -53,6 +53,21 @@ def test_the_dict_says_what_the_assessment_does(assessment):
     assert "residuals" not in plain["claim"]
 
 
+def test_no_matrix_of_the_computation_is_in_the_dict(assessment):
+    """They would make the file grow with the square of the control points."""
+
+    def wide_rows(part, is_row=False):
+        if isinstance(part, dict):
+            return sum(map(wide_rows, part.values()))
+        if not isinstance(part, list):
+            return 0
+        is_wide = is_row and len(part) > 9
+        return is_wide + sum(wide_rows(one, is_row=True) for one in part)
+
+    assert wide_rows({"covariance": [[0.0] * 10] * 10}) == 10
+    assert wide_rows(assessment.to_dict()) == 0
+
+
 def test_each_way_is_judged_in_its_own_way(good_result, simultaneous_result):
     two_steps, adjusted = good_result.assessment, simultaneous_result.assessment
     assert two_steps.deformation is None

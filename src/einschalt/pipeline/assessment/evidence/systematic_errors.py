@@ -14,6 +14,7 @@ from scipy.special import chdtrc
 
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
+from einschalt.pipeline.assessment.plain_values import IS_PLAIN
 from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
 from einschalt.theory.adjustment.point_operator import Axes, selection
@@ -81,7 +82,9 @@ class NetworkStrain:
     # estimated [m], the largest first; what is common to all of them is not seen
     displacements: pd.DataFrame
     # that it was found in
-    scores: ControlScores | None = field(default=None, repr=False)
+    scores: ControlScores | None = field(
+        default=None, repr=False, metadata={IS_PLAIN: False}
+    )
 
     @property
     def is_significant(self):
