@@ -55,6 +55,7 @@ def bow():
         ([box(900_000, 900_000)], "900 km long"),
         ([box(0.1, 0.1, 13.6, 48.0)], "in kilometres or degrees"),
         ([{"type": "Polygon", "coordinates": [[[0, 0], [1]]]}], "damaged, or none"),
+        ([{"type": "Polygon", "coordinates": [[[10**400, 0]]]}], "damaged, or none"),
     ],
 )
 def test_what_no_flight_covers_is_refused_in_a_sentence(geometries, says, tmp_path):

@@ -11,6 +11,7 @@ import pyproj
 import pytest
 import shapely
 
+import einschalt as es
 from einschalt.foundations.errors import EinschaltError, FileError, TableError
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.files import workbooks
@@ -433,8 +434,6 @@ def test_named_columns_are_not_in_the_system_of_the_geometry(tmp_path, crs):
 
 
 def test_points_are_read_by_one_call_and_say_how(tmp_path):
-    import einschalt as es
-
     table = austrian_of_two()
     write_export(table, tmp_path / "t.csv")
     frame = es.read_points(tmp_path / "t.csv")
@@ -454,3 +453,19 @@ def test_features_that_would_make_a_huge_table_are_refused(tmp_path):
     (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
     with pytest.raises(FileError, match="9000 rows or more of 9000 columns"):
         understand_table(tmp_path / "t.geojson", CONTROL_POINTS)
+
+
+@pytest.mark.parametrize("place", ["coordinates", "height"])
+def test_integers_that_no_float_holds_are_a_sentence(place, tmp_path):
+    point = {"type": "Point", "coordinates": [13.5, 48.25]}
+    facts = {"point_id": "A"}
+    huge = 10**400
+    if place == "coordinates":
+        point[place][0] = huge
+    else:
+        facts[place] = huge
+    features = [{"type": "Feature", "geometry": point, "properties": facts}]
+    text = json.dumps({"type": "FeatureCollection", "features": features})
+    (tmp_path / "t.geojson").write_text(text, encoding="utf-8")
+    with pytest.raises(EinschaltError, match=r"t\.geojson, row 1, point A: .* inf"):
+        es.read_points(tmp_path / "t.geojson")

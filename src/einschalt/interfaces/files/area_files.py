@@ -22,6 +22,7 @@ from einschalt.foundations.projections import (
 )
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.input_files import companions, read_once
+from einschalt.interfaces.files.json_text import parsed_json
 from einschalt.interfaces.files.point_layers import SUFFIXES, choose_layer, require_kind
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 
@@ -103,7 +104,7 @@ def _of_json(path, _layer, source):
     """Read GeoJSON: a FeatureCollection, a Feature or a geometry."""
     data = read_once(path, source).data
     try:
-        given = json.loads(data.decode("utf-8-sig"))
+        given = parsed_json(data.decode("utf-8-sig"))
         features = given.get("features", [given])
         parts = [one.get("geometry", one) for one in features[: MOST_AREAS + 1]]
         shapes = [_json_shape(one) for one in parts]

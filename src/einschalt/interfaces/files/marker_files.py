@@ -5,7 +5,6 @@ Metashape (markers as XML), OpenDroneMap (``gcp_list.txt``) and OpenSfM
 image, x to the right and y down, as these programs do.
 """
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +32,7 @@ from einschalt.interfaces.files.input_files import (
     read_once,
     read_text_bytes,
 )
+from einschalt.interfaces.files.json_text import parsed_json
 
 WGS_84 = "EPSG:4326"
 UTM = re.compile(r"^WGS\s?84\s+UTM\s+(\d{1,2})\s?([NS])$", re.IGNORECASE)
@@ -288,7 +288,7 @@ def read_opensfm(path, source=None, beside=()) -> Markers:
 
 def _json(path, source):
     try:
-        return json.loads(read_text_bytes(path, source))
+        return parsed_json(read_text_bytes(path, source))
     except (ValueError, RecursionError) as error:
         raise FileError(
             f"is no whole JSON: {shortened(str(error), 80)}",

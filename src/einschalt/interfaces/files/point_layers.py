@@ -5,7 +5,6 @@ The geometry gives easting and northing (x is the east in all of these formats),
 height where it has one; the attributes give the rest.
 """
 
-import json
 import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ from einschalt.foundations.errors import (
 from einschalt.foundations.projections import read_source_crs
 from einschalt.interfaces.files.gdal_files import opened
 from einschalt.interfaces.files.input_files import read_once
+from einschalt.interfaces.files.json_text import parsed_json
 from einschalt.interfaces.files.understood_tables import (
     NOTHING_SAID,
     ReadTable,
@@ -209,7 +209,7 @@ def _points(shapes, source):
 def _geojson(data, source):
     """Read GeoJSON; GDAL would take JSON of other kinds, which lead elsewhere."""
     try:
-        given = json.loads(data.decode("utf-8-sig"))
+        given = parsed_json(data.decode("utf-8-sig"))
         features = given["features"]
         rows = [feature.get("properties") or {} for feature in features]
         # each feature may have names of its own
