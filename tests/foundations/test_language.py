@@ -150,6 +150,15 @@ def test_texts_that_results_keep_are_recognised():
         assert retold("points P 1.5") == "points P 1.5"  # no message
 
 
+def test_what_is_to_be_typed_stays_as_the_program_reads_it():
+    """A German who is told to write 10 009,370 has written that already."""
+    with written_in("de"):
+        assert retold("'10009,370' has a decimal comma") == (
+            "'10009,370' hat ein Dezimalkomma"
+        )
+        assert retold("Write 10009.370") == "10009.370 schreiben"
+
+
 def test_figures_have_a_decimal_comma_and_groups_in_german():
     with written_in("de"):
         assert ts.length(0.0371) == "3,7 cm"

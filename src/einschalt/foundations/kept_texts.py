@@ -33,6 +33,7 @@ EXPECTED = mark("; expected ")
 JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
 # by which a message is recognised: in one whose places have numbers alone, and others
 LETTERS = {True: 4, False: 12}
+TYPED = "Write "
 QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
 
 
@@ -71,9 +72,11 @@ def _recognised(name, text):
         return told
     if place := PLACE.fullmatch(text):
         return place_text(*place.groups())
+    # what is to be typed is read by the program, in whatever language
+    filled = str if text.startswith(TYPED) else _again
     for pattern, message in _patterns(name):
         if found := pattern.fullmatch(text):
-            parts = {place: _again(part) for place, part in found.groupdict().items()}
+            parts = {place: filled(part) for place, part in found.groupdict().items()}
             numbered = sorted(place for place in parts if place.startswith("_"))
             return message.format(*map(parts.get, numbered), **parts)
     return None
