@@ -17,7 +17,7 @@ from einschalt.pipeline.summary.sections import (
     repeated_settings,
     tolerance,
 )
-from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
+from einschalt.pipeline.summary.suggestions.catalogue import notes_of, suggestions_of
 from einschalt.pipeline.summary.verdict import verdict
 
 UNBROKEN = "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}"
@@ -58,12 +58,14 @@ def summarize(result) -> str:
 def lasting_summary(assessment) -> str:
     """Write the text of summary.txt: the same for every run of a block.
 
-    First line the verdict, then "Problems and suggestions", then tables.
+    First line the verdict, then "Problems and suggestions", then tables, and what was
+    noted while the block was read.
     """
     parts = [
         verdict(assessment),
         _suggestions(suggestions_of(assessment.findings)),
         *(section.text() for section in sections(assessment).values()),
+        _notes(notes_of(assessment.findings)),
         settings_line(assessment.block.chosen_settings),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -80,6 +82,11 @@ def _suggestions(suggestions):
             for detail in suggestion.details
         ]
     return "\n".join(lines)
+
+
+def _notes(notes):
+    lines = [wrapped(str(note), first="  - ", indent="    ") for note in notes]
+    return "\n".join([translated("Notes on reading"), *lines]) if lines else ""
 
 
 def settings_line(chosen_settings) -> str:

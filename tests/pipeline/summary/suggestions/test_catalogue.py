@@ -12,6 +12,7 @@ from einschalt.pipeline.summary.suggestions import catalogue
 from einschalt.pipeline.summary.suggestions.catalogue import (
     MODULES,
     WORDS,
+    notes_of,
     suggestion_of,
     suggestions_of,
 )
@@ -74,14 +75,14 @@ def test_a_good_block_has_no_problems(good_result):
     assert suggestions_of(good_result.assessment.findings) == ()
 
 
-def test_notes_of_reading_come_last(unchecked_result):
+def test_notes_of_reading_are_no_problems(unchecked_result):
     block = unchecked_result.block
     object.__setattr__(block, "notes", ("low.csv: ignored column colour", "two"))
     try:
-        found = suggestions_of(changed(unchecked_result).assessment.findings)
+        noted = changed(unchecked_result).assessment.findings
     finally:
         object.__setattr__(block, "notes", ())
-    assert [str(suggestion) for suggestion in found[-2:]] == [
-        "low.csv: ignored column colour.",
-        "two.",
-    ]
+    found = [str(note) for note in notes_of(noted)]
+    assert found == ["low.csv: ignored column colour.", "two."]
+    problems = suggestions_of(unchecked_result.assessment.findings)
+    assert suggestions_of(noted) == problems != ()

@@ -47,5 +47,11 @@ def suggestion_of(finding) -> Suggestion:
 
 
 def suggestions_of(findings) -> tuple[Suggestion, ...]:
-    """Put findings into words, all but those that another one explains."""
-    return tuple(suggestion_of(f) for f in findings if not f.explained_by)
+    """Put findings into words, all but those that another one explains, and notes."""
+    told = (f for f in findings if not f.explained_by and f.code not in notes.WORDS)
+    return tuple(map(suggestion_of, told))
+
+
+def notes_of(findings) -> tuple[Suggestion, ...]:
+    """Put into words what was noted while a block was read: nothing is wrong there."""
+    return tuple(suggestion_of(f) for f in findings if f.code in notes.WORDS)
