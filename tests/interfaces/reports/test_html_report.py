@@ -124,7 +124,7 @@ def test_page_has_verdict_problems_and_definitions(page, faulty_result):
     text = "".join(Page(render(faulty_result)).text)
     assert verdict_on(faulty_result.assessment) in text
     assert "3 of 30 models failed." in text
-    assert "The figure of the paper is too small" in text
+    assert "The figure of the paper neglects shared errors" in text
     assert "It reflects only the uncorrelated part of the error." in text
     assert "None." in page.text
     for figure in ("total", "m_g", "m_0", "s_0", "m_t", "spread_total", "residual"):

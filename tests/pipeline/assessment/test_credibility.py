@@ -82,6 +82,24 @@ def test_without_propagation_the_budget_is_all_there_is(good_result):
     assert figure.value == pytest.approx(3.0 * good_result.figures.mean_paper)
 
 
+def test_known_points_that_the_budget_does_not_explain_enlarge_it(demo_block):
+    control = demo_block.control_points.drop(columns="standard_error_m")
+    result = densify(replace(demo_block, control_points=control))
+    figure, known = result.examination.credible, result.examination.known_control
+    assert np.isnan(result.figures.mean_total)
+    assert known.are_beyond
+    assert figure.reason is Reason.BUDGET_CONTRADICTED
+    least = known.ratio * result.figures.mean_paper
+    assert figure.value >= least * (1.0 - 1e-12)
+    assert figure.is_lower_bound
+    (told,) = (
+        found
+        for found in result.assessment.findings
+        if found.code == "control_points_beyond_claim"
+    )
+    assert told.remedy == "state_control_errors"
+
+
 def test_nothing_is_believed_where_nothing_is_known(good_result):
     unknown = with_figures(good_result, mean_total=np.nan, mean_paper=np.nan)
     figure = unknown.examination.credible

@@ -285,7 +285,7 @@ def test_a_summary_names_wrong_control_first_and_once(block, outliers, said):
     assert ("worse than stated" in text) == (outliers == "keep")
     assert "contradict each other by more than their standard" not in text
     if outliers == "snoop":
-        assert "stated for them" not in text
+        assert "times the expected" not in text
 
 
 def test_a_block_without_a_high_flight_has_none_to_adjust(

@@ -83,12 +83,14 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         value, reason = np.nan, Reason.UNKNOWN
     elif has_credible_propagation(examined):
         value, reason = total, Reason.PROPAGATED
-    elif np.isnan(total) and claim.is_supported:
+    elif np.isnan(total) and claim.is_supported and not _ratios_beyond(examined):
         value, reason = np.fmax(paper, _beside_shifts(examined)), Reason.BUDGET
     else:
         is_budget = np.isnan(total)
         # what the measurements exceed the claim by is the least that it is too small by
         enlarged = (paper if is_budget else total) * claim.enlargement
+        if is_budget:  # its tests have not looked at known points
+            enlarged = max(enlarged, paper * max([1.0, *_ratios_beyond(examined)]))
         value = np.nanmax([enlarged, paper, figures.mean_internal])
         reason = Reason.BUDGET_CONTRADICTED if is_budget else Reason.CONTRADICTED
         stated = np.hypot(paper if is_budget else total, taken_up_by_models(examined))
@@ -113,6 +115,12 @@ def figure_of_two_steps(examined) -> CredibleFigure:
         reason=reason,
         doubt=doubt,
     )
+
+
+def _ratios_beyond(examined):
+    """Ratios of differences at known points to those claimed, beyond chance."""
+    known = (examined.known_check, examined.known_control)
+    return [part.ratio for part in known if part.are_beyond]
 
 
 def _of_single_points(examined, enlarged):
@@ -166,8 +174,7 @@ def figure_of_adjustment(examined) -> CredibleFigure:
     errors must be wrong, deformed models among it.
     """
     total, s_0 = examined.figures.mean_within, float(examined.adjustment.s_0)
-    known = (examined.known_check, examined.known_control)
-    ratios = [part.ratio for part in known if part.are_beyond]
+    ratios = _ratios_beyond(examined)
     is_large = is_large_s_0(examined.adjustment)
     is_refuted = (
         bool(ratios)

@@ -20,7 +20,7 @@ def test_check_points_beside_the_claim(code, remedy, says):
     said = suggestion_of(found)
     assert said.problem == (
         "The differences at 6 check points are 20 cm (total, RMS), 2.5 times the "
-        "8.0 cm stated for them"
+        "expected 8.0 cm"
     )
     assert says in said.remedy
 
@@ -34,7 +34,7 @@ def test_the_three_worst_control_points_are_named():
         facts=COMPARED,
     )
     said = suggestion_of(found)
-    assert said.problem.endswith("stated for them; largest at d, c, b")
+    assert said.problem.endswith("the expected 8.0 cm; largest at d, c, b")
 
 
 def test_a_shift_has_a_direction():

@@ -44,10 +44,11 @@ def control_points_beyond_claim(examined):
     if not known.are_beyond:
         return None
     miss = np.hypot(*known.differences.T)
+    is_stated = np.isfinite(examined.figures.mean_total)
     return finding(
         "control_points_beyond_claim",
         names=known.point_ids[np.argsort(-miss, kind="stable")],
-        remedy="look_for_wrong_control",
+        remedy="look_for_wrong_control" if is_stated else "state_control_errors",
         **_compared("control points", known),
     )
 

@@ -62,10 +62,12 @@ CARRIED = mark_each(
     }
 )
 PAPER = mark("paper: Kovarik 1971, M² = (m_g · scale number)² + m_t².")
-TOO_SMALL = mark("The figure of the paper is too small: {reason}.")
-TOO_SMALL_TWICE = mark("The figure of the paper is too small: {reason}, and {other}.")
-TOO_SMALL_MORE_IF = mark(
-    "The figure of the paper is too small: {reason}; more so if {condition}."
+NEGLECTS = mark("The figure of the paper neglects shared errors: {reason}.")
+NEGLECTS_TWICE = mark(
+    "The figure of the paper neglects shared errors: {reason}, and {other}."
+)
+NEGLECTS_MORE_IF = mark(
+    "The figure of the paper neglects shared errors: {reason}; more so if {condition}."
 )
 TOO_SMALL_IF = mark("The figure of the paper is too small if {condition}.")
 SHARED = mark_each(
@@ -231,11 +233,11 @@ def caution(facts: TwoStepPrecision) -> str:
     if facts.shared in SHARED:
         reason = translated(SHARED[facts.shared])
         if not both:
-            return translated(TOO_SMALL, reason=reason)
-        return translated(TOO_SMALL_TWICE, reason=reason, other=both)
+            return translated(NEGLECTS, reason=reason)
+        return translated(NEGLECTS_TWICE, reason=reason, other=both)
     condition = translated(CONDITIONS[facts.shared])
     if both:
-        return translated(TOO_SMALL_MORE_IF, reason=both, condition=condition)
+        return translated(NEGLECTS_MORE_IF, reason=both, condition=condition)
     return translated(TOO_SMALL_IF, condition=condition)
 
 

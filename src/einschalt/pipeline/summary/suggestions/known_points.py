@@ -17,6 +17,10 @@ REMEDIES = mark_each(
         "look_for_wrong_control": (
             "Look for wrong control points, or for strain in their network"
         ),
+        "state_control_errors": (
+            "State standard_error_m of the control points: no errors of their own are "
+            "expected so far"
+        ),
         "look_at_reference_system": (
             "Check the reference system and the epoch of the given coordinates"
         ),
@@ -24,11 +28,11 @@ REMEDIES = mark_each(
 )
 OF_CHECK = mark(
     "The differences at {n_points:count check point} are {rms:length} (total, RMS), "
-    "{ratio:factor} the {claimed:length} stated for them"
+    "{ratio:factor} the expected {claimed:length}"
 )
 OF_CONTROL = mark(
     "The differences at {n_points:count control point} are {rms:length} (total, RMS), "
-    "{ratio:factor} the {claimed:length} stated for them; largest at {worst}"
+    "{ratio:factor} the expected {claimed:length}; largest at {worst}"
 )
 SHIFTS = mark_each(
     {
