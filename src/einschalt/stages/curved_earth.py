@@ -61,7 +61,8 @@ def bend_flights(block, flights, kind=None):
             fit = transform_high_flight(points, control, placed[HIGH])
             if is_bent[HIGH]:
                 bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
-            if placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL:
+            is_wanted = placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL
+            if is_bent.get(LOW) and is_wanted:
                 ground = average_high_flight(fit, points).points
         ground = block.control_points if ground is None else ground
         if is_bent.get(LOW) and (placed[LOW] != SPATIAL or "height" in ground):
