@@ -129,7 +129,7 @@ def bent_as_the_map(oriented, fit, crs):
         With model points and projection centres where they belong; as it was where no
         point moves by a millimetre.
     """
-    system = _flat(read_crs(crs))
+    system = flat_system(read_crs(crs))
     moved, largest = _moved(oriented.model_points, fit, system)
     if not largest > LEAST:
         return oriented
@@ -139,8 +139,8 @@ def bent_as_the_map(oriented, fit, crs):
     return replace(oriented, model_points=moved, centres=centres)
 
 
-def _flat(crs):
-    """The plane part of a system with heights."""
+def flat_system(crs):
+    """Leave out what a system (read) has of heights."""
     return (crs.sub_crs_list or [crs])[0]
 
 
@@ -149,18 +149,26 @@ def _moved(points, fit, crs):
     place = _places(points, fit)
     rows = np.flatnonzero(place >= 0)
     names = XYZ if fit.kind == SPATIAL else XYZ[:2]
-    place, xyz = place[rows], points[names].to_numpy(dtype=float)[rows]
     if not len(rows):
         return points, 0.0
+    xyz = points[names].to_numpy(dtype=float)[rows]
+    moved, away = moved_coordinates(xyz, place[rows], fit, crs)
+    is_known = np.isfinite(away)
+    table = points.copy()
+    columns = [table.columns.get_loc(name) for name in names]
+    table.iloc[rows[is_known], columns] = moved[is_known]
+    return table, float(away[is_known].max(initial=0.0))
+
+
+def moved_coordinates(xyz, place, fit, crs):
+    """Coordinates of points in their models, moved, and how far on the ground [m].
+
+    ``xyz`` (n, n_axes), each in the model ``place`` (n,) of a fit that has ``fit`` and
+    ``observed`` as a ModelTransformation; NaN where the map does not reach.
+    """
     ground = fit.fit.apply(place, xyz)
     bent = _in_map(ground, place, fit, crs)
-    is_known = np.isfinite(bent).all(axis=1)
-    rows, place = rows[is_known], place[is_known]
-    back = fit.fit.invert(place, bent[is_known])
-    table = points.copy()
-    table.iloc[rows, [table.columns.get_loc(name) for name in names]] = back
-    away = np.linalg.norm(bent[is_known] - ground[is_known], axis=1)
-    return table, float(away.max(initial=0.0))
+    return fit.fit.invert(place, bent), np.linalg.norm(bent - ground, axis=1)
 
 
 def _places(points, fit):
@@ -206,7 +214,7 @@ def straightened(points, middle, crs):
     ``points`` (n, 3): easting, northing, height above the ellipsoid [m]; ``middle``
     (3,): where both are the same, and have the same axes.
     """
-    system = _flat(read_crs(crs))
+    system = flat_system(read_crs(crs))
     origin, axes = _cartesian_frames(np.asarray(middle, dtype=float)[None], system)
     geocentric, _ = to_geocentric(points, system)
     return middle + (geocentric - origin) @ axes[0]
@@ -214,7 +222,7 @@ def straightened(points, middle, crs):
 
 def straightened_in_plan(points, middle, crs):
     """The same of plane points (n, 2) at height 0, in the scale of the map there."""
-    system = _flat(read_crs(crs))
+    system = flat_system(read_crs(crs))
     at_zero = np.column_stack([np.vstack([middle, points]), np.zeros(len(points) + 1)])
     geocentric, axes = to_geocentric(at_zero, system)
     axes = axes[0, :, :2]
