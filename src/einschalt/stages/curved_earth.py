@@ -16,27 +16,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.names import encode_pairs
-from einschalt.foundations.projections import (
-    from_geocentric,
-    read_crs,
-    scale_gradient,
-    to_geocentric,
-)
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.tables import with_coverage
+from einschalt.stages.bent_map import (
+    LEAST,
+    PLACED_BY,
+    bends_plane_models,
+    flat_system,
+    is_of_the_earth,
+    moved_coordinates,
+)
 from einschalt.stages.stage1_approximate_coordinates import (
     average_high_flight,
     transform_high_flight,
 )
 from einschalt.stages.stage3_model_transformation import transform_models
 
-LEAST = 1e-3  # metres: the largest movement of a flight that is not worth it
 XYZ = ["x", "y", "z"]
 SPATIAL = "helmert_3d"
-PLACED_BY = {"rigid": "helmert", "helmert_film_affinity": "helmert"}
-MODEL_RADIUS_M = 0.134  # to the corners of what two photographs of 23 cm share, 60 %
 HIGH, LOW = "high_flight", "low_flight"
 
 
@@ -89,26 +88,6 @@ def is_worth_bending(block, name, kind):
     return bends_plane_models(places, block.flights[name].scale_number, block.crs)
 
 
-def bends_plane_models(places, scale_number, crs):
-    """Whether the map bends plane models of a scale by a millimetre at some places.
-
-    ``places``, shape (n, 2): easting, northing [m], of which the outermost count.
-    """
-    system = read_crs(crs)
-    if not len(places) or not system.is_projected:
-        return False
-    outermost = zip(places.min(axis=0), places.max(axis=0), strict=True)
-    corners = np.stack(np.meshgrid(*outermost), axis=-1).reshape(-1, 2)
-    radius = MODEL_RADIUS_M * scale_number
-    bent = scale_gradient(corners, system) * radius**2 / 2.0
-    return bool(np.any(bent > LEAST))
-
-
-def is_of_the_earth(crs):
-    """Whether a block with this system (str or None) lies on the curved Earth."""
-    return crs is not None and not read_crs(crs).is_engineering
-
-
 def bent_as_the_map(oriented, fit, crs):
     """Bend the models of a flight as the map of their ground coordinates is bent.
 
@@ -139,11 +118,6 @@ def bent_as_the_map(oriented, fit, crs):
     return replace(oriented, model_points=moved, centres=centres)
 
 
-def flat_system(crs):
-    """Leave out what a system (read) has of heights."""
-    return (crs.sub_crs_list or [crs])[0]
-
-
 def _moved(points, fit, crs):
     """Points of models, moved, and by how much at most [m]; others as they were."""
     place = _places(points, fit)
@@ -160,17 +134,6 @@ def _moved(points, fit, crs):
     return table, float(away[is_known].max(initial=0.0))
 
 
-def moved_coordinates(xyz, place, fit, crs):
-    """Coordinates of points in their models, moved, and how far on the ground [m].
-
-    ``xyz`` (n, n_axes), each in the model ``place`` (n,) of a fit that has ``fit`` and
-    ``observed`` as a ModelTransformation; NaN where the map does not reach.
-    """
-    ground = fit.fit.apply(place, xyz)
-    bent = _in_map(ground, place, fit, crs)
-    return fit.fit.invert(place, bent), np.linalg.norm(bent - ground, axis=1)
-
-
 def _places(points, fit):
     """Row of the fit for each point, -1 where its model is not usable."""
     models = with_coverage(fit.models)
@@ -180,59 +143,3 @@ def _places(points, fit):
     place = known.locate(coded)[coded.codes]
     usable = models["is_usable"].to_numpy(dtype=bool)
     return np.where((place >= 0) & usable[place], place, -1)
-
-
-def _in_map(ground, place, fit, crs):
-    """Map coordinates of points that are given in Cartesian ones of their model.
-
-    These have their origin and their axes where the middle of the model's points has
-    easting, northing and height. Plane ones have the scale of the map there as well:
-    then only what bends a model moves it, and no transformation takes that up.
-    """
-    middles = _middles(fit)
-    away, n_axes = ground - middles[place], middles.shape[1]
-    if n_axes == len(XYZ):
-        origin, axes = _cartesian_frames(middles, crs)
-    else:
-        at_zero = np.column_stack([middles, np.zeros(len(middles))])
-        origin, axes = to_geocentric(at_zero, crs)
-    geocentric = origin[place] + np.einsum(
-        "nij,nj->ni", axes[place][..., :n_axes], away
-    )
-    return from_geocentric(geocentric, crs)[:, :n_axes]
-
-
-def _cartesian_frames(middles, crs):
-    """Geocentric origins (n, 3), and axes (n, 3, 3) as columns, of Cartesian frames."""
-    origin, jacobian = to_geocentric(middles, crs)
-    return origin, jacobian / np.linalg.norm(jacobian, axis=1, keepdims=True)
-
-
-def straightened(points, middle, crs):
-    """Cartesian coordinates of points on the map, which a model is a likeness of.
-
-    ``points`` (n, 3): easting, northing, height above the ellipsoid [m]; ``middle``
-    (3,): where both are the same, and have the same axes.
-    """
-    system = flat_system(read_crs(crs))
-    origin, axes = _cartesian_frames(np.asarray(middle, dtype=float)[None], system)
-    geocentric, _ = to_geocentric(points, system)
-    return middle + (geocentric - origin) @ axes[0]
-
-
-def straightened_in_plan(points, middle, crs):
-    """The same of plane points (n, 2) at height 0, in the scale of the map there."""
-    system = flat_system(read_crs(crs))
-    at_zero = np.column_stack([np.vstack([middle, points]), np.zeros(len(points) + 1)])
-    geocentric, axes = to_geocentric(at_zero, system)
-    axes = axes[0, :, :2]
-    away = (geocentric[1:] - geocentric[0]) @ axes / (axes**2).sum(axis=0)
-    return middle + away
-
-
-def _middles(fit):
-    """Mean of the known points of each model, (n_models, 3); NaN without any."""
-    start = fit.observed.start
-    count = np.diff(start)[:, None].astype(float)
-    sums = segment_sum(fit.observed.target, start)
-    return np.divide(sums, count, out=np.full(sums.shape, np.nan), where=count > 0.0)

@@ -33,7 +33,7 @@ from einschalt.pipeline.simulation.measurements import (
     measure_plane_in_machine,
 )
 from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
-from einschalt.stages.curved_earth import (
+from einschalt.stages.bent_map import (
     bends_plane_models,
     straightened,
     straightened_in_plan,

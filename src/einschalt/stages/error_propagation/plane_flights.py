@@ -14,7 +14,7 @@ import pandas as pd
 from einschalt.foundations.batches import segments
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.units import METRES_PER_UM
-from einschalt.stages.curved_earth import (
+from einschalt.stages.bent_map import (
     LEAST,
     PLACED_BY,
     bends_plane_models,
