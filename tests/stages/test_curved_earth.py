@@ -9,7 +9,8 @@ import pyproj
 import pytest
 
 import einschalt as es
-from einschalt.stages.curved_earth import bend_flights, is_worth_bending, straightened
+from einschalt.stages.bent_map import straightened
+from einschalt.stages.curved_earth import bend_flights, is_worth_bending
 from einschalt.stages.stage2_relative_orientation import relative_orientation
 
 EARTH = 6.38e6

@@ -12,7 +12,7 @@ from einschalt.pipeline.planning.area.recommended import propagate
 
 @pytest.mark.parametrize("name", ["film 3", "large format 6", "UAV 3"])
 def test_expected_is_true_within_5_percent(name):
-    expected = propagate(plan_of(name)).figures.mean
+    expected = propagate(plan_of(name)).mean
     squares = true_squares(name, 1, 60)
     error = 0.5 * squares.std() / squares.mean() / np.sqrt(len(squares))
     assert error < 0.02

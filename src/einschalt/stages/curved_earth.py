@@ -16,27 +16,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import GeometryError
 from einschalt.foundations.names import encode_pairs
-from einschalt.foundations.projections import (
-    from_geocentric,
-    read_crs,
-    scale_gradient,
-    to_geocentric,
-)
+from einschalt.foundations.projections import read_crs
 from einschalt.foundations.tables import with_coverage
+from einschalt.stages.bent_map import (
+    LEAST,
+    PLACED_BY,
+    bends_plane_models,
+    flat_system,
+    is_of_the_earth,
+    moved_coordinates,
+)
 from einschalt.stages.stage1_approximate_coordinates import (
     average_high_flight,
     transform_high_flight,
 )
 from einschalt.stages.stage3_model_transformation import transform_models
 
-LEAST = 1e-3  # metres: the largest movement of a flight that is not worth it
 XYZ = ["x", "y", "z"]
 SPATIAL = "helmert_3d"
-PLACED_BY = {"rigid": "helmert", "helmert_film_affinity": "helmert"}
-MODEL_RADIUS_M = 0.134  # to the corners of what two photographs of 23 cm share, 60 %
 HIGH, LOW = "high_flight", "low_flight"
 
 
@@ -61,7 +60,8 @@ def bend_flights(block, flights, kind=None):
             fit = transform_high_flight(points, control, placed[HIGH])
             if is_bent[HIGH]:
                 bent[HIGH] = bent_as_the_map(flights[HIGH], fit, block.crs)
-            if placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL:
+            is_wanted = placed[HIGH] == SPATIAL or placed.get(LOW) != SPATIAL
+            if is_bent.get(LOW) and is_wanted:
                 ground = average_high_flight(fit, points).points
         ground = block.control_points if ground is None else ground
         if is_bent.get(LOW) and (placed[LOW] != SPATIAL or "height" in ground):
@@ -88,26 +88,6 @@ def is_worth_bending(block, name, kind):
     return bends_plane_models(places, block.flights[name].scale_number, block.crs)
 
 
-def bends_plane_models(places, scale_number, crs):
-    """Whether the map bends plane models of a scale by a millimetre at some places.
-
-    ``places``, shape (n, 2): easting, northing [m], of which the outermost count.
-    """
-    system = read_crs(crs)
-    if not len(places) or not system.is_projected:
-        return False
-    outermost = zip(places.min(axis=0), places.max(axis=0), strict=True)
-    corners = np.stack(np.meshgrid(*outermost), axis=-1).reshape(-1, 2)
-    radius = MODEL_RADIUS_M * scale_number
-    bent = scale_gradient(corners, system) * radius**2 / 2.0
-    return bool(np.any(bent > LEAST))
-
-
-def is_of_the_earth(crs):
-    """Whether a block with this system (str or None) lies on the curved Earth."""
-    return crs is not None and not read_crs(crs).is_engineering
-
-
 def bent_as_the_map(oriented, fit, crs):
     """Bend the models of a flight as the map of their ground coordinates is bent.
 
@@ -128,7 +108,7 @@ def bent_as_the_map(oriented, fit, crs):
         With model points and projection centres where they belong; as it was where no
         point moves by a millimetre.
     """
-    system = _flat(read_crs(crs))
+    system = flat_system(read_crs(crs))
     moved, largest = _moved(oriented.model_points, fit, system)
     if not largest > LEAST:
         return oriented
@@ -138,28 +118,20 @@ def bent_as_the_map(oriented, fit, crs):
     return replace(oriented, model_points=moved, centres=centres)
 
 
-def _flat(crs):
-    """The plane part of a system with heights."""
-    return (crs.sub_crs_list or [crs])[0]
-
-
 def _moved(points, fit, crs):
     """Points of models, moved, and by how much at most [m]; others as they were."""
     place = _places(points, fit)
     rows = np.flatnonzero(place >= 0)
     names = XYZ if fit.kind == SPATIAL else XYZ[:2]
-    place, xyz = place[rows], points[names].to_numpy(dtype=float)[rows]
     if not len(rows):
         return points, 0.0
-    ground = fit.fit.apply(place, xyz)
-    bent = _in_map(ground, place, fit, crs)
-    is_known = np.isfinite(bent).all(axis=1)
-    rows, place = rows[is_known], place[is_known]
-    back = fit.fit.invert(place, bent[is_known])
+    xyz = points[names].to_numpy(dtype=float)[rows]
+    moved, away = moved_coordinates(xyz, place[rows], fit, crs)
+    is_known = np.isfinite(away)
     table = points.copy()
-    table.iloc[rows, [table.columns.get_loc(name) for name in names]] = back
-    away = np.linalg.norm(bent[is_known] - ground[is_known], axis=1)
-    return table, float(away.max(initial=0.0))
+    columns = [table.columns.get_loc(name) for name in names]
+    table.iloc[rows[is_known], columns] = moved[is_known]
+    return table, float(away[is_known].max(initial=0.0))
 
 
 def _places(points, fit):
@@ -171,59 +143,3 @@ def _places(points, fit):
     place = known.locate(coded)[coded.codes]
     usable = models["is_usable"].to_numpy(dtype=bool)
     return np.where((place >= 0) & usable[place], place, -1)
-
-
-def _in_map(ground, place, fit, crs):
-    """Map coordinates of points that are given in Cartesian ones of their model.
-
-    These have their origin and their axes where the middle of the model's points has
-    easting, northing and height. Plane ones have the scale of the map there as well:
-    then only what bends a model moves it, and no transformation takes that up.
-    """
-    middles = _middles(fit)
-    away, n_axes = ground - middles[place], middles.shape[1]
-    if n_axes == len(XYZ):
-        origin, axes = _cartesian_frames(middles, crs)
-    else:
-        at_zero = np.column_stack([middles, np.zeros(len(middles))])
-        origin, axes = to_geocentric(at_zero, crs)
-    geocentric = origin[place] + np.einsum(
-        "nij,nj->ni", axes[place][..., :n_axes], away
-    )
-    return from_geocentric(geocentric, crs)[:, :n_axes]
-
-
-def _cartesian_frames(middles, crs):
-    """Geocentric origins (n, 3), and axes (n, 3, 3) as columns, of Cartesian frames."""
-    origin, jacobian = to_geocentric(middles, crs)
-    return origin, jacobian / np.linalg.norm(jacobian, axis=1, keepdims=True)
-
-
-def straightened(points, middle, crs):
-    """Cartesian coordinates of points on the map, which a model is a likeness of.
-
-    ``points`` (n, 3): easting, northing, height above the ellipsoid [m]; ``middle``
-    (3,): where both are the same, and have the same axes.
-    """
-    system = _flat(read_crs(crs))
-    origin, axes = _cartesian_frames(np.asarray(middle, dtype=float)[None], system)
-    geocentric, _ = to_geocentric(points, system)
-    return middle + (geocentric - origin) @ axes[0]
-
-
-def straightened_in_plan(points, middle, crs):
-    """The same of plane points (n, 2) at height 0, in the scale of the map there."""
-    system = _flat(read_crs(crs))
-    at_zero = np.column_stack([np.vstack([middle, points]), np.zeros(len(points) + 1)])
-    geocentric, axes = to_geocentric(at_zero, system)
-    axes = axes[0, :, :2]
-    away = (geocentric[1:] - geocentric[0]) @ axes / (axes**2).sum(axis=0)
-    return middle + away
-
-
-def _middles(fit):
-    """Mean of the known points of each model, (n_models, 3); NaN without any."""
-    start = fit.observed.start
-    count = np.diff(start)[:, None].astype(float)
-    sums = segment_sum(fit.observed.target, start)
-    return np.divide(sums, count, out=np.full(sums.shape, np.nan), where=count > 0.0)

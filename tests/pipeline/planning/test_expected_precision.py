@@ -4,12 +4,15 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import einschalt as es
 from einschalt.foundations.errors import EinschaltError, GeometryError, SettingsError
+from einschalt.pipeline.planning import expected_precision
 from einschalt.pipeline.planning.expected_precision import expect_precision, zones_of
 from einschalt.pipeline.planning.flight_design import FlightDesign
+from einschalt.stages.error_propagation.plane_flights import UnusableModelError
 
 DESIGN = FlightDesign(scale_number=8000, spacing=300, m_g_um=5, width=4500, height=4500)
 
@@ -145,3 +148,41 @@ def test_an_area_of_control_alone_is_refused():
     small = replace(DESIGN, width=900.0, height=900.0, control_per_model=9)
     with pytest.raises(GeometryError, match="all points of the area would be control"):
         expect_precision(small)
+
+
+@pytest.mark.parametrize(
+    ("kind", "scale_number", "n_coverages"),
+    # at 1:33000 the map bends the models of both flights
+    [
+        ("affine", 8000, 2),
+        ("helmert", 8000, 1),
+        ("rigid", 8000, 2),
+        ("affine", 33000, 2),
+    ],
+)
+def test_arrays_give_what_the_stages_give(kind, scale_number, n_coverages, monkeypatch):
+    spacing = scale_number / 20.0
+    design = FlightDesign(
+        scale_number=scale_number,
+        spacing=spacing,
+        m_g_um=5,
+        kind=kind,
+        n_coverages=n_coverages,
+        width=25.0 * spacing,
+        height=20.0 * spacing,
+    )
+    by_arrays = expect_precision(design)
+
+    def refuse(*_flights):
+        raise UnusableModelError
+
+    monkeypatch.setattr(expected_precision, "propagate_flights", refuse)
+    by_stages = expect_precision(design)
+    for name in ("points", "values"):
+        one, other = getattr(by_arrays, name), getattr(by_stages, name)
+        pd.testing.assert_frame_equal(one, other, rtol=1e-12, atol=1e-15)
+    for name in ("figures", "formula"):
+        one, other = (vars(getattr(e, name)) for e in (by_arrays, by_stages))
+        assert one == pytest.approx(other, rel=1e-12, nan_ok=True)
+    assert by_arrays.parts == pytest.approx(by_stages.parts, rel=1e-12)
+    assert by_arrays.summary() == by_stages.summary()

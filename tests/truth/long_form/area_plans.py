@@ -19,7 +19,7 @@ from einschalt.pipeline.planning.area.recommended import propagate
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.simulate_block import simulate_layouts
+from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 
 WITHIN_3_PERCENT = {"low": 0.97, "high": 1.03}
 N_BLOCKS = {"film": 200, "large format": 200, "UAV": 800}
@@ -83,7 +83,7 @@ def true_squares(name, seed, n_flights=TOGETHER):
     layout = plan_of(name)
     n_points = len(layout.position)
     oriented = {flight: layout.oriented(flight) for flight in FLIGHTS}
-    block = simulate_layouts(
+    scene = scene_of_layouts(
         {
             flight: _repeated(oriented[flight], n_points, n_flights)
             for flight in FLIGHTS
@@ -94,6 +94,7 @@ def true_squares(name, seed, n_flights=TOGETHER):
         noise=layout.design.noise(),
         seed=seed,
     )
+    block = scene.measured("Planned (simulated)")
     points = densify(block, PLAIN).solution.points
     new = points[points["role"] == "new"]
     true = block.truth.set_index("point_id")
@@ -139,7 +140,7 @@ def tables():
 def _row(name):
     n_blocks = N_BLOCKS[name.rpartition(" ")[0]]
     layout = plan_of(name)
-    expected = propagate(layout).figures.mean
+    expected = propagate(layout).mean
     seeds = range(1, n_blocks // TOGETHER + 1)
     squares = np.concatenate(of_blocks(partial(true_squares, name), seeds))
     return (

@@ -10,7 +10,8 @@ from einschalt.foundations.typesetting import wrapped
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
-    expect_precision,
+    PropagatedBlock,
+    propagate_design,
 )
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.text import describe_plan
@@ -28,12 +29,17 @@ class CheckedPlan(Result):
     """The cheapest plan that keeps what it promised, or the nearest one."""
 
     plan: pd.Series  # row of the search
-    expected: ExpectedPrecision
+    propagated: PropagatedBlock
     reached: float  # error at the place of the target [m]
     target: float  # [m]
     # cheaper plans that do not keep it, with what they come to
     dropped: tuple[str, ...] = ()
     next_best: "CheckedPlan | None" = None  # the cheapest other one that keeps it
+
+    @property
+    def expected(self) -> ExpectedPrecision:
+        """What is expected of the block that was laid out."""
+        return self.propagated.expected
 
     @property
     def is_kept(self):
@@ -81,10 +87,10 @@ def check_plans(
     best of these. With one coverage gross errors stay unseen: such plans are tried
     only where the search has no others. EinschaltError where not one can be laid out.
 
-    ``judge(plan)`` gives the expected precision of a row of the search, by default
-    that of a square layout; ``progress(title, fraction)`` is told.
+    ``judge(plan)`` gives the propagated block of a row of the search, by default that
+    of a square layout; ``progress(title, fraction)`` is told.
     """
-    judge = judge or (lambda plan: expect_precision(design_of(plan, frame)))
+    judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     tried, dropped, problem = [], {}, None
     trials = _Trials(_to_be_tried(search), search.target)
     for k in range(most):
@@ -94,14 +100,14 @@ def check_plans(
         if progress is not None:
             progress("laying out plans", k / most)
         try:
-            expected = judge(plan)
+            propagated = judge(plan)
         except EinschaltError as error:
             problem = error
             dropped[describe_plan(plan)] = f"{describe_plan(plan)}: {error}"
             continue
-        reached = _at_place(expected, search.where)
+        reached = _at_place(propagated, search.where)
         trials.learn(plan, reached)
-        found = CheckedPlan(plan, expected, reached, search.target)
+        found = CheckedPlan(plan, propagated, reached, search.target)
         tried.append(found)
         if not found.is_kept:
             name = describe_plan(plan)
@@ -203,9 +209,9 @@ def _in_cm(metres):
     return f"{100.0 * metres:.2f} cm"
 
 
-def _at_place(expected, where):
-    figures = expected.figures
-    if expected.design.n_coverages > 1:
-        return figures.mean
+def _at_place(propagated, where):
+    if propagated.design.n_coverages > 1:
+        return propagated.mean
+    figures = propagated.expected.figures
     single = {"centre": figures.single_centre, "edge": figures.single_edge}
     return single.get(where, max(single.values()))

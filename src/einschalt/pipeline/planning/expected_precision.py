@@ -6,20 +6,29 @@ through every stage. They depend on where points lie and which models hold them,
 on what is measured; so a layout is enough.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.language import in_english
 from einschalt.foundations.typesetting import count, length, number, scale, wrapped
-from einschalt.pipeline.densify import densify
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND, FlightDesign
 from einschalt.pipeline.settings import Settings
-from einschalt.pipeline.simulation.simulate_block import simulate_block
+from einschalt.pipeline.simulation.simulate_block import FLIGHTS, set_scene
+from einschalt.stages.error_propagation.plane_flights import (
+    GivenControl,
+    PlaneFlight,
+    UnusableModelError,
+    propagate_flights,
+)
 from einschalt.stages.results import Result
-from einschalt.stages.stage4_error_propagation import propagate_values
 from einschalt.theory.planning.kovarik_precision import (
     PlannedPrecision,
     mean_of_coverages,
@@ -112,44 +121,170 @@ def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecisio
             expected="a FlightDesign",
             remedy="Write FlightDesign(scale_number=…, spacing=…, m_g_um=…)",
         )
-    block = simulate_block(seed=seed, geometry=design.geometry(), noise=design.noise())
-    return expect_of_block(block, design, coverage_mean=coverage_mean)
+    return propagate_design(design, coverage_mean=coverage_mean, seed=seed).expected
 
 
-def expect_of_block(block, design, *, coverage_mean="all") -> ExpectedPrecision:
-    """Compute the precision of a simulated block: of a design, on a layout of its."""
-    # a layout has neither gross errors nor deformed models to look for
-    asked = {"screening": "off", "model_deformation": "ignored", "weighting": "plain"}
-    settings = Settings(coverage_mean=coverage_mean, **asked)
-    result = densify(block, settings)
-    solution = result.solution
-    points = solution.points  # not judged: nothing has been measured
-    if not (points["role"] == "new").any():
+@dataclass(frozen=True, eq=False)
+class PropagatedBlock:
+    """A planned block whose final points are propagated, its values when asked for.
+
+    To tell whether a plan keeps its target, the final points are mostly enough.
+    """
+
+    design: FlightDesign
+    of_new_points: np.ndarray  # errors of the new points, TOTAL [m]
+    n_high_models: int
+    n_low_models: int
+    # gives points, values and parts of ExpectedPrecision, and the m_0 of the low flight
+    details: Callable[[], tuple]
+
+    @property
+    def mean(self) -> float:
+        """Root mean square of the errors of the new points, TOTAL [m]."""
+        return _rms(self.of_new_points)
+
+    @cached_property
+    def expected(self) -> ExpectedPrecision:
+        """All that is expected of the block, also of every single value."""
+        points, values, parts, m_0 = self.details()
+        return ExpectedPrecision(
+            design=self.design,
+            points=points,
+            values=values,
+            figures=_figures(self.mean, points, values, m_0),
+            parts=parts,
+            formula=self.design.after_kovarik(m_0),
+            n_high_models=self.n_high_models,
+            n_low_models=self.n_low_models,
+            n_control=int((points["role"] == "control").sum()),
+        )
+
+
+def propagate_design(design, *, coverage_mean="all", seed=0) -> PropagatedBlock:
+    """Lay a design out and propagate it; as :func:`expect_precision`."""
+    set_anew = partial(set_scene, design.geometry(), design.noise(), seed)
+    return propagate_scene(set_anew, design, coverage_mean=coverage_mean)
+
+
+@in_english
+def propagate_scene(set_anew, design, *, coverage_mean="all") -> PropagatedBlock:
+    """Propagate the errors of a design in a scene, which ``set_anew`` sets.
+
+    By arrays where that is enough: all models usable, and means of all values.
+    Otherwise through the stages of :func:`densify`.
+    """
+    propagated = None
+    with one_blas_thread():
+        if coverage_mean == "all":
+            with suppress(UnusableModelError):
+                propagated = _by_arrays(set_anew(), design)
+        if propagated is None:
+            block = set_anew().measured("Planned (simulated)")
+            propagated = _through_stages(block, design, coverage_mean)
+    if not len(propagated.of_new_points):
         raise GeometryError(
             "all points of the area would be control points",
             expected="some that are to be densified",
             remedy="Give a smaller spacing, or a larger area",
         )
-    point_ids = solution.model_points["low_flight"]["point_id"]
-    of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
-    values = _values(block, result, of_values)
-    is_new = (points["role"] == "new").to_numpy()
-    parts = {
-        source: _rms(_total(result.errors.parts[source])[is_new]) for source in SOURCES
-    }
-    roles = points["role"].value_counts()
-    m_0 = result.figures.m_0_low
-    return ExpectedPrecision(
-        design=design,
-        points=_points(block, points),
-        values=values,
-        figures=_figures(points, values, m_0),
-        parts=parts,
-        formula=design.after_kovarik(m_0),
-        n_high_models=len(solution.high.transformation.models),
-        n_low_models=len(solution.low.models),
-        n_control=int(roles.get("control", 0)),
+    return propagated
+
+
+def _by_arrays(scene, design):
+    flights = propagate_flights(
+        *(_plane_flight(scene, flight) for flight in FLIGHTS), _control_of(scene)
     )
+    total = _total(flights.errors.covariance)
+    is_control = scene.is_control[flights.point]
+
+    def details():
+        points = pd.DataFrame(
+            {
+                "point_id": scene.ground.point_id[flights.point],
+                "role": np.where(is_control, "control", "new"),
+                "standard_error_total": total,
+                "standard_error_paper": flights.paper_of_points,
+                "n_models": flights.n_models,
+            }
+        )
+        points = _placed(points, scene.truth(), scene.geometry)
+        parts = _parts(flights.errors, ~is_control)
+        return points, _table_of_values(scene, flights), parts, flights.m_0
+
+    numbers = (scene.layouts[flight].n_models for flight in FLIGHTS)
+    return PropagatedBlock(design, total[~is_control], *numbers, details)
+
+
+def _plane_flight(scene, flight):
+    layout, height = scene.layouts[flight], flight.removesuffix("_flight")
+    if not np.bincount(layout.model, minlength=layout.n_models).all():
+        raise UnusableModelError
+    kind, xy = scene.geometry.transformation_kind, scene.plane_measured(flight)
+    m_g_um = scene.stated_m_g_um(height)
+    return PlaneFlight(
+        kind, layout.scale_number, m_g_um, layout.model, layout.point, xy
+    )
+
+
+def _control_of(scene):
+    point = np.flatnonzero(scene.is_control)
+    if not np.isin(point, scene.layouts["high_flight"].point).all():
+        raise UnusableModelError
+    geometry = scene.geometry
+    plane = scene.truth()[["easting", "northing"]].to_numpy()
+    plane = (plane + scene.errors_of_given()[:, :2])[point]
+    return GivenControl(point, plane, scene.stated_error, geometry.crs)
+
+
+def _table_of_values(scene, flights):
+    layout, position = scene.layouts["low_flight"], flights.position
+    return pd.DataFrame(
+        {
+            "coverage": layout.coverage_id[layout.model],
+            "model_id": layout.model_id[layout.model],
+            "point_id": scene.ground.point_id[layout.point],
+            "position_u": position[:, 0],
+            "position_v": position[:, 1],
+            "standard_error_paper": flights.paper_of_values,
+            "standard_error_total": _total(flights.errors_of_values.covariance),
+        }
+    )
+
+
+def _through_stages(block, design, coverage_mean):
+    # imported where it is needed: it takes along all that measured blocks may need
+    from einschalt.pipeline.densify import densify  # noqa: PLC0415
+    from einschalt.stages.stage4_error_propagation import (  # noqa: PLC0415
+        propagate_values,
+    )
+
+    # a layout has neither gross errors nor deformed models to look for
+    asked = {"screening": "off", "model_deformation": "ignored", "weighting": "plain"}
+    result = densify(block, Settings(coverage_mean=coverage_mean, **asked))
+    solution = result.solution
+    points = solution.points  # not judged: nothing has been measured
+    is_new = (points["role"] == "new").to_numpy()
+    names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
+
+    def details():
+        placed = _placed(points[[*names, "n_models"]], block.truth, block.geometry)
+        point_ids = solution.model_points["low_flight"]["point_id"]
+        of_values = _total(propagate_values(solution.propagation, point_ids).covariance)
+        values = _values(block, solution.single_values, of_values)
+        parts = _parts(solution.errors, is_new)
+        return placed, values, parts, solution.figures.m_0_low
+
+    return PropagatedBlock(
+        design,
+        points.loc[is_new, "standard_error_total"].to_numpy(),
+        len(solution.high.transformation.models),
+        len(solution.low.models),
+        details,
+    )
+
+
+def _parts(errors, is_new):
+    return {source: _rms(_total(errors.parts[source])[is_new]) for source in SOURCES}
 
 
 def _total(covariance):
@@ -161,19 +296,17 @@ def _rms(errors):
     return float(np.sqrt(np.mean(errors**2))) if errors.size else np.nan
 
 
-def _values(block, result, totals):
+def _values(block, single_values, totals):
     """Values with the precision of each; models that were not usable have none."""
     rows = block.low_flight.points_to_fit[["coverage", "model_id", "point_id"]]
     propagated = rows.assign(standard_error_total=totals)
     shown = [*rows.columns, "position_u", "position_v", "standard_error_paper"]
-    return result.single_values[shown].merge(propagated, on=list(rows.columns))
+    return single_values[shown].merge(propagated, on=list(rows.columns))
 
 
-def _points(block, points):
-    geometry = block.geometry
-    names = ["point_id", "role", "standard_error_total", "standard_error_paper"]
-    true = block.truth.set_index("point_id").loc[points["point_id"]]
-    return points[[*names, "n_models"]].assign(
+def _placed(points, truth, geometry):
+    true = truth.set_index("point_id").loc[points["point_id"]]
+    return points.assign(
         easting=true["easting"].to_numpy() - geometry.centre_easting,
         northing=true["northing"].to_numpy() - geometry.centre_northing,
     )
@@ -192,13 +325,13 @@ def zones_of(values):
     }
 
 
-def _figures(points, values, m_0):
+def _figures(mean, points, values, m_0):
     new = points[points["role"] == "new"]
     total = values["standard_error_total"].to_numpy()
     paper = values["standard_error_paper"].to_numpy()
     zones = zones_of(values)
     return ExpectedFigures(
-        mean=_rms(new["standard_error_total"]),
+        mean=mean,
         worst=float(np.quantile(new["standard_error_total"], 0.95)),
         single=_rms(total),
         **{f"single_{zone}": _rms(total[is_in]) for zone, is_in in zones.items()},

@@ -79,21 +79,30 @@ def measure_in_machine(flight) -> MeasuredFlight:
 
     Model points x, y, and z with spatial models.
     """
-    layout, setting = flight.layout, flight.streams["setting"]
     true = _in_model(flight)
     plane = _measure(flight, true)
-    angle = setting.uniform(
-        -LARGEST_MACHINE_ROTATION, LARGEST_MACHINE_ROTATION, layout.n_models
-    )
-    offset = setting.uniform(*MACHINE_OFFSET, (layout.n_models, 3))
-    xyz = np.column_stack(
-        [turn(plane.values, angle[layout.model]), _measured_height(flight, true)]
-    )
+    turned, offset = _set_up(flight, plane.values)
+    xyz = np.column_stack([turned, _measured_height(flight, true)])
     names = _names_of_rows(flight)
-    table = _in_mm(names, xyz + offset[layout.model])
+    table = _in_mm(names, xyz + offset)
     if not flight.geometry.has_heights:
         table = table.drop(columns="z")
     return MeasuredFlight({"model_points": table}, _gross(names, plane.is_gross))
+
+
+def measure_plane_in_machine(flight):
+    """x, y of :func:`measure_in_machine` as an array, (n_rows, 2) [mm]."""
+    turned, offset = _set_up(flight, _measure(flight, _in_model(flight)).values)
+    return (turned + offset[:, :2]) / METRES_PER_MM
+
+
+def _set_up(flight, plane):
+    """Plane coordinates as the machine has turned each model, and its offsets."""
+    layout, setting = flight.layout, flight.streams["setting"]
+    largest = LARGEST_MACHINE_ROTATION
+    angle = setting.uniform(-largest, largest, layout.n_models)
+    offset = setting.uniform(*MACHINE_OFFSET, (layout.n_models, 3))
+    return turn(plane, angle[layout.model]), offset[layout.model]
 
 
 def measure_parallaxes(flight) -> MeasuredFlight:

@@ -30,9 +30,10 @@ from einschalt.pipeline.simulation.measurements import (
     MEASURE,
     FlightToMeasure,
     Ground,
+    measure_plane_in_machine,
 )
 from einschalt.pipeline.simulation.noise import BlockNoise, strain_network
-from einschalt.stages.curved_earth import (
+from einschalt.stages.bent_map import (
     bends_plane_models,
     straightened,
     straightened_in_plan,
@@ -137,12 +138,11 @@ def simulate_block(
     geometry = chosen.geometry if geometry is None else geometry
     noise = chosen.noise if noise is None else noise
     _require_kinds(geometry=(geometry, BlockGeometry), noise=(noise, BlockNoise))
-    scene = _set_scene(geometry, noise, _streams(seed))
-    return _measured_block(chosen.title, scene, seed)
+    return set_scene(geometry, noise, seed).measured(chosen.title)
 
 
-def simulate_layouts(layouts, position, is_control, *, geometry, noise, seed=0):
-    """Simulate flights that were laid out elsewhere, over points of theirs.
+def scene_of_layouts(layouts, position, is_control, *, geometry, noise, seed=0):
+    """Scene of flights that were laid out elsewhere, over points of theirs.
 
     ``layouts``: a FlightLayout for "high_flight" and one for "low_flight"; ``position``
     (n_points, 2) from the centre of the area [m]; ``is_control`` (n_points,). The rest
@@ -154,30 +154,14 @@ def simulate_layouts(layouts, position, is_control, *, geometry, noise, seed=0):
     ground = Ground(name_points(len(position)), position, terrain, cartesian)
     is_check = np.zeros(len(position), dtype=bool)
     parts = (geometry, noise, streams, ground, layouts, is_control, is_check)
-    return _measured_block("Planned (simulated)", _Scene(*parts), seed)
-
-
-def _measured_block(name, scene, seed):
-    measured = {flight: scene.measure(flight) for flight in FLIGHTS}
-    geometry, noise = scene.geometry, scene.noise
-    return SimulatedBlock(
-        name=name,
-        crs=geometry.crs,
-        control_points=scene.given_points(),
-        high_flight=_flight("high", measured["high_flight"], scene),
-        low_flight=_flight("low", measured["low_flight"], scene),
-        truth=scene.truth(),
-        gross_errors=_gross_errors(measured),
-        geometry=geometry,
-        noise=noise,
-        seed=int(seed),
-    )
+    return Scene(seed, *parts)
 
 
 @dataclass(frozen=True, eq=False)
-class _Scene:
-    """The block before it is measured."""
+class Scene:
+    """The block before it is measured, which can be done once: streams run on."""
 
+    seed: int
     geometry: BlockGeometry
     noise: BlockNoise
     streams: dict
@@ -186,14 +170,37 @@ class _Scene:
     is_control: np.ndarray
     is_check: np.ndarray
 
-    def measure(self, flight):
-        """Tables of one flight, as its measurement gives them."""
+    def measured(self, name) -> SimulatedBlock:
+        """Measure it: the block with every table as it would be read from files."""
+        measure = MEASURE[self.geometry.measurement]
+        measured = {flight: measure(self.to_measure(flight)) for flight in FLIGHTS}
+        return SimulatedBlock(
+            name=name,
+            crs=self.geometry.crs,
+            control_points=self.given_points(),
+            high_flight=_flight("high", measured["high_flight"], self),
+            low_flight=_flight("low", measured["low_flight"], self),
+            truth=self.truth(),
+            gross_errors=_gross_errors(measured),
+            geometry=self.geometry,
+            noise=self.noise,
+            seed=int(self.seed),
+        )
+
+    def to_measure(self, flight) -> FlightToMeasure:
+        """All that the measurement of one flight needs."""
         height = flight.removesuffix("_flight")
         names = ("setting", *FLIGHT_NOISE)
         streams = {name: self.streams[f"{name}_{height}"] for name in names}
         layout, noise = self.layouts[flight], self.noise.of_flight(flight)
-        to_measure = FlightToMeasure(self.geometry, self.ground, layout, noise, streams)
-        return MEASURE[self.geometry.measurement](to_measure)
+        return FlightToMeasure(self.geometry, self.ground, layout, noise, streams)
+
+    def plane_measured(self, flight):
+        """Measured x, y of plane models in the unit of the flight, (n_rows, 2)."""
+        xy = measure_plane_in_machine(self.to_measure(flight))
+        if self.geometry.transformation_kind != "rigid":
+            return xy
+        return xy * (self.layouts[flight].scale_number * METRES_PER_MM)
 
     def truth(self):
         """point_id, easting, northing [, height] of all points."""
@@ -212,21 +219,35 @@ class _Scene:
     def given_points(self):
         """Control and check points, as a survey would give them."""
         names = [name for name in GROUND_AXES if name in self.truth()]
+        given = self.truth()
+        given[names] += self.errors_of_given()[:, : len(names)]
+        given["standard_error_m"] = self.stated_error
+        given["role"] = np.where(self.is_control, "control", "check")
+        return given[self.is_control | self.is_check].reset_index(drop=True)
+
+    def errors_of_given(self):
+        """Errors of given easting, northing, height of all points (n_points, 3) [m]."""
         per_coordinate = self.noise.control_standard_error / np.sqrt(2.0)
         error = per_coordinate * self.streams["control"].standard_normal(
             (len(self.is_control), len(GROUND_AXES))
         )
         strain = self.streams["strain"]
         error[:, :2] += strain_network(self.ground.position, self.noise, strain)
-        given = self.truth()
-        given[names] += error[:, : len(names)]
-        stated = max(self.noise.control_standard_error, LEAST_STANDARD_ERROR)
-        given["standard_error_m"] = stated
-        given["role"] = np.where(self.is_control, "control", "check")
-        return given[self.is_control | self.is_check].reset_index(drop=True)
+        return error
+
+    @property
+    def stated_error(self):
+        """Standard error that the given points say of themselves, TOTAL [m]."""
+        return max(self.noise.control_standard_error, LEAST_STANDARD_ERROR)
+
+    def stated_m_g_um(self, flight):
+        """TOTAL error of a measured point that a flight says of itself [µm]."""
+        return max(getattr(self.noise, f"{flight}_m_g_um"), LEAST_M_G_UM)
 
 
-def _set_scene(geometry, noise, streams):
+def set_scene(geometry, noise, seed) -> Scene:
+    """Lay both flights of a block over its points, and choose control."""
+    streams = _streams(seed)
     position = scatter_points(geometry, streams["points"])
     terrain = shape_terrain(geometry, streams["terrain"])
     layouts = {flight: lay_flight(geometry, flight, position) for flight in FLIGHTS}
@@ -239,7 +260,8 @@ def _set_scene(geometry, noise, streams):
     cartesian = _cartesian(geometry, position, terrain)
     ground = Ground(name_points(len(position)), position, terrain, cartesian)
     is_check = _choose_check(geometry, layouts, is_control, streams["check"])
-    return _Scene(geometry, noise, streams, ground, layouts, is_control, is_check)
+    parts = (geometry, noise, streams, ground, layouts, is_control, is_check)
+    return Scene(seed, *parts)
 
 
 def _cartesian(geometry, position, terrain):
@@ -281,7 +303,7 @@ def _flight(height, measured, scene):
     flight = Flight(
         **measured.tables,
         scale_number=getattr(geometry, f"{height}_scale_number"),
-        m_g_um=max(getattr(scene.noise, f"{height}_m_g_um"), LEAST_M_G_UM),
+        m_g_um=scene.stated_m_g_um(height),
         transformation=geometry.transformation_kind,
     )
     return _at_ground_scale(flight) if flight.transformation == "rigid" else flight

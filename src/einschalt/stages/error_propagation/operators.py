@@ -73,16 +73,22 @@ class GroundSources:
 def flight_operator(transformation, model_points, ground, axes) -> FlightOperator:
     """Error operator of all values of a flight.
 
-    A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
-    g), with the measuring errors g and the errors e of the ground coordinates.
-
-    A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
-    g), with the measuring errors g and the errors e of the ground coordinates. Rows are
-    in the order of ``model_points``; NaN in those of models that are not usable.
+    Rows are in the order of ``model_points``; see :func:`operator_of_fit`.
     """
-    observed, fit = transformation.observed, transformation.fit
+    observed = transformation.observed
     names = ["x", "y", "z"][: observed.source.shape[1]]
     coordinates = model_points[names].to_numpy(dtype=float)
+    return operator_of_fit(transformation.fit, observed, coordinates, ground, axes)
+
+
+def operator_of_fit(fit, observed, coordinates, ground, axes) -> FlightOperator:
+    """Error operator of points in the models of a fit.
+
+    A point that was fitted has the error (I − H) g + H e, one that was not g + H (e −
+    g), with the measuring errors g and the errors e of the ground coordinates.
+    ``coordinates`` (n_rows, n_axes) are those of all points, of which ``observed`` were
+    fitted; NaN in the rows of models that are not usable.
+    """
     n_rows = len(coordinates)
     sort = segments(observed.models.codes, len(observed.models))
     sorted_place = np.empty(n_rows, dtype=np.int64)

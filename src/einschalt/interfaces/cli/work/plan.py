@@ -48,20 +48,25 @@ def _answer(asked):
     if asked.question == "tables":
         given = plan_answers.tables(asked)
     else:
-        # imported when they are asked for: propagation takes numba along
-        from einschalt.interfaces.cli import plan_area, plan_layouts  # noqa: PLC0415
-
-        ways = {
-            "target": plan_layouts.search,
-            "area": plan_area.over_area,
-            "expect": plan_layouts.layout,
-        }
-        given = ways[asked.question](asked)
+        given = _way_to(asked.question)(asked)
     if not asked.unused:
         return given
     options = ", ".join(f"--{name.replace('_', '-')}" for name in asked.unused)
     said = f"Not used for {QUESTION[asked.question]}: {options}."
     return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
+
+
+def _way_to(question):
+    """What answers a question; it is imported when it is asked for."""
+    if question == "area":
+        # polygons take shapely along, and heights formats of theirs
+        from einschalt.interfaces.cli import plan_area  # noqa: PLC0415
+
+        return plan_area.over_area
+    # propagation takes numba along
+    from einschalt.interfaces.cli import plan_layouts  # noqa: PLC0415
+
+    return {"target": plan_layouts.search, "expect": plan_layouts.layout}[question]
 
 
 def _headline(answer):

@@ -1,6 +1,7 @@
 """The flight plan over an area that keeps a target on its own layout."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,10 +21,10 @@ from einschalt.pipeline.planning.area.layout import (
     require_size,
 )
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
-from einschalt.pipeline.planning.expected_precision import expect_of_block
+from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import FlightDesign
 from einschalt.pipeline.planning.search import PlanSearch
-from einschalt.pipeline.simulation.simulate_block import simulate_layouts
+from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
 FEWEST_IN_A_MODEL = 8
@@ -212,18 +213,15 @@ def _require_held(layout):
 
 
 def propagate(layout):
-    """Compute the precision that a layout will have; an ExpectedPrecision."""
-    return expect_of_block(_block_of(layout), layout.design)
-
-
-def _block_of(layout):
-    design = layout.design
+    """Compute the precision that a layout will have; a PropagatedBlock."""
     layouts = {flight: layout.oriented(flight) for flight in FLIGHTS}
-    return simulate_layouts(
+    set_anew = partial(
+        scene_of_layouts,
         *(layouts, layout.position, layout.is_control),
         geometry=layout.geometry,
-        noise=design.noise(),
+        noise=layout.design.noise(),
     )
+    return propagate_scene(set_anew, layout.design)
 
 
 def _effort_text(plan):

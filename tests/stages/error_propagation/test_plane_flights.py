@@ -1,0 +1,54 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from einschalt.stages.error_propagation.plane_flights import (
+    GivenControl,
+    PlaneFlight,
+    UnusableModelError,
+    propagate_flights,
+)
+
+SIDE = 1000.0
+# two models of nine points each, which share a column of them
+PLACES = np.stack(np.meshgrid(np.arange(5.0), np.arange(3.0)), -1).reshape(-1, 2)
+ROWS = [np.flatnonzero(PLACES[:, 0] <= 2), np.flatnonzero(PLACES[:, 0] >= 2)]
+
+
+@pytest.fixture
+def flight():
+    point = np.concatenate(ROWS)
+    model = np.repeat([0, 1], [len(rows) for rows in ROWS])
+    return PlaneFlight("affine", 10_000.0, 10.0, model, point, PLACES[point] * 0.1)
+
+
+@pytest.fixture
+def control():
+    return GivenControl(np.arange(len(PLACES)), SIDE * PLACES, 0.03, None)
+
+
+def test_points_of_both_models_gain_by_the_mean(flight, control):
+    found = propagate_flights(flight, flight, control)
+    total = found.errors.covariance.trace(axis1=1, axis2=2)
+    middle = PLACES[found.point, 0] == 2
+    assert found.n_models.tolist() == np.where(middle, 2, 1).tolist()
+    assert total[middle].mean() < total[~middle].mean()
+
+
+def test_without_measuring_errors_control_alone_remains(flight, control):
+    rows = flight.model == 0
+    model, point, xy = (part[rows] for part in (flight.model, flight.point, flight.xy))
+    exact = replace(flight, m_g_um=0.0, model=model, point=point, xy=xy)
+    given = replace(control, point=ROWS[0], plane=control.plane[ROWS[0]])
+    found = propagate_flights(exact, exact, given)
+    # an affine model of nine points on a lattice: 1/9 + 1/6 + 1/6 in its corner
+    variance = found.errors.covariance[0].trace()
+    assert variance == pytest.approx((1 / 9 + 2 / 6) * 0.03**2)
+    assert found.m_0 == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_model_on_a_line_is_refused(flight, control):
+    on_a_line = replace(flight, xy=flight.xy * [1.0, 0.0])
+    with pytest.raises(UnusableModelError):
+        propagate_flights(on_a_line, flight, control)
