@@ -51,3 +51,11 @@ def test_an_unknown_language_is_refused(invoke, block_folder):
     shown = invoke("check", block_folder, "--language", "fr")
     assert shown.exit_code == 2
     assert "'fr' is not one of" in shown.stderr
+
+
+def test_plans_are_told_in_german(invoke):
+    shown = invoke("plan", "--expect", "--spacing", "300", "--language", "de")
+    assert "Neupunkten: " in shown.stdout
+    assert "Passpunkte mit halb so großem Fehler" in shown.stdout
+    shown = invoke("plan", "--target", "5", "--m-g-um", "0.001", "--language", "de")
+    assert "erwartet 0,05 bis 500 Mikrometer im Bild" in shown.stderr
