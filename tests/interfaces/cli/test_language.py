@@ -59,3 +59,15 @@ def test_plans_are_told_in_german(invoke):
     assert "Passpunkte mit halb so großem Fehler" in shown.stdout
     shown = invoke("plan", "--target", "5", "--m-g-um", "0.001", "--language", "de")
     assert "erwartet 0,05 bis 500 Mikrometer im Bild" in shown.stderr
+
+
+def test_a_new_block_is_commented_in_german(invoke, block_folder, tmp_path):
+    names = ("control_points.csv", "high_flight.csv", "low_flight.csv")
+    files = [block_folder / name for name in names]
+    new = ("init", tmp_path / "new", "--language", "de", "--from", *files)
+    shown = invoke(*new)
+    assert "keine Datei gibt an: Bezugssystem der Koordinaten" in shown.stderr
+    shown = invoke(*new, "--yes")
+    assert "Modelle im Vergleich mit dem Gelände: 1:15" in shown.stdout
+    text = (tmp_path / "new" / "block.toml").read_text("utf-8")
+    assert "# angenommen, da keine Datei es angibt" in text
