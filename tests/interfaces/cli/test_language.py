@@ -1,8 +1,13 @@
 """``--language``: what users read is in their language, what machines read is not."""
 
-from einschalt.foundations.language import written_in
+import pytest
+
+from einschalt.foundations.column_meanings import MEANINGS
+from einschalt.foundations.language import catalogue, written_in
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_run import run_block
+from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.pipeline.assessment.findings.kinds import KINDS
 
 DATA = ("points.csv", "models.csv", "failures.csv", "residuals.csv", "assessment.json")
 
@@ -71,3 +76,24 @@ def test_a_new_block_is_commented_in_german(invoke, block_folder, tmp_path):
     assert "Modelle im Vergleich mit dem Gelände: 1:15" in shown.stdout
     text = (tmp_path / "new" / "block.toml").read_text("utf-8")
     assert "# angenommen, da keine Datei es angibt" in text
+
+
+def test_words_are_explained_in_german(invoke):
+    shown = invoke("explain", "standard_error_total", "--language", "de").stdout
+    assert "neighbours (Ergebnis): beider Differenzen, Punktfehler [m]" in shown
+    shown = invoke("explain", "exchanged_names", "--language", "de").stdout
+    assert "betrifft: Messung; Schwere: schwer" in shown
+
+
+@pytest.mark.parametrize("code", KINDS)
+def test_no_finding_is_explained_in_english(code):
+    with written_in("de"):
+        german = explained_finding(code).splitlines()
+    english = explained_finding(code).splitlines()
+    assert not set(german) & set(english)
+
+
+@pytest.mark.parametrize("column", MEANINGS)
+def test_every_column_has_a_german_meaning(column):
+    _, meaning = MEANINGS[column]
+    assert meaning in catalogue("de")._catalog
