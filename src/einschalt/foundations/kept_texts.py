@@ -28,6 +28,8 @@ WHERE = {
     "model": mark("model {name}"),
 }
 PLACE = re.compile(rf"({'|'.join(WHERE)}) (\S+)")
+# as errors.name_some writes
+AND_MORE = re.compile(r"(.+) and (\d+) more")
 # as value_ranges.Range writes itself
 RANGE = re.compile(
     r"(?P<whole>a whole number, )?(?P<low>[-\d.e]+) to (?P<high>[-\d.e]+)(?P<unit> .+)?"
@@ -107,6 +109,8 @@ def _again(part):
         return Amount(part)
     if QUANTITY.fullmatch(part):
         return numbers_set(part)
+    if found := AND_MORE.fullmatch(part):
+        return translated("{names} and {rest} more", names=found[1], rest=int(found[2]))
     return retold(part) if " " in part else part  # a word alone is a name
 
 

@@ -1,12 +1,17 @@
 """``--language``: what users read is in their language, what machines read is not."""
 
+import inspect
+
 import pytest
+from typer.main import get_command
 
 from einschalt.foundations.column_meanings import MEANINGS
 from einschalt.foundations.language import catalogue, written_in
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_run import run_block
+from einschalt.interfaces.cli.commands import told_help
 from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.main import COMMANDS, app
 from einschalt.pipeline.assessment.findings.kinds import KINDS
 
 DATA = ("points.csv", "models.csv", "failures.csv", "residuals.csv", "assessment.json")
@@ -97,3 +102,30 @@ def test_no_finding_is_explained_in_english(code):
 def test_every_column_has_a_german_meaning(column):
     _, meaning = MEANINGS[column]
     assert meaning in catalogue("de")._catalog
+
+
+def test_the_language_may_stand_before_the_command(invoke, block_folder):
+    shown = invoke("--language", "de", "check", block_folder)
+    assert shown.stdout == f"{block_folder}: nichts falsch\n"
+    shown = invoke("--language=de", "check", block_folder, "--language", "en")
+    assert shown.stdout == f"{block_folder}: nothing wrong\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_help_is_left_in_english(command):
+    imported = get_command(app).get_command(None, command)
+    said = [imported, *imported.params]
+    texts = [one.help for one in said if getattr(one, "help", None)]
+    texts = [inspect.cleandoc(text) for text in (*texts, COMMANDS[command])]
+    defaults = [getattr(one, "show_default", None) for one in imported.params]
+    texts += [text for text in defaults if isinstance(text, str)]
+    with written_in("de"):
+        assert not [text for text in texts if told_help(text) == text]
+
+
+def test_help_is_in_the_language_asked_for(invoke):
+    shown = invoke("--language", "de", "plan", "--help").stdout
+    assert "Aufruf: einschalt plan [OPTIONS]" in shown
+    assert "[Vorgabe: (jene der\n" in shown
+    assert "Beispiele:\n    einschalt plan\n" in shown
+    assert "Bildpaare orientieren" in invoke("--help", "--language", "de").stdout
