@@ -1,6 +1,7 @@
 """Messages and figures of each language, and the catalogue that holds them."""
 
 import ast
+import inspect
 import re
 import string
 from functools import cache
@@ -42,7 +43,9 @@ def texts_of_sources():
             elif isinstance(node, ast.JoinedStr):
                 others.add(_with_numbered_places(node))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-                others.add(node.value)
+                # as it stands, and as explain and help write a docstring
+                others |= {node.value, " ".join(node.value.split())}
+                others.add(inspect.cleandoc(node.value))
     for path in (*SOURCE.rglob("*.j2"), *SOURCE.rglob("*.js")):
         marked |= set(WRITTEN_OUT.findall(path.read_text(encoding="utf-8")))
     return marked, others

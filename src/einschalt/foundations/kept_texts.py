@@ -28,12 +28,19 @@ WHERE = {
     "model": mark("model {name}"),
 }
 PLACE = re.compile(rf"({'|'.join(WHERE)}) (\S+)")
+# as errors.name_some writes
+AND_MORE = re.compile(r"(.+) and (\d+) more")
+# as value_ranges.Range writes itself
+RANGE = re.compile(
+    r"(?P<whole>a whole number, )?(?P<low>[-\d.e]+) to (?P<high>[-\d.e]+)(?P<unit> .+)?"
+)
 # where a text was put together of messages; it is told itself
 EXPECTED = mark("; expected ")
 JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
 # by which a message is recognised: in one whose places have numbers alone, and others
 LETTERS = {True: 4, False: 12}
 TYPED = "Write "
+LENGTH = re.compile(r"\d+(\.\d+)? (km|m|cm|mm|µm)")
 QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
 
 
@@ -56,8 +63,15 @@ def retold(text: str) -> str:
     if name == ENGLISH or not text:
         return text
     return _recognised(name, text) or "".join(
-        _recognised(name, part) or part for part in JOINTS.split(text) if part
+        _recognised(name, part) or _quantity(part)
+        for part in JOINTS.split(text)
+        if part
     )
+
+
+def _quantity(part):
+    """A part that is no message: a length in the form of the language, or itself."""
+    return numbers_set(part) if LENGTH.fullmatch(part) else part
 
 
 def place_text(kind: str, name: object) -> str:
@@ -74,6 +88,8 @@ def _recognised(name, text):
         return place_text(*place.groups())
     # what is to be typed is read by the program, in whatever language
     filled = str if text.startswith(TYPED) else _again
+    if limits := RANGE.fullmatch(text):
+        return _range_text(**limits.groupdict())
     for pattern, message in _patterns(name):
         if found := pattern.fullmatch(text):
             parts = {place: filled(part) for place, part in found.groupdict().items()}
@@ -82,12 +98,22 @@ def _recognised(name, text):
     return None
 
 
+def _range_text(whole, low, high, unit):
+    message = (
+        mark("a whole number, {low} to {high}") if whole else mark("{low} to {high}")
+    )
+    text = translated(message, low=numbers_set(low), high=numbers_set(high))
+    return f"{text} {retold(unit[1:])}" if unit else text
+
+
 def _again(part):
     """What fills a place: a number, a quantity, or words that are messages too."""
     if part.isdecimal():
         return Amount(part)
     if QUANTITY.fullmatch(part):
         return numbers_set(part)
+    if found := AND_MORE.fullmatch(part):
+        return translated("{names} and {rest} more", names=found[1], rest=int(found[2]))
     return retold(part) if " " in part else part  # a word alone is a name
 
 

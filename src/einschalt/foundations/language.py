@@ -33,9 +33,11 @@ CATALOGUES = Path(__file__).with_name("languages")
 # of the variables of POSIX the first that is set decides
 LOCALE_VARIABLES = ("LC_ALL", "LC_MESSAGES", "LANG")
 DECIMAL_SIGN = {"de": ","}
-# DIN 1333 groups by a space; it must not break, and four digits need none
+# DIN 1333 groups by a space; it must not break, and four digits need none. The same
+# space stands before a per cent sign
 GROUP_SIGN = {"de": GROUP_SPACE}
 FEWEST_GROUPED = 5
+_PER_CENT = re.compile(r"(?<=\d) ?%")
 _PLAIN_NUMBER = re.compile(r"(\d+)(?:\.(\d+))?")
 _active: ContextVar[str] = ContextVar("language", default=ENGLISH)
 
@@ -160,10 +162,14 @@ def numbers_set(text: str) -> str:
     >>> with written_in("de"):
     ...     numbers_set("3.7 cm")
     '3,7 cm'
+    >>> with written_in("de"):
+    ...     numbers_set("95%")
+    '95\u202f%'
     """
     if (name := _active.get()) == ENGLISH:
         return text
-    return _PLAIN_NUMBER.sub(lambda found: _set_in(name, *found.groups()), text)
+    text = _PLAIN_NUMBER.sub(lambda found: _set_in(name, *found.groups()), text)
+    return _PER_CENT.sub(f"{GROUP_SIGN[name]}%", text)
 
 
 def _set_in(name, whole, decimals):

@@ -18,7 +18,7 @@ import numpy as np
 from rich.cells import cell_len
 
 from einschalt.foundations.display_names import printable, shortened
-from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.language import figure, mark, numbers_set, translated
 from einschalt.foundations.units import METRES_PER_UNIT
 
 MISSING = "–"
@@ -178,6 +178,15 @@ def lengths(metres: Sequence[float]) -> list[str]:
     """
     unit, texts = length_column(metres)
     return [text if text == MISSING else f"{text} {unit}" for text in texts]
+
+
+def per_cent(share, decimals=0):
+    """Write a share.
+
+    >>> per_cent(0.124)
+    '12 %'
+    """
+    return numbers_set(f"{100.0 * share:.{decimals}f} %")
 
 
 def seconds(duration):

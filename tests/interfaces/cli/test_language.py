@@ -1,8 +1,18 @@
 """``--language``: what users read is in their language, what machines read is not."""
 
-from einschalt.foundations.language import written_in
+import inspect
+
+import pytest
+from typer.main import get_command
+
+from einschalt.foundations.column_meanings import MEANINGS
+from einschalt.foundations.language import catalogue, written_in
 from einschalt.interfaces.batch.batch_run import plan_batch
 from einschalt.interfaces.batch.block_run import run_block
+from einschalt.interfaces.cli.commands import told_help
+from einschalt.interfaces.cli.explained_findings import explained_finding
+from einschalt.interfaces.cli.main import COMMANDS, app
+from einschalt.pipeline.assessment.findings.kinds import KINDS
 
 DATA = ("points.csv", "models.csv", "failures.csv", "residuals.csv", "assessment.json")
 
@@ -51,3 +61,71 @@ def test_an_unknown_language_is_refused(invoke, block_folder):
     shown = invoke("check", block_folder, "--language", "fr")
     assert shown.exit_code == 2
     assert "'fr' is not one of" in shown.stderr
+
+
+def test_plans_are_told_in_german(invoke):
+    shown = invoke("plan", "--expect", "--spacing", "300", "--language", "de")
+    assert "Neupunkten: " in shown.stdout
+    assert "Passpunkte mit halb so großem Fehler" in shown.stdout
+    shown = invoke("plan", "--target", "5", "--m-g-um", "0.001", "--language", "de")
+    assert "erwartet 0,05 bis 500 Mikrometer im Bild" in shown.stderr
+
+
+def test_a_new_block_is_commented_in_german(invoke, block_folder, tmp_path):
+    names = ("control_points.csv", "high_flight.csv", "low_flight.csv")
+    files = [block_folder / name for name in names]
+    new = ("init", tmp_path / "new", "--language", "de", "--from", *files)
+    shown = invoke(*new)
+    assert "keine Datei gibt an: Bezugssystem der Koordinaten" in shown.stderr
+    shown = invoke(*new, "--yes")
+    assert "Modelle im Vergleich mit dem Gelände: 1:15" in shown.stdout
+    text = (tmp_path / "new" / "block.toml").read_text("utf-8")
+    assert "# angenommen, da keine Datei es angibt" in text
+
+
+def test_words_are_explained_in_german(invoke):
+    shown = invoke("explain", "standard_error_total", "--language", "de").stdout
+    assert "neighbours (Ergebnis): beider Differenzen, Punktfehler [m]" in shown
+    shown = invoke("explain", "exchanged_names", "--language", "de").stdout
+    assert "betrifft: Messung; Schwere: schwer" in shown
+
+
+@pytest.mark.parametrize("code", KINDS)
+def test_no_finding_is_explained_in_english(code):
+    with written_in("de"):
+        german = explained_finding(code).splitlines()
+    english = explained_finding(code).splitlines()
+    assert not set(german) & set(english)
+
+
+@pytest.mark.parametrize("column", MEANINGS)
+def test_every_column_has_a_german_meaning(column):
+    _, meaning = MEANINGS[column]
+    assert meaning in catalogue("de")._catalog
+
+
+def test_the_language_may_stand_before_the_command(invoke, block_folder):
+    shown = invoke("--language", "de", "check", block_folder)
+    assert shown.stdout == f"{block_folder}: nichts falsch\n"
+    shown = invoke("--language=de", "check", block_folder, "--language", "en")
+    assert shown.stdout == f"{block_folder}: nothing wrong\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_help_is_left_in_english(command):
+    imported = get_command(app).get_command(None, command)
+    said = [imported, *imported.params]
+    texts = [one.help for one in said if getattr(one, "help", None)]
+    texts = [inspect.cleandoc(text) for text in (*texts, COMMANDS[command])]
+    defaults = [getattr(one, "show_default", None) for one in imported.params]
+    texts += [text for text in defaults if isinstance(text, str)]
+    with written_in("de"):
+        assert not [text for text in texts if told_help(text) == text]
+
+
+def test_help_is_in_the_language_asked_for(invoke):
+    shown = invoke("--language", "de", "plan", "--help").stdout
+    assert "Aufruf: einschalt plan [OPTIONS]" in shown
+    assert "[Vorgabe: (jene der\n" in shown
+    assert "Beispiele:\n    einschalt plan\n" in shown
+    assert "Bildpaare orientieren" in invoke("--help", "--language", "de").stdout

@@ -1,12 +1,31 @@
-"""How every command reads its words and writes its help."""
+"""How every command reads its words and writes its help, in the language asked for."""
 
+import os
 import re
+from itertools import pairwise
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import (
+    LANGUAGES,
+    language_of_locale,
+    mark,
+    mark_each,
+    translated,
+)
 from einschalt.interfaces.cli.lengths import unit_of, with_numbers
 
+LANGUAGE = "--language"
+# what click writes by itself
+HEADINGS = mark_each(
+    {"Options": "Options", "Arguments": "Arguments", "Commands": "Commands"}
+)
+USAGE = mark("Usage: ")
+HELP = mark("Show this message and exit.")
+# behind the help of an option: what it is where it is left out, whether it may be
+BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
 # a hyphen at which no line is broken, of the same width; made a plain one at the end
 UNBROKEN = "\u2011"
 
@@ -16,20 +35,73 @@ class WholeWords(typer.Context.formatter_class):
 
     def write_text(self, text):
         """Write a paragraph."""
-        super().write_text(_unbroken(text))
+        mark_of_examples, _, rest = text.partition("\b\n")
+        if not mark_of_examples and rest:  # unwrapped; what is typed stays as it is
+            title, _, calls = rest.partition("\n")
+            told = f"\b\n{translated(title)}\n{calls}"
+        else:
+            told = translated(text)
+        super().write_text(_unbroken(told))
 
     def write_usage(self, prog, args="", prefix=None):
         """Write the usage."""
-        super().write_usage(prog, _unbroken(args), prefix)
+        super().write_usage(prog, _unbroken(args), prefix or translated(USAGE))
+
+    def write_heading(self, heading):
+        """Write the heading of a list."""
+        super().write_heading(translated(HEADINGS.get(heading, heading)))
 
     def write_dl(self, rows, *args, **options):
         """Write a list of options or commands."""
-        whole = [tuple(map(_unbroken, row)) for row in rows]
+        whole = [(_unbroken(name), _unbroken(_told(text))) for name, text in rows]
         super().write_dl(whole, *args, **options)
 
     def getvalue(self):
         """The text as it is shown."""
         return super().getvalue().replace(UNBROKEN, "-")
+
+
+def _told(text):
+    """The help of an option, with what stands in brackets behind it."""
+    found = BESIDE.fullmatch(text)
+    told = told_help(found["text"])
+    if found["beside"] is None:
+        return told
+    beside = "; ".join(map(_told_beside, found["beside"].split("; ")))
+    return f"{told}  [{beside}]"
+
+
+def told_help(text):
+    """The help of an option; some begin with what the option belongs to."""
+    if (told := translated(text)) != text:
+        return told
+    owner, _, rest = text.partition(": ")
+    if rest and (told := translated(rest)) != rest:
+        return f"{translated(owner)}: {told}"
+    return retold(text)
+
+
+def _told_beside(word):
+    """What stands in brackets: ``required``, or ``default: (that of the camera)``."""
+    kind, _, value = word.partition(": ")
+    if kind != "default":
+        return translated("required") if word == "required" else word
+    is_said = value.startswith("(") and value.endswith(")")
+    value = f"({translated(value[1:-1])})" if is_said else value
+    return translated("default: {value}", value=value)
+
+
+def language_asked(words):
+    """Language that the words of a command line ask for, or the locale.
+
+    Help and what click says come before any option is read.
+    """
+    given = [
+        word.partition("=")[2] for word in words if word.startswith(f"{LANGUAGE}=")
+    ]
+    given += [value for word, value in pairwise(words) if word == LANGUAGE]
+    known = [name for name in given if name in LANGUAGES]
+    return known[-1] if known else language_of_locale(os.environ)
 
 
 def _unbroken(text):

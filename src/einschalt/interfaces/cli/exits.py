@@ -18,7 +18,7 @@ from einschalt.foundations.interruptions import Terminated, ended_in_order
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
     LANGUAGES,
-    language_of_locale,
+    language,
     mark,
     translated,
     written_in,
@@ -43,7 +43,7 @@ HABITS = {
 # new objects less those that are gone; Python would look 70 times as often, for nothing
 RUBBISH_WORTH_A_LOOK = 50_000
 # commands whose output is not English alone; the others keep to one language
-IN_OTHER_LANGUAGES = ("densify", "demo", "batch", "check")
+IN_OTHER_LANGUAGES = ("densify", "demo", "batch", "check", "plan", "init", "explain")
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "
@@ -57,7 +57,7 @@ def with_exit_status(command):
     An :class:`EinschaltError`, an error of the operating system, or a lack of memory
     ends with status 2, an interruption with 130, a signal that ends it with 128 and its
     number; a fault of the program keeps its traceback. What is printed is in the
-    language of ``--language``, or of the locale.
+    language of ``--language``, or that of the whole command line.
     """
     is_translated = command.__name__ in IN_OTHER_LANGUAGES
 
@@ -65,7 +65,7 @@ def with_exit_status(command):
     def run(*args, **kwargs):
         verbose = kwargs.pop("verbose", False)
         kwargs.pop("json", None)  # heard before: see the group of commands
-        spoken = kwargs.pop("language", None) or language_of_locale(os.environ)
+        spoken = kwargs.pop("language", None) or language()
         with written_in(spoken if is_translated else "en"):
             end(args, kwargs, verbose=verbose)
 

@@ -8,11 +8,18 @@ import os
 import sys
 import warnings
 from importlib import import_module
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from einschalt.interfaces.cli.commands import Command, Group
+from einschalt.foundations.language import LANGUAGES, mark, mark_each, written_in
+from einschalt.interfaces.cli.commands import (
+    HEADINGS,
+    LANGUAGE,
+    Command,
+    Group,
+    language_asked,
+)
 from einschalt.interfaces.cli.exits import (
     JSON,
     WRONG,
@@ -23,25 +30,28 @@ from einschalt.interfaces.cli.outcome import recorded, report_problems
 
 COMPLETION = "_EINSCHALT_COMPLETE"
 # each with the first line of its help, so that the list imports none of them
-COMMANDS = {
-    "demo": "Compute the example blocks, simulated and real.",
-    "init": "Write a first block.toml, of what files hold.",
-    "densify": "Compute a block's points, and how good they are.",
-    "serve": "Work on a page in the browser, on this computer alone.",
-    "batch": "Compute every block below a folder, and report the outcome of each.",
-    "check": "Report everything that is wrong with a block's input.",
-    "plan": "Predict the precision of a flight before it is flown.",
-    "convert": "Write what another program has measured as plain tables.",
-    "simulate": "Simulate a block whose true coordinates are known.",
-    "transform": "Fit one transformation per model, and transform points.",
-    "export": "Write a result for CAD, Excel, GIS and other adjustments.",
-    "explain": "Explain a term of the field, a finding or a column.",
-    "completion": "Print what a shell needs to complete commands and options.",
-    "publish": "Publish a result for PROJ, GDAL and QGIS.",
-    "orient": "Orient image pairs, and report those near a dangerous surface.",
-}
+COMMANDS = mark_each(
+    {
+        "demo": "Compute the example blocks, simulated and real.",
+        "init": "Write a first block.toml, of what files hold.",
+        "densify": "Compute a block's points, and how good they are.",
+        "serve": "Work on a page in the browser, on this computer alone.",
+        "batch": "Compute every block below a folder, and report the outcome of each.",
+        "check": "Report everything that is wrong with a block's input.",
+        "plan": "Predict the precision of a flight before it is flown.",
+        "convert": "Write what another program has measured as plain tables.",
+        "simulate": "Simulate a block whose true coordinates are known.",
+        "transform": "Fit one transformation per model, and transform points.",
+        "export": "Write a result for CAD, Excel, GIS and other adjustments.",
+        "explain": "Explain a term of the field, a finding or a column.",
+        "completion": "Print what a shell needs to complete commands and options.",
+        "publish": "Publish a result for PROJ, GDAL and QGIS.",
+        "orient": "Orient image pairs, and report those near a dangerous surface.",
+    }
+)
 # the example blocks, Kovarik's own tables, and the present folder
 ANSWER_WITHOUT_ARGUMENTS = ("demo", "plan", "serve")
+EXAMPLES = mark("Examples:")
 HELP = {"--help", "-h", "--version"}
 HOW = {
     "add_completion": False,
@@ -66,6 +76,10 @@ class CommandsOnDemand(Group):
     def main(self, args=None, **options):
         """Run a command; with --json its outcome is one object on standard output."""
         words = sys.argv[1:] if args is None else list(args)
+        with written_in(language_asked(words)):
+            return self._main(words, **options)
+
+    def _main(self, words, **options):
         if JSON not in words:
             return super().main(args=words, **options)
         with recorded(next(filter(COMMANDS.__contains__, words), "")) as outcome:
@@ -87,14 +101,14 @@ class CommandsOnDemand(Group):
 
     def format_commands(self, _context, formatter):
         """Write the commands into the help, without importing them."""
-        with formatter.section("Commands"):
+        with formatter.section(HEADINGS["Commands"]):
             formatter.write_dl(list(COMMANDS.items()))
 
 
 def _examples(*calls):
     """Epilog of a help text; the mark keeps it from being wrapped."""
     lines = "\n".join(f"  {call}" for call in calls)
-    return f"\b\nExamples:\n{lines}"
+    return f"\b\n{EXAMPLES}\n{lines}"
 
 
 def _imported(name):
@@ -139,6 +153,15 @@ def einschalt(
             help="Print the version and exit.",
         ),
     ] = False,
+    _language: Annotated[
+        Literal[LANGUAGES] | None,
+        # heard before: help is written in it
+        typer.Option(
+            LANGUAGE,
+            show_default="that of the locale",
+            help="Language of what users read.",
+        ),
+    ] = None,
 ):
     """Photogrammetric densification of control points, with honest precision.
 

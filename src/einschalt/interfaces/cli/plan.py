@@ -36,11 +36,16 @@ CameraName = Literal[
 ]
 
 
+def _of_values(text):
+    return f"{text}: values as 6000,8000 or first:last:step"
+
+
 def _values(text, *names):
-    shown = "values as 6000,8000 or first:last:step"
     return Annotated[
         list[str] | None,
-        typer.Option(*names, metavar="VALUES", show_default=False, help=text + shown),
+        typer.Option(
+            *names, metavar="VALUES", show_default=False, help=_of_values(text)
+        ),
     ]
 
 
@@ -58,14 +63,14 @@ _expect = partial(optional, "Expect", float)
 def plan(
     context: typer.Context,
     scale_number: _values(
-        "Denominators of the image scale: ", "--scale-number", "--scale"
+        "Denominators of the image scale", "--scale-number", "--scale"
     ) = None,
     spacing: _values(
-        "Mean distances of points [m]: ", "--spacing", "--point-spacing"
+        "Mean distances of points [m]", "--spacing", "--point-spacing"
     ) = None,
-    m_0: _values("Total errors of approximate coordinates [m]: ", "--m-0") = None,
+    m_0: _values("Total errors of approximate coordinates [m]", "--m-0") = None,
     m_g_um: _values(
-        "Total errors of a measured point in the image [µm]: ", "--m-g-um"
+        "Total errors of a measured point in the image [µm]", "--m-g-um"
     ) = None,
     kind: Annotated[
         Kind, typer.Option("--kind", "--transformation", help="How models are fitted.")
@@ -118,14 +123,14 @@ def plan(
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
-        "Target: scale number of the high flight over the low one's: "
+        "Target: scale number of the high flight over the low one's"
     ) = None,
-    n_settings: _values("Target: how often points are set: ") = None,
-    n_coverages: _values("Target, expect: how often the flights cover the area: ") = (
+    n_settings: _values("Target: how often points are set") = None,
+    n_coverages: _values("Target, expect: how often the flights cover the area") = (
         None
     ),
     control_per_model: _values(
-        "Target, expect: control in each high-flight model, 5 or 9: "
+        "Target, expect: control in each high-flight model, 5 or 9"
     ) = None,
     control_standard_error: Annotated[
         float, typer.Option(help="Target, expect: total error of control [m].")

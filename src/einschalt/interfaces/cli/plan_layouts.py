@@ -4,6 +4,8 @@ import math
 from dataclasses import replace
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.language import figure, mark, mark_each, translated
+from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, wrapped
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_values import Asked, costs_of
@@ -18,6 +20,14 @@ from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plan
 SEARCHED_SCALES = 16
 HALF_TO_THRICE = (0.5, 3.0)
 OF_THE_HIGHEST = 5.0  # where a limit of height is far below what is usual
+PRICES = mark_each(
+    {
+        "image": "{price} image",
+        "model": "{price} model",
+        "setting": "{price} setting",
+        "control_point": "{price} control point",
+    }
+)
 
 
 def search(asked: Asked) -> Answer:
@@ -33,9 +43,8 @@ def search(asked: Asked) -> Answer:
             checked = check_plans(found, frame, progress=progress)
     except EinschaltError as error:
         # the plans are what was asked for; the check of the best comes on top
-        said = wrapped(
-            f"No plan is recommended: the best cannot be laid out: {error}", indent="  "
-        )
+        message = mark("No plan is recommended: the best cannot be laid out: {reason}")
+        said = wrapped(translated(message, reason=told(error)), indent="  ")
         tables, scales = {"plans": found.plans}, scales_of(found.nearest)
         text = f"{said}\n\n{found.summary()}"
         return Answer(text, lambda: tables, lambda: _figure_of(found), scales)
@@ -73,21 +82,26 @@ def said_of_frame(asked):
     said = []
     limit = max_height_of(asked)
     if limit is None:
-        said.append("Flying heights have no limit (--max-height).")
+        message = mark("Flying heights have no limit (--max-height).")
     elif asked["max_height"] is None:
-        said.append(f"Up to {limit:g} m above ground, as usual for it (--max-height).")
+        message = mark("Up to {limit} m above ground, as usual for it (--max-height).")
     else:
-        said.append(f"Up to {limit:g} m above ground.")
+        message = mark("Up to {limit} m above ground.")
+    height = "" if limit is None else figure(limit, "g")
+    said.append(translated(message, limit=height))
     costs = costs_of(asked["costs"])
     each = ", ".join(
-        f"{getattr(costs, name):g} {name.replace('_', ' ')}"
-        for name in costs.__dataclass_fields__
+        translated(text, price=figure(getattr(costs, name), "g"))
+        for name, text in PRICES.items()
     )
-    default = " (defaults, not yours: --costs)" if "costs" not in asked.typed else ""
-    said.append(f"Prices{default}: {each}.")
+    message = mark("Prices (defaults, not yours: --costs): {prices}.")
+    if "costs" in asked.typed:
+        message = mark("Prices: {prices}.")
+    said.append(translated(message, prices=each))
     if asked.flight.preset.pixel_um is None:
-        sampled = asked.flight.preset.sampled_um
-        said.append(f"GSD: of film that is scanned at {sampled:g} µm.")
+        sampled = figure(asked.flight.preset.sampled_um, "g")
+        message = mark("GSD: of film that is scanned at {pixel} µm.")
+        said.append(translated(message, pixel=sampled))
     return wrapped(" ".join(said), first="  ", indent="    ")
 
 
@@ -172,7 +186,8 @@ def layout(asked: Asked) -> Answer:
     text = f"{expected.summary()}\n\n{describe_effort(expected)}"
     if unshifted is not None:
         same = length(unshifted.figures.mean)
-        text += f"\n  With coverages that are not shifted: {same}."
+        said = translated("With coverages that are not shifted: {same}.", same=same)
+        text += f"\n  {said}"
     return Answer(
         text,
         lambda: tables_of_layout(expected),

@@ -7,7 +7,13 @@ from datetime import datetime, timedelta
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.kept_texts import retold
-from einschalt.foundations.language import language, mark, translated, written_in
+from einschalt.foundations.language import (
+    figure,
+    language,
+    mark,
+    translated,
+    written_in,
+)
 from einschalt.interfaces.cli.exits import print_error
 
 PATIENCE = 1.0  # seconds without a word
@@ -64,7 +70,7 @@ def _silent(_title, _fraction):
 
 
 def _line(title, fraction):
-    print_error(f"{fraction:4.0%}  {title}")
+    print_error(f"{figure(fraction, '4.0%')}  {title}")
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from einschalt.foundations.column_meanings import (
 )
 from einschalt.foundations.column_words import KINDS, WORDS, folded
 from einschalt.foundations.errors import SettingsError, name_some
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.interfaces.files.result_folder import FIRST_COLUMNS
 
 SCHEMAS = {
@@ -99,17 +100,19 @@ EXAMPLES = {
     "standard_error_m": "0.03",
     "transformation": "affine",
 }
-LANGUAGES = {"de": "German", "en": "English", "fr": "French", "it": "Italian"}
+LANGUAGES = mark_each(
+    {"de": "German", "en": "English", "fr": "French", "it": "Italian"}
+)
 WRITTEN = {"models": "transformations of the models, and how they fit"}
 ALL = "all"
-HEAD = """\
+HEAD = mark("""\
 # Files and columns
 
 Written by `einschalt check --explain all`, from the schemas that check the tables; a
 single column is explained by `einschalt check --explain NAME`. How other names, units
 and encodings are understood: [tables.md](tables.md). Lengths on the ground are metres.
 TOTAL errors are the root of both variances in plan; others are of one coordinate.
-"""
+""")
 
 
 def written_columns(table):
@@ -125,20 +128,21 @@ def read_columns(table):
 
 def columns_page():
     """Page of all tables and columns, as Markdown."""
-    parts = [HEAD, "## Tables that are read\n"]
+    parts = [translated(HEAD), f"## {translated('Tables that are read')}\n"]
     parts += [_input_table(name) for name in INPUT_TABLES]
-    parts.append("## Tables that are written\n")
+    parts.append(f"## {translated('Tables that are written')}\n")
     parts += [_result_table(name) for name in RESULT_TABLES]
     return "\n".join(parts)
 
 
 def _input_table(name):
-    lines = [f"### {name}", "", f"{_capital(TABLES[name])}.", ""]
-    lines += ["| column | unit | needed | meaning | example |", "|---|---|---|---|---|"]
+    lines = [f"### {name}", "", f"{_capital(translated(TABLES[name]))}.", ""]
+    header = translated("| column | unit | needed | meaning | example |")
+    lines += [header, "|---|---|---|---|---|"]
     for column in read_columns(name):
         found = _column(name, column)
         _, meaning = meaning_of(column, name)
-        cells = (found.unit or "text", _needed(name, found), _allowed(found, meaning))
+        cells = (_unit(found), _needed(name, found), _allowed(found, meaning))
         lines.append(_row(f"`{column}`", *cells, f"`{EXAMPLES.get(column, '')}`"))
     return "\n".join([*lines, ""]).replace("``", "")
 
@@ -148,33 +152,42 @@ def _column(table, name):
     return next(found)
 
 
+def _unit(column):
+    return translated(column.unit or "text")
+
+
 def _needed(table, column):
     if any(column.name not in schema.names for schema in SCHEMAS[table]):
-        return "for bases" if column.name == "base" else "for images"
+        is_base = column.name == "base"
+        return translated("for bases") if is_base else translated("for images")
     if column.is_required:
-        return "yes"
-    return f"no: {column.default}" if column.default else "no"
+        return translated("yes")
+    if column.default:
+        return translated("no: {default}", default=column.default)
+    # the word alone is the number in the catalogue
+    return translated("no: {default}", default="").rstrip(": ")
 
 
 def _allowed(column, meaning):
-    words = [meaning]
+    words = [translated(meaning)]
     if column.choices and "or" not in meaning:
-        words.append(" or ".join(column.choices))
-    words += ["above 0"] if column.is_positive else []
-    words += ["may be empty"] if column.may_be_missing else []
+        words.append(translated(" or ").join(column.choices))
+    words += [translated("above 0")] if column.is_positive else []
+    words += [translated("may be empty")] if column.may_be_missing else []
     return "; ".join(words)
 
 
 def _result_table(name):
     lines = [
-        f"### {name} (result)",
+        f"### {translated('{table} (result)', table=name)}",
         "",
-        f"{_capital(WRITTEN.get(name, TABLES[name]))}.",
+        f"{_capital(translated(WRITTEN.get(name, TABLES[name])))}.",
         "",
     ]
-    lines += ["| column | unit | meaning |", "|---|---|---|"]
+    lines += [translated("| column | unit | meaning |"), "|---|---|---|"]
     for column in written_columns(name):
-        lines.append(_row(f"`{column}`", *meaning_of(column, name)))
+        unit, meaning = meaning_of(column, name)
+        lines.append(_row(f"`{column}`", unit, translated(meaning)))
     return "\n".join([*lines, ""])
 
 
@@ -194,27 +207,35 @@ def explanation_of(name):
     if name == ALL:
         return columns_page()
     column = _meant(name)
-    lines = [column if column == name else f"{name}: {column}"]
-    for table in INPUT_TABLES:
-        if column in read_columns(table):
-            found = _column(table, column)
-            said = _allowed(found, meaning_of(column, table)[1])
-            unit, needed = found.unit or "text", _needed(table, found)
-            lines.append(f"  {table}: {said} [{unit}], needed: {needed}")
-    for table in RESULT_TABLES:
-        if column in written_columns(table):
-            unit, said = meaning_of(column, table)
-            lines.append(f"  {table} (result): {said}{f' [{unit}]' if unit else ''}")
+    lines = [column if column == name else f"{name}: {column}", *_in_tables(column)]
     if column in EXAMPLES:
-        lines.append(f"  example: {EXAMPLES[column]}")
+        lines.append(f"  {translated('example')}: {EXAMPLES[column]}")
     for language, words in WORDS.get(column, {}).items():
-        known = LANGUAGES.get(language, "where no better word stands")
-        lines.append(f"  {known}: {', '.join(words.split())}")
+        known = LANGUAGES.get(language, mark("where no better word stands"))
+        lines.append(f"  {translated(known)}: {', '.join(words.split())}")
     if column == "role":
         for kind, languages in KINDS.items():
             words = " ".join(languages.values()).split()
             lines.append(f"  {kind}: {', '.join(words)}")
     return "\n".join(lines)
+
+
+def _in_tables(column):
+    """What a column is in each table that has it, one line for each."""
+    lines = []
+    for table in INPUT_TABLES:
+        if column in read_columns(table):
+            found = _column(table, column)
+            said = _allowed(found, meaning_of(column, table)[1])
+            needed = translated("needed: {needed}", needed=_needed(table, found))
+            lines.append(f"  {table}: {said} [{_unit(found)}], {needed}")
+    for table in RESULT_TABLES:
+        if column in written_columns(table):
+            unit, said = meaning_of(column, table)
+            where = translated("{table} (result)", table=table)
+            unit = f" [{unit}]" if unit else ""
+            lines.append(f"  {where}: {translated(said)}{unit}")
+    return lines
 
 
 def _meant(name):

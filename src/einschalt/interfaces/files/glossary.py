@@ -9,10 +9,21 @@ from functools import cache
 from pathlib import Path
 
 from einschalt.foundations.column_words import folded
+from einschalt.foundations.language import mark_each, translated
 
 PACKAGE = Path(__file__).parents[2]
 PLACES = (PACKAGE / "glossary.md", PACKAGE.parents[1] / "docs" / "glossary.md")
 NOTHING = "–"
+SECTIONS = mark_each(
+    {
+        "Points, flights, models": "Points, flights, models",
+        "Relative orientation": "Relative orientation",
+        "Transformation and adjustment": "Transformation and adjustment",
+    }
+)
+NAMES = mark_each(
+    {"English": "English", "symbol": "symbol", "unit": "unit", "code": "code"}
+)
 
 
 @dataclass(frozen=True)
@@ -31,8 +42,10 @@ class Entry:
     def text(self):
         """The entry as it is printed."""
         (_, title), *rest = self.cells.items()
-        said = [f"{name}: {cell}" for name, cell in rest if cell not in ("", NOTHING)]
-        return "\n".join([f"{title} ({self.section})", *(f"  {one}" for one in said)])
+        rest = [(name, cell) for name, cell in rest if cell not in ("", NOTHING)]
+        said = [f"{translated(NAMES[name])}: {cell}" for name, cell in rest]
+        section = translated(SECTIONS[self.section])
+        return "\n".join([f"{title} ({section})", *(f"  {one}" for one in said)])
 
     def is_meant(self, term):
         """Whether a word stands for it, in one of its languages or in the code."""

@@ -5,24 +5,26 @@ from pathlib import Path
 
 import tomli_w
 
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.interfaces.files.block_parts import FLIGHT_TABLES
 
-HEAD = """\
-# A block of einschalt. What is behind a # is a comment: why a value is what it is, or
-# what else could stand here. `einschalt check` says everything that is wrong.
-"""
-MORE = {
-    "control_points": """\
-# may_be_unmeasured = true       # where points may lie in no model
-""",
-    "approximate_points": """\
-# m_0_m = 0.10                   # TOTAL standard error of these points, metres
-""",
-    "flight": """\
-# transformation = "affine"      # affine, helmert, rigid or helmert_3d
-""",
-}
-TEMPLATE = """\
+HEAD = mark(
+    "# A block of einschalt. What is behind a # is a comment: why a value is what it "
+    "is, or\n# what else could stand here. `einschalt check` says everything that is "
+    "wrong.\n"
+)
+MORE = mark_each(
+    {
+        "control_points": "# may_be_unmeasured = true       "
+        "# where points may lie in no model\n",
+        "approximate_points": "# m_0_m = 0.10                   "
+        "# TOTAL standard error of these points, metres\n",
+        "flight": '# transformation = "affine"      '
+        "# affine, helmert, rigid or helmert_3d\n",
+    }
+)
+TEMPLATE = mark("""\
 # A block of einschalt: this file and the tables that it names, all in one folder.
 # Lines that begin with # are examples. `einschalt check FOLDER` says what is wrong.
 
@@ -65,14 +67,14 @@ model_points = "low_flight.csv"
 
 [settings]
 # tolerance = 0.05               # metres: which points keep to it is said
-"""
+""")
 
 
 def block_text(proposal, folder, name):
     """Text of block.toml for a proposal; files are named from the folder."""
     sections = ["block", "control_points", "approximate_points", "high_flight"]
     present = {section for section, _ in proposal.tables} | {"block"}
-    lines = [HEAD]
+    lines = [translated(HEAD)]
     for section in [*sections, "low_flight"]:
         if section not in present:
             continue
@@ -82,7 +84,7 @@ def block_text(proposal, folder, name):
         lines += _values(proposal, section)
         lines += _tables(proposal, section, folder)
         kind = "flight" if section.endswith("flight") else section
-        lines.append(MORE.get(kind, ""))
+        lines.append(translated(MORE[kind]) if kind in MORE else "")
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -101,7 +103,8 @@ def _values(proposal, section):
         else:
             value = guess.value
             is_whole = isinstance(value, float) and value.is_integer()
-            lines.append(_key(key, int(value) if is_whole else value, guess.reason))
+            value = int(value) if is_whole else value
+            lines.append(_key(key, value, retold(guess.reason)))
     return lines
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark_each
 from einschalt.foundations.likely_systems import systems_that_hold
-from einschalt.foundations.typesetting import count
 from einschalt.foundations.units import METRES_PER_UNIT
 
 # smallest and largest extent of a model that is usual [mm]: 6 cm to 46 cm wide
@@ -19,6 +20,12 @@ ROUND = 0.005  # a scale number as near as that to one of two figures is meant t
 LEAST_SHARED = 2  # points of a model that have a scale
 MOST_ROWS = 200_000  # of a flight that are looked at
 MM = 1e-3
+AGAINST_GROUND = mark_each(
+    {
+        "model_id": "{n:model|models} against the ground: 1:{scale}",
+        "image_id": "{n:image|images} against the ground: 1:{scale}",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -54,8 +61,7 @@ def scale_of(frame, ground, unit, key="model_id"):
     if not len(ratios):
         return None
     number = float(np.median(ratios)) / METRES_PER_UNIT[unit]
-    what = count(len(ratios), key.removesuffix("_id"))
-    said = f"{what} against the ground: 1:{number:.0f}"
+    said = kept(AGAINST_GROUND[key], n=len(ratios), scale=f"{number:.0f}")
     return Guess(rounded(number), said)
 
 
@@ -72,8 +78,8 @@ def scale_beside(frame, unit, other, other_unit, other_scale):
         return None
     metres = METRES_PER_UNIT[other_unit] / METRES_PER_UNIT[unit]
     number = float(np.median(ratios)) * metres * other_scale
-    pairs_said = count(len(ratios), "pair")
-    said = f"{pairs_said} of models of both flights: 1:{number:.0f}"
+    message = "{n:pair|pairs} of models of both flights: 1:{scale}"
+    said = kept(message, n=len(ratios), scale=f"{number:.0f}")
     return Guess(rounded(number), said)
 
 

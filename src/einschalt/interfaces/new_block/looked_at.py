@@ -14,8 +14,8 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.language import mark_each, translated
 from einschalt.foundations.projections import read_source_crs
-from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files import gdal_files, point_layers, workbooks
 from einschalt.interfaces.files.input_files import companions, read_once
 from einschalt.interfaces.files.points_of_systems import schema_in
@@ -32,15 +32,24 @@ KINDS = {
     "model_points": tables.MEASURED_MODEL_POINTS,
     "ground": tables.CONTROL_POINTS,
 }
-WORDS = {
-    "y_parallaxes": "y-parallaxes",
-    "image_points": "image points",
-    "models": "models and their images",
-    "base": "bases of the models",
-    "model_points": "model points",
-    "ground": "ground points",
-    "camera": "a camera",
-}
+WORDS = mark_each(
+    {
+        "y_parallaxes": "y-parallaxes",
+        "image_points": "image points",
+        "models": "models and their images",
+        "base": "bases of the models",
+        "model_points": "model points",
+        "ground": "ground points",
+        "camera": "a camera",
+    }
+)
+AMOUNTS = mark_each(
+    {
+        "model_id": "{n:model|models}",
+        "image_id": "{n:image|images}",
+        "point_id": "{n:point|points}",
+    }
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,17 +73,16 @@ class Looked:
     @property
     def description(self):
         """What it holds, with numbers."""
+        kind = translated(WORDS[self.kind])
         if self.kind == "camera":
-            return WORDS["camera"]
-        keys = {"model_id": "model", "image_id": "image", "point_id": "point"}
+            return kind
         numbers = [
-            count(int(self.frame[name].nunique()), word)
-            for name, word in keys.items()
+            translated(amount, n=int(self.frame[name].nunique()))
+            for name, amount in AMOUNTS.items()
             if name in self.frame
         ]
-        return f"{WORDS[self.kind]}: {count(len(self.frame), 'row')}, " + ", ".join(
-            numbers
-        )
+        rows = translated("{n:row|rows}", n=len(self.frame))
+        return f"{kind}: {', '.join([rows, *numbers])}"
 
 
 def files_below(folder):
@@ -220,7 +228,8 @@ def _table(file, said):
         raise question
     raise FileError(
         "holds no table that a block could have",
-        expected=", ".join(WORDS[kind] for kind in KINDS),
+        expected="y-parallaxes, image points, models and their images, bases of the "
+        "models, model points or ground points",
         remedy="Leave it out, or say columns in block.toml (docs/tables.md)",
         file=file.source,
     )

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from einschalt.foundations.errors import FileError, SettingsError, name_some
 from einschalt.foundations.key_columns import is_among
+from einschalt.foundations.language import mark_each
 from einschalt.interfaces.new_block.guesses import (
     Guess,
     flight_named,
@@ -16,6 +17,30 @@ from einschalt.interfaces.new_block.guesses import (
 FLIGHTS = ("high_flight", "low_flight")
 CONTROL_WORDS = ("control", "pass", "paß", "fest", "gcp", "appui", "appoggio")
 APPROXIMATE_WORDS = ("approx", "näher", "naeher", "appro")
+# questions of two parts are told by part, also where several stand in one sentence
+EMPTY_FOR_LOCAL = "empty for a local one"
+CONTROL_ERROR = "TOTAL standard error of the control points [m]"
+EMPTY_IF_UNKNOWN = "empty if unknown"
+SCALE_QUESTIONS = mark_each(
+    {
+        "high_flight": "Image scale number of the high flight",
+        "low_flight": "Image scale number of the low flight",
+    }
+)
+M_G_QUESTIONS = mark_each(
+    {
+        "high_flight": "TOTAL error of one setting of a point in the image [um] of the "
+        "high flight",
+        "low_flight": "TOTAL error of one setting of a point in the image [um] of the "
+        "low flight",
+    }
+)
+DISTANCE_QUESTIONS = mark_each(
+    {
+        "high_flight": "Principal distance [mm] of the high flight",
+        "low_flight": "Principal distance [mm] of the low flight",
+    }
+)
 M_G_UM = {"high_flight": 7.5, "low_flight": 5.0}  # Kovarik's, of one machine setting
 
 
@@ -124,7 +149,9 @@ def _flights(found, has_approximate):
     most = 2 - has_approximate
     if not flights or len(flights) > 2:
         raise SettingsError(
-            f"{len(flights) or 'no'} files hold measurements of a flight",
+            "no files hold measurements of a flight"
+            if not flights
+            else f"{len(flights)} files hold measurements of a flight",
             expected="one or two: the high flight and the low flight",
             remedy="Name after --from the model points, or the image points and models",
         )
@@ -213,34 +240,30 @@ def _questions(proposal, named):
     if proposal.values.get(("block", "crs")) is None:
         could = systems_of(known.frame) if "easting" in known.frame else []
         said = f", such as {name_some(could, 8)}" if could else ""
-        text = f"Reference system of the coordinates{said}; empty for a local one"
+        system = f"Reference system of the coordinates{said}"
+        text = f"{system}; {EMPTY_FOR_LOCAL}"
         without = "no place on the earth, so no KML and no other system"
         crs = Question("block", "crs", "--crs", text, None, True, without)
         questions.append(crs)
     error = "control_points", "standard_error_m"
     has_errors = known is None or {error[1], "standard_error_easting"} & {*known.frame}
     if not has_errors and error not in proposal.values:
-        text = "TOTAL standard error of the control points [m]; empty if unknown"
+        text = f"{CONTROL_ERROR}; {EMPTY_IF_UNKNOWN}"
         option = "--control-error-m"
         without = "no errors are propagated, and no ellipses drawn"
         questions.append(Question(*error, option, text, None, True, without))
     for name, tables in named.items():
         word = name.partition("_")[0]
         asked = {
-            "scale_number": (f"--{word}-scale", "Image scale number", None),
-            "m_g_um": (
-                f"--{word}-m-g-um",
-                "TOTAL error of one setting of a point in the image [um]",
-                M_G_UM[name],
-            ),
+            "scale_number": (f"--{word}-scale", SCALE_QUESTIONS[name], None),
+            "m_g_um": (f"--{word}-m-g-um", M_G_QUESTIONS[name], M_G_UM[name]),
         }
         if "image_points" in tables and "camera" not in tables:
-            text = "Principal distance [mm]"
+            text = DISTANCE_QUESTIONS[name]
             asked["principal_distance_mm"] = ("--principal-distance-mm", text, None)
         for key, (option, text, suggested) in asked.items():
             if proposal.values.get((name, key)) is None:
-                words = f"{text} of the {word} flight"
-                questions.append(Question(name, key, option, words, suggested))
+                questions.append(Question(name, key, option, text, suggested))
     return questions
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.typesetting import length, number
 from einschalt.foundations.units import METRES_PER_UM
 
@@ -161,9 +162,16 @@ def describe_heights(plan) -> str:
 
     ``plan`` has flying_height, high_flying_height, gsd and high_gsd [m].
     """
-    low, high = plan["flying_height"], plan["high_flying_height"]
-    said = [f"Low flight {low:.0f} m above ground", f"high flight {high:.0f} m"]
-    gsd = plan["gsd"], plan["high_gsd"]
-    if np.isfinite(gsd).all():
-        said = [f"{s}, GSD {length(g)}" for s, g in zip(said, gsd, strict=True)]
-    return "; ".join(said)
+    message = mark("Low flight {low} m above ground; high flight {high} m")
+    if np.isfinite([plan["gsd"], plan["high_gsd"]]).all():
+        message = mark(
+            "Low flight {low} m above ground, GSD {gsd}; high flight {high} m, GSD "
+            "{high_gsd}"
+        )
+    return translated(
+        message,
+        low=figure(plan["flying_height"], ".0f"),
+        high=figure(plan["high_flying_height"], ".0f"),
+        gsd=length(plan["gsd"]),
+        high_gsd=length(plan["high_gsd"]),
+    )

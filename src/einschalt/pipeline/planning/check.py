@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import EinschaltError
-from einschalt.foundations.typesetting import wrapped
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, in_english, mark, translated
+from einschalt.foundations.typesetting import per_cent, wrapped
 from einschalt.pipeline.planning.cameras import describe_heights
 from einschalt.pipeline.planning.expected_precision import (
     ExpectedPrecision,
@@ -52,24 +54,38 @@ class CheckedPlan(Result):
         lines.append(f"  {describe_heights(self.plan)}")
         if self.next_best is not None:
             other = self.next_best
-            said = (
-                f"Next best: {_in_cm(other.reached)} with {describe_plan(other.plan)}; "
-                f"{_dearer(other.plan['cost'] / self.plan['cost'])}."
+            said = translated(
+                "Next best: {reached} with {plan}; {dearer}.",
+                reached=_in_cm(other.reached),
+                plan=describe_plan(other.plan),
+                dearer=_dearer(other.plan["cost"] / self.plan["cost"]),
             )
             lines.append(wrapped(said, first="  ", indent="    "))
         dropped = (
-            wrapped(f"Not kept: {text}", first="  ", indent="    ")
+            wrapped(
+                translated("Not kept: {plan}", plan=retold(text)),
+                first="  ",
+                indent="    ",
+            )
             for text in self.dropped
         )
         return "\n".join([*lines, *dropped])
 
     def _verdict(self):
-        found = f"{_in_cm(self.reached)} with {describe_plan(self.plan)}"
+        message = mark(
+            "No plan is recommended. Checked by propagation on a layout: {reached} "
+            "with {plan}. That is more than {target}."
+        )
         if self.is_kept:
-            return f"Recommended: {found}. Checked by propagation on a layout."
-        return (
-            f"No plan is recommended. Checked by propagation on a layout: {found}. "
-            f"That is more than {_in_cm(self.target)}."
+            message = mark(
+                "Recommended: {reached} with {plan}. Checked by propagation on a "
+                "layout."
+            )
+        return translated(
+            message,
+            reached=_in_cm(self.reached),
+            plan=describe_plan(self.plan),
+            target=_in_cm(self.target),
         )
 
     def summary(self):
@@ -77,6 +93,7 @@ class CheckedPlan(Result):
         return f"{self.verdict()}\n\n{self.expected.summary()}"
 
 
+@in_english
 def check_plans(
     search, frame, *, most=MOST_TRIED, judge=None, progress=None
 ) -> CheckedPlan:
@@ -201,12 +218,14 @@ def design_of(plan, frame) -> FlightDesign:
 
 
 def _dearer(ratio):
-    return f"{100.0 * (ratio - 1.0):.0f} % dearer" if ratio >= 1.005 else "as dear"
+    if ratio < 1.005:
+        return translated("as dear")
+    return translated("{share} dearer", share=per_cent(ratio - 1.0))
 
 
 def _in_cm(metres):
     # so far that 5.02 and 5.00 cm differ
-    return f"{100.0 * metres:.2f} cm"
+    return f"{figure(100.0 * metres, '.2f')} cm"
 
 
 def _at_place(propagated, where):

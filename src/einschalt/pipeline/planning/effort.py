@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations import typesetting
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import translated
 from einschalt.foundations.typesetting import fixed, number, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.planning.expected_precision import (
@@ -74,38 +76,50 @@ def effort_gains(expected) -> pd.DataFrame:
 def describe_effort(expected) -> str:
     """Write what more effort would gain, and up to where it pays."""
     rows = [
-        [row.effort, fixed(100.0 * row.expected_mean, 1), fixed(100.0 * row.gain, 0)]
+        [
+            retold(row.effort),
+            fixed(100.0 * row.expected_mean, 1),
+            fixed(100.0 * row.gain, 0),
+        ]
         for row in effort_gains(expected).itertuples()
     ]
     design = expected.design
     flights = flights_of(design)
     limits = break_even(expected_parts(flights, design.model), flights)
-    said = (
+    said = translated(
         "An effort pays until the rest of the error is as large as what it reduces: "
-        f"{_settings(limits)}, {_coverages(limits, design)}, {_points(limits, design)}."
+        "{settings}, {coverages}, {points}.",
+        settings=_settings(limits),
+        coverages=_coverages(limits, design),
+        points=_points(limits, design),
     )
-    header = ["What more would gain (closed estimate)", "cm", "%"]
+    header = [translated("What more would gain (closed estimate)"), "cm", "%"]
     text = typesetting.table(rows, header=header, align="lrr")
     return f"{text}\n{wrapped(said, first='  ', indent='    ')}"
 
 
 def _settings(limits):
     if limits.settings <= 1.0:
-        return "more settings in the low flight do not"
-    return f"settings in the low flight up to {_amount(limits.settings)} times as many"
+        return translated("more settings in the low flight do not")
+    if np.isinf(limits.settings):
+        return translated("settings in the low flight up to any number times as many")
+    return translated(
+        "settings in the low flight up to {ratio} times as many",
+        ratio=number(limits.settings),
+    )
 
 
 def _coverages(limits, design):
     if limits.n_coverages <= design.n_coverages:
-        return "more coverages do not"
-    return f"coverages up to {_amount(limits.n_coverages)}"
+        return translated("more coverages do not")
+    if np.isinf(limits.n_coverages):
+        return translated("coverages up to any number")
+    return translated("coverages up to {most}", most=number(limits.n_coverages))
 
 
 def _points(limits, design):
     if limits.spacing >= design.spacing:
-        return "denser points do not"
-    return f"points down to {number(limits.spacing)} m apart"
-
-
-def _amount(value):
-    return number(value) if np.isfinite(value) else "any number"
+        return translated("denser points do not")
+    return translated(
+        "points down to {spacing} m apart", spacing=number(limits.spacing)
+    )

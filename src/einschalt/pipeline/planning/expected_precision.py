@@ -17,8 +17,14 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.blas_threads import one_blas_thread
 from einschalt.foundations.errors import GeometryError, SettingsError
-from einschalt.foundations.language import in_english
-from einschalt.foundations.typesetting import count, length, number, scale, wrapped
+from einschalt.foundations.language import (
+    figure,
+    in_english,
+    mark,
+    mark_each,
+    translated,
+)
+from einschalt.foundations.typesetting import length, number, scale, wrapped
 from einschalt.pipeline.planning.flight_design import MOST_ON_THE_GROUND, FlightDesign
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import FLIGHTS, set_scene
@@ -42,6 +48,18 @@ SOURCE_TEXT = {
     "high_flight": "measuring in the high flight",
     "low_flight": "measuring in the low flight",
 }
+PARTS = mark_each(
+    {
+        "control": "control {length}",
+        "high_flight": "measuring in the high flight {length}",
+        "low_flight": "measuring in the low flight {length}",
+    }
+)
+HOW_EXPECTED = mark(
+    "expected: errors of control and both flights carried through all stages on this "
+    "layout. formula: M of 1971 with the leverages of the same points; rule of 1971: "
+    "the planning table with the block's m_0, {m_0}."
+)
 
 
 @dataclass(frozen=True)
@@ -95,6 +113,7 @@ class ExpectedPrecision(Result):
         return _summary(self)
 
 
+@in_english
 def expect_precision(design, *, coverage_mean="all", seed=0) -> ExpectedPrecision:
     """Compute the precision of a planned block by propagation on its layout.
 
@@ -344,11 +363,13 @@ def _figures(mean, points, values, m_0):
 
 def _verdict(expected):
     figures = expected.figures
-    n_new = int((expected.points["role"] == "new").sum())
-    return (
-        f"Expected precision of {count(n_new, 'new point')}: {length(figures.mean)} "
-        f"(total, {_coverages(expected.design.n_coverages)}); 95 % are better than "
-        f"{length(figures.worst)}"
+    return translated(
+        "Expected precision of {n:new point|new points}: {mean} (total, {coverages}); "
+        "95 % are better than {worst}",
+        n=int((expected.points["role"] == "new").sum()),
+        mean=length(figures.mean),
+        coverages=_coverages(expected.design.n_coverages),
+        worst=length(figures.worst),
     )
 
 
@@ -359,14 +380,21 @@ def _summary(expected):
         formula.M_centre, formula.M_edge, expected.design.n_coverages
     )
     rows = [
-        _row("one model, middle", "single_centre", figures, formula.M_centre),
-        _row("one model, edge", "single_edge", figures, formula.M_edge),
-        _row("one model, corner", "single_corner", figures, np.nan),
+        _row(
+            translated("one model, middle"), "single_centre", figures, formula.M_centre
+        ),
+        _row(translated("one model, edge"), "single_edge", figures, formula.M_edge),
+        _row(translated("one model, corner"), "single_corner", figures, np.nan),
         _row(coverages, "mean", figures, float(of_mean)),
     ]
-    header = ["[cm, total]", "expected", "formula", "rule of 1971"]
+    header = [
+        translated("[cm, total]"),
+        translated("expected"),
+        translated("formula"),
+        translated("rule of 1971"),
+    ]
     parts = ", ".join(
-        f"{SOURCE_TEXT[source]} {length(value)}"
+        translated(PARTS[source], length=length(value))
         for source, value in expected.parts.items()
     )
     return "\n".join(
@@ -375,19 +403,16 @@ def _summary(expected):
             *_warnings(expected),
             "",
             typesetting.table(rows, header=header),
-            wrapped(
-                "expected: errors of control and both flights carried through all "
-                "stages on this layout. formula: M of 1971 with the leverages of the "
-                "same points; rule of 1971: the planning table with the block's m_0, "
-                f"{length(figures.m_0)}.",
-                first="  ",
-                indent="    ",
-            ),
+            _prose(translated(HOW_EXPECTED, m_0=length(figures.m_0))),
             "",
-            wrapped(f"It comes from {parts}.", first="  ", indent="    "),
-            wrapped(_layout_text(expected), first="  ", indent="    "),
+            _prose(translated("It comes from {parts}.", parts=parts)),
+            _prose(_layout_text(expected)),
         ]
     )
+
+
+def _prose(text):
+    return wrapped(text, first="  ", indent="    ")
 
 
 def _row(label, name, figures, by_rule):
@@ -401,25 +426,40 @@ def _row(label, name, figures, by_rule):
 
 def _coverages(n_coverages):
     if n_coverages == 1:
-        return "one coverage"
-    return f"mean of {typesetting.number_word(n_coverages)} coverages"
+        return translated("one coverage")
+    number_word = typesetting.number_word(n_coverages)
+    return translated("mean of {number} coverages", number=number_word)
 
 
 def _layout_text(expected):
     design = expected.design
-    width, height = design.extent
-    apart = f"{number(design.layout_spacing, 3)} m apart"
+    return translated(
+        "Layout: {size} km, points {apart}; high flight {high}, m_g {high_m_g} µm, "
+        "{n_high:model|models} on {n_control:control point|control points} of "
+        "{control_error}; low flight {low}, m_g {m_g} µm, {n_low:model|models}, "
+        "{kind}.",
+        size=" x ".join(figure(side / 1e3, ".3g") for side in design.extent),
+        apart=_apart(design),
+        high=scale(design.scale_of_high_flight),
+        high_m_g=number(design.noise().high_m_g_um),
+        n_high=expected.n_high_models,
+        n_control=expected.n_control,
+        control_error=length(design.control_standard_error),
+        low=scale(design.scale_number),
+        m_g=number(design.m_g_um),
+        n_low=expected.n_low_models,
+        kind=design.kind,
+    )
+
+
+def _apart(design):
+    message = mark("{spacing} m apart")
     if design.layout_spacing > design.spacing:
-        apart += f" instead of {design.spacing:g}, which hardly matters"
-    high_um = design.noise().high_m_g_um
-    return (
-        f"Layout: {width / 1e3:.3g} x {height / 1e3:.3g} km, points {apart}; high "
-        f"flight {scale(design.scale_of_high_flight)}, m_g {number(high_um)} µm, "
-        f"{count(expected.n_high_models, 'model')} on "
-        f"{count(expected.n_control, 'control point')} of "
-        f"{length(design.control_standard_error)}; low flight "
-        f"{scale(design.scale_number)}, m_g {number(design.m_g_um)} µm, "
-        f"{count(expected.n_low_models, 'model')}, {design.kind}."
+        message = mark("{spacing} m apart instead of {wanted}, which hardly matters")
+    return translated(
+        message,
+        spacing=number(design.layout_spacing, 3),
+        wanted=figure(design.spacing, "g"),
     )
 
 
@@ -429,8 +469,10 @@ def _warnings(expected):
     share = expected.n_control / (thinned * len(expected.points))
     if share <= MOST_ON_THE_GROUND:
         return []
-    said = (
-        f"{expected.n_control} of {len(expected.points)} points are control: little is "
-        "left to be densified. Fly the high flight higher: its models need less then."
+    said = translated(
+        "{n} of {n_all} points are control: little is left to be densified. Fly the "
+        "high flight higher: its models need less then.",
+        n=expected.n_control,
+        n_all=len(expected.points),
     )
-    return [wrapped(said, first="  ", indent="    ")]
+    return [_prose(said)]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from einschalt.foundations.language import in_english
 from einschalt.foundations.typesetting import number, scale
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.planning.arguments import (
@@ -73,6 +74,7 @@ class PrecisionTable:
         return columns
 
 
+@in_english
 def precision_table(axes, model, principal_distance) -> PrecisionTable:
     """Compute the precision of every combination.
 

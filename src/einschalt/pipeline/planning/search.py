@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError, raise_problems
+from einschalt.foundations.language import in_english
+from einschalt.foundations.typesetting import per_cent
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.planning.arguments import (
@@ -150,6 +152,7 @@ class PlanFrame:
         raise_problems(problems_in(self, ALLOWED_IN_FRAME | given))
 
 
+@in_english
 def find_plans(target, choices, frame=None, *, where="everywhere", by="expected"):
     """Find the plans that reach a precision, the cheapest first.
 
@@ -334,8 +337,8 @@ def _without_control_alone(columns):
     is_plan = per_point <= MOST_ON_THE_GROUND
     if not is_plan.any():
         raise GeometryError(
-            f"control would be at least {100 * per_point.min():.0f} % of the points",
-            expected=f"at most {100 * MOST_ON_THE_GROUND:.0f} %",
+            f"control would be at least {per_cent(per_point.min())} of the points",
+            expected=f"at most {per_cent(MOST_ON_THE_GROUND)}",
             remedy="Give a smaller spacing, a smaller image scale or fewer coverages",
         )
     return {name: values[is_plan] for name, values in columns.items()}

@@ -4,17 +4,19 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.display_names import shortened
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import at_least, fixed, number, scale, wrapped
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.stages.relative_orientation.dangerous_surface import (
     EDGE,
+    VERDICTS,
     FlightPlan,
-    count_verdicts,
+    amounts_of_verdicts,
     forecast_dangerous_surfaces,
 )
 
 MOST_SCALES = 8
-HEAD = (
+HEAD = mark(
     "Dangerous surfaces: inflation of omega's error and over-correction k of the\n"
     "worst model, heights above the middle of its valley [m]"
 )
@@ -71,18 +73,24 @@ def describe_forecast(forecast, by_camera) -> str:
     height = by_camera["flying_height"].iloc[0]
     return "\n".join(
         [
-            HEAD,
-            _table([_row([scale(key)], models) for key, models in groups], ["scale"]),
-            *([f"  and {more} scales more"] if more > 0 else []),
+            translated(HEAD),
+            _table(
+                [_row([scale(key)], models) for key, models in groups],
+                [translated("scale")],
+            ),
+            *([translated("  and {n} scales more", n=more)] if more > 0 else []),
             *(_advice(*found) for found in worst if found[1]["verdict"] != "safe"),
             "",
-            f"The same terrain with every camera, flown {number(height, 3)} m high",
+            translated(
+                "The same terrain with every camera, flown {height} m high",
+                height=number(height, 3),
+            ),
             _table(
                 [
                     _row([name, scale(models["scale_number"].iloc[0])], models)
                     for name, models in by_camera.groupby("camera", sort=False)
                 ],
-                ["camera", "scale"],
+                [translated("camera"), translated("scale")],
             ),
         ]
     )
@@ -96,7 +104,7 @@ def _row(first, models):
     worst = _worst(models)
     return [
         *first,
-        count_verdicts(models).split(": ")[1],
+        amounts_of_verdicts(models),
         fixed(worst["inflation"], 2),
         shortened(str(worst["model_id"]), 16),
         fixed(worst["over_correction_k"], 2),
@@ -106,14 +114,31 @@ def _row(first, models):
 
 
 def _table(rows, first):
-    header = [*first, "models", "inflation", "worst", "k", "height", "safe from"]
+    header = [
+        *first,
+        translated("models"),
+        translated("inflation"),
+        translated("worst"),
+        "k",
+        translated("height"),
+        translated("safe from"),
+    ]
     align = "l" * len(first) + "lrlrrr"
     return typesetting.table(rows, header=header, align=align)
 
 
 def _advice(scale_number, worst):
-    text = f"{scale(scale_number)}: model {worst['model_id']} is {worst['verdict']}"
+    message = mark("{scale}: model {model} is {verdict}.")
     if worst["safe_flying_height"] > worst["flying_height"]:
-        height = at_least(worst["safe_flying_height"])
-        text += f"; fly {height} m above its valley, or with a wider angle"
-    return wrapped(f"{text}.", first="  ", indent="    ")
+        message = mark(
+            "{scale}: model {model} is {verdict}; fly {height} m above its valley, or "
+            "with a wider angle."
+        )
+    text = translated(
+        message,
+        scale=scale(scale_number),
+        model=worst["model_id"],
+        verdict=translated(VERDICTS[worst["verdict"]]),
+        height=at_least(worst["safe_flying_height"]),
+    )
+    return wrapped(text, first="  ", indent="    ")

@@ -7,6 +7,7 @@ import pandas as pd
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.language import figure, mark_each, translated
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.stages.results import Result
 from einschalt.theory.relative_orientation.base_normal_planes import base_system
@@ -23,6 +24,7 @@ MOST_PRINTED = 20
 EDGE = 0.015
 """Part of the image that standard points keep away from, at each side [m]."""
 MEASURE_ELSEWHERE = "Measure points that lie higher or lower, or farther apart"
+VERDICTS = mark_each({"critical": "critical", "weak": "weak", "safe": "safe"})
 METRES = "metres"
 REACHED = "the terrain reaches the flying height in a standard point"
 HEIGHTS = [f"h{point}" for point in POINTS]
@@ -119,10 +121,21 @@ def surface_table(examination, model_ids) -> pd.DataFrame:
 
 def count_verdicts(surfaces) -> str:
     """Say how many models are critical, weak or safe."""
+    return translated(
+        "{n:model|models}: {verdicts}",
+        n=len(surfaces),
+        verdicts=amounts_of_verdicts(surfaces),
+    )
+
+
+def amounts_of_verdicts(surfaces) -> str:
+    """List how many models are critical, weak or safe."""
     amounts = surfaces["verdict"].value_counts()
-    found = [verdict for verdict in ("critical", "weak", "safe") if verdict in amounts]
-    said = [f"{amounts[verdict]} {verdict}" for verdict in found]
-    return f"{typesetting.count(len(surfaces), 'model')}: {', '.join(said)}"
+    return ", ".join(
+        f"{figure(amounts[verdict], 'd')} {translated(text)}"
+        for verdict, text in VERDICTS.items()
+        if verdict in amounts
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from difflib import get_close_matches
 
 from einschalt.foundations.column_words import folded
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import translated
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.explained_findings import explained_finding
 from einschalt.interfaces.cli.outcome import report
@@ -17,8 +18,9 @@ KINDS = ("term", "finding", "column")
 def explain(term):
     """Print everything that a word means; a SettingsError where it means nothing."""
     if term == ALL:
-        print_out("\n".join(["Findings", *(f"  {code}" for code in WORDS)]))
-        print_out("\n".join(["", "Terms", *(f"  {one.title}" for one in entries())]))
+        codes, terms = WORDS, (one.title for one in entries())
+        print_out("\n".join([translated("Findings"), *(f"  {one}" for one in codes)]))
+        print_out("\n".join(["", translated("Terms"), *(f"  {one}" for one in terms)]))
         print_out(f"\n{explanation_of(ALL)}")
         return
     found = {

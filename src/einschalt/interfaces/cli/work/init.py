@@ -12,8 +12,11 @@ from einschalt.foundations.errors import (
     SettingsError,
     TableError,
 )
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces.cli.exits import WRONG, print_out
 from einschalt.interfaces.cli.outcome import is_recorded, report, report_problems
 from einschalt.interfaces.files.atomic import make_folder, write_text
@@ -53,10 +56,12 @@ def init(
     require_new(folder, schema=schema)
     head = DIRECTIVE if schema else ""
     if template:
-        write_text(make_folder(folder) / BLOCK_FILE, f"{head}{TEMPLATE}")
+        text = f"{head}{translated(TEMPLATE)}"
+        write_text(make_folder(folder) / BLOCK_FILE, text)
         _write_schema(folder, schema)
         report(folder / BLOCK_FILE)
-        print_out(f"{folder / BLOCK_FILE}: fill it in, then: einschalt check {folder}")
+        message = mark("{file}: fill it in, then: einschalt check {folder}")
+        print_out(translated(message, file=folder / BLOCK_FILE, folder=folder))
         return
     if options["crs"] is not None:
         read_crs(options["crs"])
@@ -119,7 +124,7 @@ def _look(files, folder, said):
         try:
             found += look_at(path, said)
         except EinschaltError as error:
-            print_out(f"left out: {error}")
+            print_out(translated("left out: {table}", table=told(error)))
     if not found:
         raise SettingsError(
             f"no table in {folder}",
@@ -160,13 +165,14 @@ def _show(proposal):
         place = f"[{section}]" if key == "file" else f"[{section}] {key}"
         print_out(f"{place}: {table.title} ({table.description})")
         for note in table.notes:
-            print_out(f"  {note}")
+            print_out(f"  {retold(note)}")
     for (section, key), guess in proposal.values.items():
         if guess is not None:
             value = f"{guess.value:g}" if is_number(str(guess.value)) else guess.value
-            print_out(f"[{section}] {key} = {value}: {guess.reason}")
+            print_out(f"[{section}] {key} = {value}: {retold(guess.reason)}")
     for table in proposal.left_out:
-        print_out(f"left out: {table.title} ({table.description})")
+        held = f"{table.title} ({table.description})"
+        print_out(translated("left out: {table}", table=held))
 
 
 def _require_answers(proposal, yes):
@@ -180,8 +186,9 @@ def _require_answers(proposal, yes):
         raise SettingsError(
             f"no file tells: {'; '.join(question.text for question in open_ones)}",
             expected=options,
-            remedy=f"Give {options}"
-            + (", or --yes to take what is suggested" if can_be_taken else ""),
+            remedy=f"Give {options}, or --yes to take what is suggested"
+            if can_be_taken
+            else f"Give {options}",
         )
 
 
@@ -191,9 +198,13 @@ def _answer(question, yes):
         return _asked(question), "as you say"
     place = f"[{question.section}] {question.key}"
     if question.suggested is None:
-        print_out(f"{place}: left out, so {question.without} ({question.option})")
+        message = mark("{place}: left out, so {without} ({option})")
+        without = retold(question.without)
+        facts = {"place": place, "without": without, "option": question.option}
+        print_out(translated(message, **facts))
     else:
-        print_out(f"{place} = {question.suggested:g}: {ASSUMED} ({question.option})")
+        said = f"{place} = {question.suggested:g}: {retold(ASSUMED)}"
+        print_out(f"{said} ({question.option})")
     return question.suggested, ASSUMED
 
 
@@ -202,7 +213,7 @@ def _asked(question):
     default = "" if question.suggested is None else f"{question.suggested:g}"
     while True:
         said = typer.prompt(
-            question.text,
+            retold(question.text),
             default=default,
             show_default=bool(default),
             err=is_recorded(),
@@ -212,12 +223,12 @@ def _asked(question):
         if question.key != "crs":
             if is_number(said) and float(said) > 0.0:
                 return float(said)
-            print_out("A number above 0 is expected.")
+            print_out(translated("A number above 0 is expected."))
             continue
         try:
             read_crs(said)
         except EinschaltError as error:
-            print_out(str(error))
+            print_out(told(error))
         else:
             return said
 
@@ -237,4 +248,5 @@ def _check(folder):
     print_out(f"{folder / BLOCK_FILE}: {problem_list.conclusion(found)}")
     if found.problems:
         raise typer.Exit(WRONG)
-    print_out(f"Next: einschalt densify {folder} --output RESULTS")
+    message = mark("Next: einschalt densify {folder} --output RESULTS")
+    print_out(translated(message, folder=folder))

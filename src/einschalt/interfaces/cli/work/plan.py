@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import wrapped
 from einschalt.interfaces.cli import plan_answers
 from einschalt.interfaces.cli.exits import print_out
@@ -9,7 +10,7 @@ from einschalt.interfaces.cli.outcome import is_recorded, report
 from einschalt.interfaces.cli.plan_values import asked_of
 
 QUESTION = {
-    "tables": "the tables",
+    "tables": mark("the tables"),
     "target": "--target",
     "area": "--area",
     "expect": "--expect",
@@ -36,11 +37,11 @@ def plan(context, **options):
     if output is not None:
         _write(answer, output, place)
         report(output)
-        print_out(f"\nPlan in {output}")
+        print_out("\n" + translated("Plan in {output}", output=output))
     if figure is not None:
         _write_figure(answer, figure, place)
         report(figure)
-        print_out(f"\nFigure in {figure}")
+        print_out("\n" + translated("Figure in {figure}", figure=figure))
 
 
 def _answer(asked):
@@ -52,7 +53,11 @@ def _answer(asked):
     if not asked.unused:
         return given
     options = ", ".join(f"--{name.replace('_', '-')}" for name in asked.unused)
-    said = f"Not used for {QUESTION[asked.question]}: {options}."
+    said = translated(
+        "Not used for {question}: {options}.",
+        question=translated(QUESTION[asked.question]),
+        options=options,
+    )
     return replace(given, text=f"{given.text}\n\n{wrapped(said, indent='  ')}")
 
 

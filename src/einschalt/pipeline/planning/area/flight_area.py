@@ -8,8 +8,9 @@ import numpy as np
 
 from einschalt.foundations.arguments import described
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.projections import read_crs
-from einschalt.foundations.typesetting import count, number
+from einschalt.foundations.typesetting import number
 from einschalt.pipeline.simulation.layout import turn
 
 if TYPE_CHECKING:
@@ -114,13 +115,21 @@ class FlightArea:
         parts = shapely.get_parts(self.shape)
         n_holes = int(shapely.get_num_interior_rings(parts).sum())
         length, width = self.extent
-        said = f"Area of {number(self.square_km, 3)} km², within "
-        said += f"{number(length, 3)} x {number(width, 3)} m"
+        sides = number(length, 3), number(width, 3)
+        said = [
+            translated("Area of {area} km²", area=number(self.square_km, 3)),
+            translated("within {length} x {width} m", length=sides[0], width=sides[1]),
+        ]
         if len(parts) > 1:
-            said += f", in {count(len(parts), 'part')}"
+            said.append(translated("in {n:part|parts}", n=len(parts)))
         if n_holes:
-            said += f", with {count(n_holes, 'hole')} where no point is wanted"
-        return f"{said}; strips at an azimuth of {self.azimuth:.0f}°."
+            message = mark("with {n:hole|holes} where no point is wanted")
+            said.append(translated(message, n=n_holes))
+        return translated(
+            "{area}; strips at an azimuth of {azimuth}°.",
+            area=", ".join(said),
+            azimuth=f"{self.azimuth:.0f}",
+        )
 
 
 def _check(shape):

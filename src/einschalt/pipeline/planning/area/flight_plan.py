@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.typesetting import number
 from einschalt.pipeline.planning.area.layout import FLIGHTS, AreaLayout
 
@@ -185,7 +186,7 @@ def require_overlap(flown, plan, layout, heights):
     """
     if heights is None:
         return ""
-    geometry, said = layout.geometry, []
+    geometry, left_over = layout.geometry, []
     lowest, highest = heights.range
     for flight, name in zip(
         FLIGHTS, ("high_flying_height", "flying_height"), strict=True
@@ -204,12 +205,15 @@ def require_overlap(flown, plan, layout, heights):
                 expected="more than 50 % forward and 0 % to the side",
                 remedy="Give larger overlaps or a greater flying height",
             )
-        said.append(
-            f"{flight.replace('_', ' ')} {100 * forward:.0f} and {100 * side:.0f} %"
-        )
-    return (
-        f"Ground from {lowest:.0f} to {highest:.0f} m; overlaps left on the highest: "
-        f"{', '.join(said)}."
+        left_over += [f"{100 * forward:.0f}", f"{100 * side:.0f}"]
+    names = ("high_forward", "high_side", "low_forward", "low_side")
+    return kept(
+        "Ground from {lowest} to {highest} m; overlaps left on the highest: high "
+        "flight {high_forward} and {high_side} %, low flight {low_forward} and "
+        "{low_side} %.",
+        lowest=f"{lowest:.0f}",
+        highest=f"{highest:.0f}",
+        **dict(zip(names, left_over, strict=True)),
     )
 
 

@@ -6,7 +6,9 @@ from functools import partial
 import numpy as np
 
 from einschalt.foundations.errors import EinschaltError, GeometryError
-from einschalt.foundations.typesetting import fixed, number, table, wrapped
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, in_english, mark_each, translated
+from einschalt.foundations.typesetting import fixed, number, per_cent, table, wrapped
 from einschalt.pipeline.planning.area.flight_area import FlightArea
 from einschalt.pipeline.planning.area.flight_plan import (
     FlightPlan,
@@ -32,12 +34,14 @@ FEWEST_IN_A_MODEL = 8
 WORK_OF_LAYOUT = 6e6  # as FlightDesign.most_work: about a second
 MOST_POINTS = 200_000
 MOST_LEFT_OUT = 0.002
-ITEM_TEXT = {
-    "image": "photographs",
-    "model": "models",
-    "setting": "settings of a point",
-    "control_point": "control points",
-}
+ITEM_TEXT = mark_each(
+    {
+        "image": "photographs",
+        "model": "models",
+        "setting": "settings of a point",
+        "control_point": "control points",
+    }
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +81,14 @@ class AreaPlan(Result):
 
     def verdict(self) -> str:
         """Return the plan, the next best, and what it takes."""
-        said = [self.area.describe(), *self.area.notes, *self.notes]
+        notes = map(retold, [*self.area.notes, *self.notes])
+        said = [self.area.describe(), *notes]
         lines = [self.checked.verdict()]
         lines += [wrapped(one, first="  ", indent="    ") for one in said]
         return "\n".join([*lines, "", _effort_text(self)])
 
 
+@in_english
 def plan_area(area, search, frame, *, heights=None, follows=False, progress=None):
     """Find the cheapest plan of a search that keeps its target over an area.
 
@@ -205,7 +211,7 @@ def _require_held(layout):
     share = layout.n_left_out / len(layout.position)
     if share > MOST_LEFT_OUT:
         raise GeometryError(
-            f"{100.0 * share:.1f} % of the points lie in no model that holds enough "
+            f"{per_cent(share, 1)} of the points lie in no model that holds enough "
             "points to be oriented",
             expected="all of them",
             remedy="Give a smaller --spacing, or smaller image scales",
@@ -229,18 +235,28 @@ def _effort_text(plan):
     other = plan.next_flown
     rows = []
     for k, row in enumerate(plan.flown.effort.itertuples()):
-        cells = [ITEM_TEXT[row.item], f"{row.amount:.0f}", f"{row.price:g}"]
+        cells = [translated(ITEM_TEXT[row.item]), figure(row.amount, ".0f")]
+        cells.append(figure(row.price, "g"))
         cells.append(number(row.cost, 3))
         if other is not None:
-            cells.append(f"{other.effort['amount'][k]:.0f}")
+            cells.append(figure(other.effort["amount"][k], ".0f"))
         rows.append(cells)
-    last = ["all", "", "", number(plan.flown.cost, 3)]
-    header = ["What the area takes", "amount", "price", "cost"]
+    last = [translated("all"), "", "", number(plan.flown.cost, 3)]
+    header = [
+        translated("What the area takes"),
+        translated("amount"),
+        translated("price"),
+        translated("cost"),
+    ]
     if other is not None:
-        header.append("next best")
-        last.append(f"cost {number(other.cost, 3)}")
+        header.append(translated("next best"))
+        last.append(translated("cost {cost}", cost=number(other.cost, 3)))
     rows.append(last)
     text = table(rows, header=header, align="l" + "r" * (len(header) - 1))
     km = plan.flown.flight_lines["length"].sum() / 1e3
-    n_lines = len(plan.flown.flight_lines)
-    return f"{text}\n  {n_lines} flight lines of {fixed(km, 1)} km together."
+    lines = translated(
+        "{n} flight lines of {km} km together.",
+        n=len(plan.flown.flight_lines),
+        km=fixed(km, 1),
+    )
+    return f"{text}\n  {lines}"
