@@ -1,6 +1,6 @@
 """The Python interface of planning: plans that draw themselves."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
 
@@ -199,7 +199,7 @@ def plan_area(
     heights = None
     if ground_heights is not None:
         heights = read_heights_over(ground_heights, area)
-    frame = replace(PlanFrame() if frame is None else frame, shares_control=True)
+    frame = recommended.frame_over(area, PlanFrame() if frame is None else frame)
     found = search.find_plans(target, choices, frame)
     return recommended.plan_area(
         area, found, frame, heights=heights, follows=follows_terrain

@@ -1,7 +1,5 @@
 """An answer of ``einschalt plan``: the flight plan over an area."""
 
-from dataclasses import replace
-
 from einschalt.interfaces.cli.plan_answers import Answer
 from einschalt.interfaces.cli.plan_layouts import (
     choices_of,
@@ -17,7 +15,7 @@ from einschalt.interfaces.cli.plan_values import Asked
 from einschalt.interfaces.cli.progress import late_progress
 from einschalt.interfaces.files.area_files import read_area
 from einschalt.interfaces.files.height_files import read_heights_over
-from einschalt.pipeline.planning.area.recommended import plan_area
+from einschalt.pipeline.planning.area.recommended import frame_over, plan_area
 from einschalt.pipeline.planning.search import find_plans
 
 
@@ -26,7 +24,7 @@ def over_area(asked: Asked) -> Answer:
     area = read_area(asked["area"], layer=asked["area_layer"], crs=asked["crs"])
     file = asked["ground_heights"]
     heights = None if file is None else read_heights_over(file, area)
-    frame = replace(frame_of(asked), shares_control=True)
+    frame = frame_over(area, frame_of(asked))
     found = find_plans(
         *(asked["target"], choices_of(asked), frame),
         where=asked["where"],

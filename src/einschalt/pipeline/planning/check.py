@@ -95,21 +95,32 @@ class CheckedPlan(Result):
 
 @in_english
 def check_plans(
-    search, frame, *, most=MOST_TRIED, judge=None, progress=None
+    search,
+    frame,
+    *,
+    most=MOST_TRIED,
+    enough=RECOMMENDED,
+    patience=0,
+    judge=None,
+    cost=None,
+    progress=None,
 ) -> CheckedPlan:
     """Find the cheapest plan that reaches the target on its own layout.
 
-    So many as ``most`` are tried, the cheapest first; what a layout is worse than the
-    closed estimate is asked of the next ones as well. Where none is kept, it is the
-    best of these. With one coverage gross errors stay unseen: such plans are tried
-    only where the search has no others. EinschaltError where not one can be laid out.
+    So many as ``most`` are tried, the cheapest first, until ``enough`` are kept; after
+    ``patience`` misses, what a layout is worse than the closed estimate is asked of the
+    next ones as well. Where none is kept, it is the best of these. With one coverage
+    gross errors stay unseen: such plans are tried only where the search has no others.
+    EinschaltError where not one can be laid out.
 
     ``judge(plan)`` gives the propagated block of a row of the search, by default that
-    of a square layout; ``progress(title, fraction)`` is told.
+    of a square layout; ``cost(plan)`` what it costs as it was laid out, by default the
+    cost of the row; ``progress(title, fraction)`` is told.
     """
+    cost = cost or (lambda plan: plan["cost"])
     judge = judge or (lambda plan: propagate_design(design_of(plan, frame)))
     tried, dropped, problem = [], {}, None
-    trials = _Trials(_to_be_tried(search), search.target)
+    trials = _Trials(_to_be_tried(search), search.target, patience)
     for k in range(most):
         plan = trials.next(is_one_kept=any(one.is_kept for one in tried))
         if plan is None:
@@ -129,16 +140,16 @@ def check_plans(
         if not found.is_kept:
             name = describe_plan(plan)
             dropped[name] = f"{name}: {_in_cm(reached)}"
-        if sum(one.is_kept for one in tried) == RECOMMENDED or not trials.promise:
+        if sum(one.is_kept for one in tried) == enough or not trials.promise:
             break
     if not tried:
         raise problem
-    return _best_of(tried, dropped)
+    return _best_of(tried, dropped, cost)
 
 
-def _best_of(tried, dropped):
+def _best_of(tried, dropped, cost):
     """Put the cheapest that is kept, the next and the dropped ones together."""
-    kept = sorted((t for t in tried if t.is_kept), key=lambda t: t.plan["cost"])
+    kept = sorted((t for t in tried if t.is_kept), key=lambda t: cost(t.plan))
     best = kept[0] if kept else min(tried, key=lambda found: found.reached)
     dropped.pop(describe_plan(best.plan), None)
     others = kept[1] if len(kept) > 1 else None
@@ -151,6 +162,7 @@ class _Trials:
 
     plans: pd.DataFrame
     target: float
+    patience: int  # misses that nothing is learnt from
 
     def __post_init__(self):
         self.is_left = np.ones(len(self.plans), dtype=bool)
@@ -181,7 +193,10 @@ class _Trials:
 
     def learn(self, plan, reached):
         """Ask of the next ones what this one was worse than its estimate."""
-        if reached > self.target:
+        if reached <= self.target:
+            return
+        self.patience -= 1
+        if self.patience < 0:
             self.limit = min(self.limit, self.target * plan["reached"] / reached)
 
 

@@ -53,9 +53,14 @@ M2_PER_KM2 = 1e6
 CONTROL_PER_NEAT_MODEL = {5: 2, 9: 4}
 """Corners and sides are shared with neighbours of the same coverage; another coverage
 has its own, since flights do not repeat to the metre."""
-NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
-"""Of a lattice of control so dense that a model of the high flight, its whole overlap,
-holds enough of it wherever it lies."""
+CONTROL_IN_A_MODEL = {5: 6.25, 9: 11.0}
+"""In the whole overlap of a model of the high flight, where control is set for all of
+them together: as layouts over areas take it, of film and where images overlap much."""
+
+OUTSIDE = 0.5
+"""Of models: what of two opposite ones may lie beyond the border of an area."""
+AT_THE_BORDER = 1.5
+"""Of steps of control: a row stands on the border, and models beyond it want more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,6 +150,9 @@ class PlanFrame:
     # control lies where it serves most models, as an area plan sets it, and not at the
     # corners of every neat model; matters where images overlap much
     shares_control: bool = False
+    # length, width and size of the ground [m, m, m²], whose border takes models and
+    # control as well; None is endless
+    extent: tuple[float, float, float] | None = None
 
     def __post_init__(self):
         """Check what no planned model knows."""
@@ -304,31 +312,66 @@ def _limits(parts):
 def _work(columns, frame, model):
     """What has to be done for each km²."""
     along, across = model.image_format
-    neat = (1.0 - model.forward_overlap) * along * (1.0 - model.side_overlap) * across
+    base, strip = (
+        (1.0 - model.forward_overlap) * along,
+        (1.0 - model.side_overlap) * across,
+    )
+    whole = np.array([model.forward_overlap * along, across])
     coverages = columns["n_coverages"]
-    low = M2_PER_KM2 * coverages / (neat * columns["scale_number"] ** 2)
-    high = M2_PER_KM2 * coverages / (neat * columns["high_scale_number"] ** 2)
+    scales = [columns[f"{flight}scale_number"] for flight in ("", "high_")]
+    low, high = (
+        coverages * _for_each_km2(frame, (base, strip), whole * OUTSIDE, scale)
+        for scale in scales
+    )
+    ends = 0.0  # a strip has one image more than models
+    if frame.extent is not None:
+        _, width, size = frame.extent
+        n_strips = sum(width / (strip * scale) + OUTSIDE for scale in scales)
+        ends = coverages * n_strips * M2_PER_KM2 / size
     points = M2_PER_KM2 / columns["spacing"] ** 2
     values = 2.0 * models_per_point(model) * coverages
     settings = points * values * columns["n_settings"]
-    five, nine = CONTROL_PER_NEAT_MODEL.values()
-    is_nine = columns["control_per_model"] == 9
-    control = np.where(is_nine, nine, five) * high
-    if frame.shares_control:
-        five, nine = NODES_IN_A_MODEL.values()
-        ground = columns["high_scale_number"] ** 2 / M2_PER_KM2
-        whole = model.forward_overlap * along * across * ground
-        control = np.minimum(control, np.where(is_nine, nine, five) / whole)
+    control = _control(columns, frame, high, whole)
     costs = frame.costs
     return {
-        "images": low + high,
+        "images": low + high + ends,
         "models": low + high,
         "settings": settings,
         "control_points": control,
         "cost": (costs.image + costs.model) * (low + high)
+        + costs.image * ends
         + costs.setting * settings
         + costs.control_point * control,
     }
+
+
+def _control(columns, frame, high, whole):
+    """Control points for each km²; ``high`` models, of a ``whole`` overlap [m]."""
+    is_nine = columns["control_per_model"] == 9
+    five, nine = CONTROL_PER_NEAT_MODEL.values()
+    control = np.where(is_nine, nine, five) * high
+    if not frame.shares_control:
+        return control
+    steps = [whole / np.sqrt(n) for n in CONTROL_IN_A_MODEL.values()]
+    five, nine = (
+        _for_each_km2(frame, step, AT_THE_BORDER * step, columns["high_scale_number"])
+        for step in steps
+    )
+    return np.minimum(control, np.where(is_nine, nine, five))
+
+
+def _for_each_km2(frame, apart, beyond, scale):
+    """Count places of a lattice by km², the border of the ground included.
+
+    ``apart``: distances along and across the strips; ``beyond``: what the ground is
+    longer and wider by as far as places count [both m in the image].
+    """
+    within = np.ones_like(scale)
+    if frame.extent is not None:
+        length, width, size = frame.extent
+        more = scale * beyond[0], scale * beyond[1]
+        within = 1.0 + (more[0] * width + more[1] * length + more[0] * more[1]) / size
+    return M2_PER_KM2 * within / (apart[0] * apart[1] * scale**2)
 
 
 def _without_control_alone(columns):

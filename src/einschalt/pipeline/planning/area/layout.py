@@ -6,7 +6,6 @@ import numpy as np
 
 from einschalt.foundations.errors import GeometryError, SettingsError
 from einschalt.foundations.typesetting import number
-from einschalt.pipeline.planning.search import NODES_IN_A_MODEL
 from einschalt.pipeline.simulation.geometry import BlockGeometry
 from einschalt.pipeline.simulation.layout import (
     CONTROL_PLACES,
@@ -20,6 +19,9 @@ LEAST_SHARE = 0.25
 """Of the model in the area: smaller ones are flown only where nothing else covers."""
 LEFT_OVER = 1e-4  # of a model: as little of the area may stay uncovered
 MOST_MODELS = 20_000
+NODES_IN_A_MODEL = {5: 6.25, 9: 9.0}
+"""Of a lattice of control so dense that a model of the high flight, its whole overlap,
+holds enough of it wherever it lies."""
 REACH_OF_CONTROL = 0.75  # how far out control is wanted, in half models
 NEAR_ENOUGH = 0.35  # a point serves as well, in half models
 NEAR_ENOUGH_TO_LATTICE = 0.7

@@ -25,7 +25,7 @@ from einschalt.pipeline.planning.area.layout import (
 from einschalt.pipeline.planning.check import CheckedPlan, check_plans, design_of
 from einschalt.pipeline.planning.expected_precision import propagate_scene
 from einschalt.pipeline.planning.flight_design import FlightDesign
-from einschalt.pipeline.planning.search import PlanSearch
+from einschalt.pipeline.planning.search import PlanFrame, PlanSearch
 from einschalt.pipeline.simulation.simulate_block import scene_of_layouts
 from einschalt.stages.results import Result
 
@@ -34,6 +34,15 @@ FEWEST_IN_A_MODEL = 8
 WORK_OF_LAYOUT = 6e6  # as FlightDesign.most_work: about a second
 MOST_POINTS = 200_000
 MOST_LEFT_OUT = 0.002
+# layouts that are propagated, those of them that may miss, and that keep the target:
+# the closed estimate may take the fourth cheapest for the first
+MOST_TRIED, PATIENCE, ENOUGH = 10, 4, 4
+COLUMN_OF_ITEM = {
+    "image": "images",
+    "model": "models",
+    "setting": "settings",
+    "control_point": "control_points",
+}
 ITEM_TEXT = mark_each(
     {
         "image": "photographs",
@@ -89,6 +98,13 @@ class AreaPlan(Result):
 
 
 @in_english
+def frame_over(area, frame) -> PlanFrame:
+    """What is at hand, as plans over an area are searched with: its border counts."""
+    length, width = area.extent
+    extent = (length, width, float(area.shape.area))
+    return replace(frame, shares_control=True, extent=extent)
+
+
 def plan_area(area, search, frame, *, heights=None, follows=False, progress=None):
     """Find the cheapest plan of a search that keeps its target over an area.
 
@@ -99,7 +115,7 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
     GeometryError where no plan can be laid out: the area is smaller than a model, or
     the ground is too high.
     """
-    laid, search = {}, _that_fit(area, search, frame)
+    laid, wholes, search = {}, {}, _that_fit(area, search, frame)
 
     def judge(plan):
         found = _laid_out(area, plan, frame)
@@ -111,28 +127,45 @@ def plan_area(area, search, frame, *, heights=None, follows=False, progress=None
         laid[plan.name] = found
         return propagate(layout)
 
-    checked = check_plans(search, frame, judge=judge, progress=progress)
-    given = (laid, frame, heights, follows)
-    kept = [one for one in (checked, checked.next_best) if one is not None]
-    wholes = [_whole(area, one.plan, *given) for one in kept]
-    # by what the area takes, not by what a square kilometre does
-    ranked = sorted(zip(kept, wholes, strict=True), key=lambda pair: pair[1][1].cost)
-    (best, (layout, flown, said)), *others = [
-        (_priced(one, whole[1].cost / area.square_km), whole) for one, whole in ranked
-    ]
-    other, next_flown = (others[0][0], others[0][1][1]) if others else (None, None)
-    best = replace(best, dropped=checked.dropped, next_best=other)
+    def whole(plan):
+        if plan.name not in wholes:
+            given = (area, plan, laid, frame, heights, follows)
+            wholes[plan.name] = _whole(*given)
+        return wholes[plan.name]
+
+    checked = check_plans(
+        *(search, frame),
+        most=MOST_TRIED,
+        patience=PATIENCE,
+        enough=ENOUGH,
+        judge=judge,
+        # by what the area takes, not by the estimate
+        cost=lambda plan: whole(plan)[1].cost,
+        progress=progress,
+    )
+    layout, flown, said = whole(checked.plan)
+    other, next_flown = checked.next_best, None
+    if other is not None:
+        next_flown = whole(other.plan)[1]
+        other = _priced(other, next_flown.effort, area)
+    best = replace(_priced(checked, flown.effort, area), next_best=other)
     part = laid[best.plan.name]
-    notes = [said] if said else []
-    if part.is_part:
-        length, width = part.layout.area.extent
-        notes.append(
-            f"Its precision was propagated on a part of {length:.0f} x {width:.0f} m, "
-            "with borders of its own: the whole has too many models."
-        )
+    notes = [*([said] if said else []), *_note_of_part(part)]
     checked_on = part.layout.area
     parts = (area, search, best, layout, checked_on, flown, next_flown)
     return AreaPlan(*parts, tuple(notes))
+
+
+def _note_of_part(part):
+    """Say on what a plan was propagated, where the whole area is too large."""
+    if not part.is_part:
+        return []
+    length, width = part.layout.area.extent
+    said = (
+        f"Its precision was propagated on a part of {length:.0f} x {width:.0f} m, "
+        "with borders of its own: the whole has too many models."
+    )
+    return [said]
 
 
 def _that_fit(area, search, frame):
@@ -153,10 +186,14 @@ def _that_fit(area, search, frame):
     return replace(search, plans=plans[is_fit].reset_index(drop=True))
 
 
-def _priced(checked, cost_per_km2):
+def _priced(checked, effort, area):
+    """Put what a plan takes for each km² down as it was laid out."""
     plan = checked.plan.copy()
-    plan["cost"] = cost_per_km2
-    return replace(checked, plan=plan, next_best=None)
+    of_item = effort.set_index("item")["amount"] / area.square_km
+    for item, column in COLUMN_OF_ITEM.items():
+        plan[column] = of_item[item]
+    plan["cost"] = effort["cost"].sum() / area.square_km
+    return replace(checked, plan=plan)
 
 
 def _whole(area, plan, laid, frame, heights, follows):
