@@ -20,6 +20,7 @@ from einschalt.foundations.language import (
     translated,
     written_in,
 )
+from einschalt.interfaces.cli.exits import IN_OTHER_LANGUAGES
 
 SOURCE = Path(language.__file__).parents[1]
 
@@ -191,3 +192,58 @@ def test_the_first_variable_that_is_set_decides_on_the_language():
 def test_an_unknown_language_is_refused():
     with pytest.raises(SettingsError, match="'fr'; expected en or"), written_in("fr"):
         pass
+
+
+# modules whose errors the commands of IN_OTHER_LANGUAGES show
+TOLD = (
+    *("pipeline/planning", "pipeline/simulation", "interfaces/new_block"),
+    *("interfaces/publication", "stages/triangulated_transformation.py"),
+    *("stages/gridded_transformation.py", "interfaces/files/area_files.py"),
+    *("interfaces/files/height_files.py", "interfaces/programs/export.py"),
+    *("interfaces/programs/handed_over.py", "interfaces/cli/plan_values.py"),
+    *(f"interfaces/cli/work/{name}.py" for name in IN_OTHER_LANGUAGES),
+)
+A_WORD = re.compile(r"[a-z]{2,} [a-z]{2,}|^[a-z]{4,}$")
+PRINTS = {"print_out", "print_error"}
+
+
+def nodes_of(place):
+    """Nodes of a module, or of all modules of a folder."""
+    paths = [SOURCE / place]
+    if not place.endswith(".py"):
+        paths = sorted((SOURCE / place).rglob("*.py"))
+    for path in paths:
+        yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+
+
+def text_of(node):
+    if isinstance(node, ast.JoinedStr):
+        return _with_numbered_places(node)
+    is_text = isinstance(node, ast.Constant) and isinstance(node.value, str)
+    return node.value if is_text else ""
+
+
+def texts_of_errors(place):
+    for node in nodes_of(place):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "")[-5:] == "Error":
+            said = [k.value for k in node.keywords if k.arg in ("expected", "remedy")]
+            texts = map(text_of, [*node.args[:1], *said])
+            yield from (text for text in texts if A_WORD.search(text))
+
+
+@pytest.mark.parametrize("place", TOLD)
+def test_no_error_of_a_told_module_is_left_in_english(place):
+    german = set(in_po("de"))
+    assert not sorted(set(texts_of_errors(place)) - german)
+
+
+@pytest.mark.parametrize("command", IN_OTHER_LANGUAGES)
+def test_no_command_prints_a_sentence_that_is_not_translated(command):
+    said = [
+        text_of(node.args[0])
+        for node in nodes_of(f"interfaces/cli/work/{command}.py")
+        if isinstance(node, ast.Call)
+        and getattr(node.func, "id", "") in PRINTS
+        and node.args
+    ]
+    assert not [text for text in said if A_WORD.search(text)]

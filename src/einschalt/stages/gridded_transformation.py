@@ -12,16 +12,26 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
-from einschalt.foundations.errors import GeometryError, SettingsError, name_some
+from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
     held_out_error,
+    said_of_held_out,
+    said_of_left_out,
     table_of_differences,
 )
 from einschalt.stages.stage3_model_transformation import ModelTransformation
 from einschalt.stages.transformation_kinds import PLANE, TRANSFORMATION_KINDS
 
 METHODS = ("collocation", "natural_neighbour")
+DISTRIBUTED = mark_each(
+    {
+        "collocation": "residuals distributed by collocation, in grids of shifts",
+        "natural_neighbour": "residuals distributed by natural neighbour, in grids of "
+        "shifts",
+    }
+)
 OUTLIERS = ("set_aside", "keep")
 ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 LEAST_WIDTH = 1e-6  # of a set of points, by its length
@@ -141,25 +151,24 @@ class GriddedTransformation(ModelTransformation):
 
     def summary(self) -> str:
         """Add to the summary of the fit how its residuals are distributed."""
-        way = self.method.replace("_", " ")
-        lines = [f"residuals distributed by {way}, in grids of shifts"]
+        lines = [translated(DISTRIBUTED[self.method])]
         table = self.distribution.dropna(subset="cell")
         for row in table.itertuples(index=False):
             name = "" if len(table) == 1 else f"{row.model_id}: "
-            lines.append(
-                f"{name}cells of {row.cell:g} m ({row.n_rows:.0f} × {row.n_columns:.0f}"
-                f" nodes), between them {row.interpolation_error * 1e3:.2g} mm from "
-                f"the method itself (RMS; at most "
-                f"{row.interpolation_error_largest * 1e3:.2g})"
+            cells = translated(
+                "cells of {cell} m ({rows} × {columns} nodes), between them {error} "
+                "mm from the method itself (RMS; at most {largest})",
+                cell=figure(row.cell, "g"),
+                rows=f"{row.n_rows:.0f}",
+                columns=f"{row.n_columns:.0f}",
+                error=figure(row.interpolation_error * 1e3, ".2g"),
+                largest=figure(row.interpolation_error_largest * 1e3, ".2g"),
             )
-        error, n_held = self.held_out_error()
-        of = typesetting.count(n_held, "point")
-        lines.append(f"held-out points (total, RMS of {of})  {error:.4f} m")
+            lines.append(f"{name}{cells}")
+        lines.append(said_of_held_out(*self.held_out_error()))
         lines.append(self._ellipses_hold())
         if len(self.left_out):
-            named = name_some(self.left_out["point_id"])
-            counted = typesetting.count(len(self.left_out), "point")
-            lines.append(f"{counted} left out: {named}")
+            lines.append(said_of_left_out(self.left_out))
         return "\n".join([super().summary(), *lines])
 
     def _ellipses_hold(self):
@@ -168,8 +177,14 @@ class GriddedTransformation(ModelTransformation):
             np.average([getattr(one, name) for one in known], weights=_n_held(known))
             for name in ("within", "within_all")
         )
-        said = f"95 % ellipses hold {good:.1%} of them, which makes their size"
-        return f"{said}; {each:.1%} with those left out" if len(self.left_out) else said
+        message = mark("{level} ellipses hold {share} of them, which makes their size")
+        if len(self.left_out):
+            message = mark(
+                "{level} ellipses hold {share} of them, which makes their size; {each} "
+                "with those left out"
+            )
+        shares = {"share": figure(good, ".1%"), "each": figure(each, ".1%")}
+        return translated(message, level=typesetting.per_cent(0.95), **shares)
 
 
 def _n_held(ellipses):

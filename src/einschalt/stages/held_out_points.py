@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from einschalt.foundations.errors import name_some
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, translated
+
 DIFFERENCES = ["difference_easting", "difference_northing"]
 
 
@@ -32,3 +36,21 @@ def held_out_error(differences):
     squares = (np.asarray(differences, dtype=float) ** 2).sum(axis=1)
     known = squares[np.isfinite(squares)]
     return (float(np.sqrt(known.mean())) if len(known) else np.nan), len(known)
+
+
+def said_of_held_out(error, n_held):
+    """Say how large the error of held-out points is."""
+    return translated(
+        "held-out points (total, RMS of {n:point|points})  {error} m",
+        n=n_held,
+        error=figure(error, ".4f"),
+    )
+
+
+def said_of_left_out(left_out):
+    """Say which identical points took no part."""
+    return translated(
+        "{n:point|points} left out: {names}",
+        n=len(left_out),
+        names=retold(name_some(left_out["point_id"])),
+    )

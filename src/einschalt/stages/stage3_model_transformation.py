@@ -12,6 +12,8 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import as_numbers, require_choice
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
 from einschalt.stages.residual_table import of_usable_models, residual_table
 from einschalt.stages.results import (
@@ -309,29 +311,39 @@ class ModelTransformation(ModelResult):
     def summary(self) -> str:
         """Say how many models were transformed, with which m_0, and what failed."""
         usable = self.models[self.models["is_usable"]]
-        lines = [
-            (
-                f"{self.kind} transformation of {len(usable)} of {len(self.models)} "
-                f"models, {int(usable['n_points'].sum())} points, "
-                f"redundancy {int(usable['redundancy'].sum())}"
-            ),
-            (
-                f"m_0 (total, all models together)  {self.m_0:.4f} m"
-                if usable["redundancy"].any()
-                else "m_0 is not known: no model has redundancy"
-            ),
-        ]
+        done = translated(
+            "{kind} transformation of {n} of {n_all} models, {n_points} points, "
+            "redundancy {redundancy}",
+            kind=self.kind,
+            n=len(usable),
+            n_all=len(self.models),
+            n_points=int(usable["n_points"].sum()),
+            redundancy=int(usable["redundancy"].sum()),
+        )
+        message = mark("m_0 is not known: no model has redundancy")
+        if usable["redundancy"].any():
+            message = mark("m_0 (total, all models together)  {m_0} m")
+        lines = [done, translated(message, m_0=figure(self.m_0, ".4f"))]
         if usable["m_0"].count() > 1:
-            low, mid, high = usable["m_0"].quantile([0.0, 0.5, 1.0])
-            lines.append(
-                f"m_0 of single models  {low:.4f} to {high:.4f} m, median {mid:.4f} m"
+            message = mark("m_0 of single models  {low} to {high} m, median {mid} m")
+            found = (
+                figure(m_0, ".4f") for m_0 in usable["m_0"].quantile([0.0, 0.5, 1.0])
             )
-        if len(self.failures):
-            shown = self.failures[["model_id", "reason", "remedy"]].head(5)
-            table = typesetting.table(shown.to_numpy().tolist())
-            failed = typesetting.count(len(self.failures), "model")
-            lines += ["", f"{failed} failed:", table]
-        return "\n".join(lines)
+            names = ("low", "mid", "high")
+            lines.append(translated(message, **dict(zip(names, found, strict=True))))
+        return "\n".join([*lines, *self._failed()])
+
+    def _failed(self):
+        """The first models that failed, and why."""
+        if not len(self.failures):
+            return []
+        shown = self.failures[["model_id", "reason", "remedy"]].head(5)
+        rows = [
+            [name, retold(str(reason)), retold(str(remedy))]
+            for name, reason, remedy in shown.itertuples(index=False)
+        ]
+        failed = translated("{n:model|models} failed:", n=len(self.failures))
+        return ["", failed, typesetting.table(rows)]
 
 
 def transform_models(

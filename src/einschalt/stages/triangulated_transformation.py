@@ -20,10 +20,13 @@ from einschalt.foundations.errors import (
     TableError,
     name_some,
 )
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.tables import with_coverage
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
     held_out_error,
+    said_of_held_out,
+    said_of_left_out,
     table_of_differences,
 )
 from einschalt.stages.stage3_model_transformation import ModelTransformation
@@ -130,19 +133,19 @@ class TriangulatedTransformation(ModelTransformation):
     def summary(self) -> str:
         """Add to the summary of the fit what the triangles are like."""
         n_triangles = sum(len(net.corners) for net in self.nets if net is not None)
-        counted = typesetting.count(n_triangles, "triangle")
-        lines = [f"residuals distributed in {counted}; outside nothing is transformed"]
+        message = mark(
+            "residuals distributed in {n:triangle|triangles}; outside nothing is "
+            "transformed"
+        )
+        lines = [translated(message, n=n_triangles)]
         error, n_held = held_out_error(self.held_out[DIFFERENCES])
         if n_held:
-            of = typesetting.count(n_held, "point")
-            lines.append(f"held-out points (total, RMS of {of})  {error:.4f} m")
+            lines.append(said_of_held_out(error, n_held))
         if self.n_turned:
-            turned = typesetting.count(self.n_turned, "triangle")
-            lines.append(f"{turned} would have been turned over")
+            message = mark("{n:triangle|triangles} would have been turned over")
+            lines.append(translated(message, n=self.n_turned))
         if len(self.left_out):
-            named = name_some(self.left_out["point_id"])
-            counted = typesetting.count(len(self.left_out), "point")
-            lines.append(f"{counted} left out: {named}")
+            lines.append(said_of_left_out(self.left_out))
         return "\n".join([super().summary(), *lines])
 
 

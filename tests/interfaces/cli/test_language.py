@@ -129,3 +129,41 @@ def test_help_is_in_the_language_asked_for(invoke):
     assert "[Vorgabe: (jene der\n" in shown
     assert "Beispiele:\n    einschalt plan\n" in shown
     assert "Bildpaare orientieren" in invoke("--help", "--language", "de").stdout
+
+
+def test_mistaken_calls_are_told_in_german(invoke):
+    for words, told in {
+        ("plan", "--max-heigt", "3"): "Diese Option gibt es nicht: --max-heigt",
+        ("plna",): "Einen Befehl 'plna' gibt es nicht.",
+        ("plan", "--where", "x"): "Ungültiger Wert für '--where': 'x' ist keines von",
+        ("plan", "--spacing", "3foot"): "'3foot' hat eine unbekannte Einheit",
+        ("check",): "Aufruf: einschalt check",
+    }.items():
+        shown = invoke("--language", "de", *words)
+        assert shown.exit_code == 2
+        assert told in shown.output
+        assert "Error" not in shown.output
+
+
+def test_simulations_and_exports_are_told_in_german(invoke, tmp_path):
+    repeated = ("simulate", "--preset", "demo", "--repeat", "2", "--output", tmp_path)
+    shown = invoke("--language", "de", *repeated).stdout
+    assert shown.startswith("2 Wiederholungen, Neupunkte (Punktfehler, RMS)\n")
+    shown = invoke("--language", "de", "export", tmp_path, "--to", tmp_path / "a.foo")
+    assert "Endung „.foo“ ist unbekannt" in shown.stderr
+
+
+def test_transformations_are_told_in_german(invoke, tmp_path):
+    (tmp_path / "old.csv").write_text(
+        "point_id,x,y\na,0,0\nb,100,0\nc,0,100\nd,90,90\n"
+    )
+    (tmp_path / "new.csv").write_text(
+        "point_id,easting,northing\na,0,0.01\nb,100,0\nc,0,100\nd,90,90\n"
+    )
+    files = [tmp_path / name for name in ("old.csv", "new.csv")]
+    output = ("--output", tmp_path / "out", "--kind", "helmert")
+    shown = invoke("--language", "de", "transform", *files, *output)
+    assert "Transformation helmert von 1 von 1 Modellen, 4 Punkte" in shown.stdout
+    assert "Anmerkung: old.csv hat keine Spalte model_id" in shown.stderr
+    shown = invoke("--language", "de", "publish", tmp_path / "out", "--as", "1")
+    assert "der Name einer Veröffentlichung ist '1'; erwartet ein" in shown.stderr

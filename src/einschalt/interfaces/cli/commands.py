@@ -2,6 +2,7 @@
 
 import os
 import re
+from contextlib import contextmanager
 from itertools import pairwise
 
 import typer
@@ -9,7 +10,9 @@ from typer.core import TyperCommand, TyperGroup
 
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import (
+    ENGLISH,
     LANGUAGES,
+    language,
     language_of_locale,
     mark,
     mark_each,
@@ -24,8 +27,27 @@ HEADINGS = mark_each(
 )
 USAGE = mark("Usage: ")
 HELP = mark("Show this message and exit.")
+WRONG_CALLS = (
+    mark("No such option: {0}"),
+    mark("No such option: {0} Did you mean {1}?"),
+    mark("No such option: {0} (Possible options: {1})"),
+    mark("No such command {0}."),
+    mark("No such command {0}. Did you mean {1}?"),
+    mark("Missing argument {0}."),
+    mark("Missing option {0}."),
+    mark("Missing command."),
+    mark("Option {0} requires an argument."),
+    mark("Option {0} does not take a value."),
+    mark("Got unexpected extra argument(s) ({0})"),
+    mark("Input should be a valid number, unable to parse string as a number"),
+    mark("Input should be a valid integer, unable to parse string as an integer"),
+    mark("Value error, {0} is not one of {1}."),
+)
+INVALID = re.compile(r"Invalid value(?: for (?P<name>.+?))?: (?P<why>.*)", re.DOTALL)
 # behind the help of an option: what it is where it is left out, whether it may be
 BESIDE = re.compile(r"(?P<text>.*?)(?:  \[(?P<beside>[^\[]*)\])?", re.DOTALL)
+# of the copy of click that typer brings
+UsageError = typer.BadParameter.__base__
 # a hyphen at which no line is broken, of the same width; made a plain one at the end
 UNBROKEN = "\u2011"
 
@@ -114,6 +136,44 @@ class Context(typer.Context):
     formatter_class = WholeWords
 
 
+class CallError(UsageError):
+    """A mistaken call, told in the language asked for."""
+
+    def show(self, file=None):
+        """Print how the command is called, where its help is, and what is wrong."""
+        command = self.ctx.command_path
+        for line in (
+            self.ctx.get_usage(),
+            translated("Try '{command} --help' for help.", command=command),
+            "",
+            translated("Error: {found}", found=_told_call(self.message)),
+        ):
+            typer.echo(line, file=file, err=True, color=self.ctx.color)
+
+
+def _told_call(message):
+    """What click says is wrong; a value is told of behind the name of its option."""
+    value = INVALID.fullmatch(message)
+    if value is None:
+        return retold(message)
+    told = retold(value["why"])
+    if value["name"] is None:
+        return told
+    return translated("Invalid value for {name}: {why}", name=value["name"], why=told)
+
+
+@contextmanager
+def told_call_errors(context):
+    """Tell what click finds wrong with the words of a command."""
+    try:
+        yield
+    except UsageError as error:
+        if language() == ENGLISH or type(error).__name__ == "NoArgsIsHelpError":
+            raise
+        told = CallError(error.format_message(), error.ctx or context)
+        raise told from None
+
+
 class Command(TyperCommand):
     """A command whose options of lengths take units: ``--spacing 250m``."""
 
@@ -127,10 +187,21 @@ class Command(TyperCommand):
             if (unit := unit_of(getattr(option, "help", None)))
             for name in option.opts
         }
-        return super().parse_args(ctx, with_numbers(args, units))
+        with told_call_errors(ctx):
+            return super().parse_args(ctx, with_numbers(args, units))
 
 
 class Group(TyperGroup):
     """A group of commands with that help."""
 
     context_class = Context
+
+    def parse_args(self, ctx, args):
+        """Parse the words before the command."""
+        with told_call_errors(ctx):
+            return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx, args):
+        """Find the command that the words name."""
+        with told_call_errors(ctx):
+            return super().resolve_command(ctx, args)

@@ -43,7 +43,10 @@ HABITS = {
 # new objects less those that are gone; Python would look 70 times as often, for nothing
 RUBBISH_WORTH_A_LOOK = 50_000
 # commands whose output is not English alone; the others keep to one language
-IN_OTHER_LANGUAGES = ("densify", "demo", "batch", "check", "plan", "init", "explain")
+IN_OTHER_LANGUAGES = (
+    *("densify", "demo", "batch", "check", "plan", "init", "explain", "simulate"),
+    *("completion", "export", "transform", "publish"),
+)
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (
     "einschalt: there is not enough memory for this. Take fewer points of a model, "

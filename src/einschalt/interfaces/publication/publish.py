@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import described
 from einschalt.foundations.coordinate_operations import system_label
 from einschalt.foundations.errors import SettingsError, name_some
+from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.published_systems import operation_wkt
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.csv_tables import write_csv
@@ -82,21 +82,27 @@ class Publication(Result):
 
     def summary(self) -> str:
         """Say what was published, how good it is, and where to read on."""
-        counted = typesetting.count(len(self.operations), "transformation")
+        message = mark(
+            "{name}: {n:transformation|transformations} published, and checked there "
+            "and back"
+        )
+        lines = [translated(message, name=self.name, n=len(self.operations))]
         low, high = self.operations["accuracy"].min(), self.operations["accuracy"].max()
-        span = f"{low:.4f}" if low == high else f"{low:.4f} to {high:.4f}"
-        lines = [f"{self.name}: {counted} published, and checked there and back"]
         if np.isfinite(low):
-            lines.append(f"held-out points (total)  {span} m")
+            span = figure(low, ".4f")
+            if low != high:
+                facts = {"low": span, "high": figure(high, ".4f")}
+                span = translated("{low} to {high}", **facts)
+            lines.append(translated("held-out points (total)  {span} m", span=span))
         if len(self.left_out):
-            counted = typesetting.count(len(self.left_out), "identical point")
-            lines.append(f"{counted} left out, see {LEFT_OUT}")
+            message = mark("{n:identical point|identical points} left out, see {file}")
+            lines.append(translated(message, n=len(self.left_out), file=LEFT_OUT))
         if self.database is not None:
-            lines.append(
-                f"PROJ finds {AUTHORITY}:{self.operations['code'].iloc[0]} with "
-                f"PROJ_AUX_DB={self.database}"
-            )
-        return "\n".join([*lines, f"How to use it: {self.folder / PAGE}"])
+            message = mark("PROJ finds {code} with PROJ_AUX_DB={database}")
+            code = f"{AUTHORITY}:{self.operations['code'].iloc[0]}"
+            lines.append(translated(message, code=code, database=self.database))
+        page = translated("How to use it: {page}", page=self.folder / PAGE)
+        return "\n".join([*lines, page])
 
 
 def require_name(name):

@@ -3,6 +3,7 @@
 import matplotlib as mpl
 from matplotlib.ticker import FuncFormatter
 
+from einschalt.foundations.language import in_english
 from einschalt.foundations.typesetting import length, scale
 from einschalt.interfaces.reports.figure_files import (
     EXPECTED,
@@ -19,6 +20,7 @@ SIZE_IN = (7.6, 5.2)
 CHOSEN = "#8a1538"
 
 
+@in_english
 def plans_figure(search, checked=None):
     """Draw cost against precision; ``checked`` is the plan that holds on its layout."""
     with mpl.rc_context(SHEET_STYLE):

@@ -4,6 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from einschalt.foundations.language import in_english
 from einschalt.foundations.typesetting import length
 from einschalt.interfaces.reports.figure_files import (
     EXPECTED,
@@ -25,6 +26,7 @@ SHOWN = (0.0, 0.98)
 """Errors that the colours span; the few worst points have the darkest."""
 
 
+@in_english
 def precision_map_figure(expected, unshifted=None):
     """Draw the expected precision over the area, and from the middle to the edge.
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import ProjectionError, SettingsError, raise_problems
+from einschalt.foundations.kept_texts import kept
+from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.value_ranges import Range, problems_in
 from einschalt.pipeline.block.facts import TRANSFORMATIONS
@@ -45,6 +47,20 @@ RANGES = {
     "camera_tilt": Range(0, 0.05, "radians"),
 }
 OPTIONAL = ("image_format_across", "coverage_shift")
+ALONG = mark(
+    "BlockGeometry: the models, {size} mm along the strip, leave gaps between models "
+    "{step} mm apart"
+)
+ACROSS = mark(
+    "BlockGeometry: the models, {size} mm across the strip, leave gaps between strips "
+    "{step} mm apart"
+)
+APART = mark_each(
+    {
+        "models": "models at most as far apart as the models are wide",
+        "strips": "strips at most as far apart as the models are wide",
+    }
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -282,16 +298,16 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
         rims = 2.0 * self.unusable_rim
         forward = (1.0 + rims / self.image_format) / 2.0
         words = (
-            ("forward_overlap", forward, "along", "models"),
-            ("side_overlap", rims / self.across, "across", "strips"),
+            ("forward_overlap", forward, ALONG, "models"),
+            ("side_overlap", rims / self.across, ACROSS, "strips"),
         )
-        for (name, least, where, between), size, step in zip(
+        for (name, least, message, between), size, step in zip(
             words, self.usable_model, self.neat_model, strict=True
         ):
             if size < step - TOLERANCE:
+                in_mm = {"size": f"{1e3 * size:.4g}", "step": f"{1e3 * step:.4g}"}
                 yield SettingsError(
-                    f"BlockGeometry: the models, {1e3 * size:.4g} mm {where} the "
-                    f"strip, leave gaps between {between} {1e3 * step:.4g} mm apart",
-                    expected=f"{between} at most as far apart as the models are wide",
+                    kept(message, **in_mm),
+                    expected=APART[between],
                     remedy=f"Raise {name} to {least:.3g} or more",
                 )

@@ -11,7 +11,8 @@ import pandas as pd
 from scipy.stats import chi2
 
 from einschalt.foundations.errors import SettingsError
-from einschalt.foundations.typesetting import count, fixed, length
+from einschalt.foundations.language import mark, mark_each, translated
+from einschalt.foundations.typesetting import length, per_cent
 from einschalt.pipeline.batch.local_engine import run_in_order
 from einschalt.pipeline.densify import densify
 from einschalt.pipeline.settings import Settings
@@ -105,20 +106,31 @@ def _share_in_ellipses(points, error):
     return float(np.mean(square <= chi2.ppf(CONFIDENCE, df=2)))
 
 
+LABELS = mark_each(
+    {
+        "error_total": "true error",
+        "standard_error_total": "claimed, propagated",
+        "standard_error_paper": "claimed after Kovarik",
+        "standard_error_internal": "claimed, internal",
+    }
+)
+
+
 def summarize_repetitions(table) -> str:
     """Say what is claimed and what is true, over all repetitions."""
     rms = {name: _rms(table[name]) for name in COLUMNS[2:6]}
     share = table["share_in_ellipses"].mean()
-    lines = [
-        f"{count(len(table), 'repetition')}, new points (total, RMS)",
-        f"  true error             {length(rms['error_total']):>8}",
-        f"  claimed, propagated    {length(rms['standard_error_total']):>8}",
-        f"  claimed after Kovarik  {length(rms['standard_error_paper']):>8}",
-        f"  claimed, internal      {length(rms['standard_error_internal']):>8}",
+    message = mark("{n:repetition|repetitions}, new points (total, RMS)")
+    labels = {name: translated(text) for name, text in LABELS.items()}
+    width = max(map(len, labels.values()))
+    lines = [translated(message, n=len(table))]
+    lines += [
+        f"  {label:<{width}}  {length(rms[name]):>8}" for name, label in labels.items()
     ]
     if np.isfinite(share):
-        inside = fixed(100.0 * share, 1)
-        lines.append(f"  true position within the 95 % ellipses: {inside} %")
+        message = mark("true position within the {level} ellipses: {share}")
+        facts = {"level": per_cent(CONFIDENCE), "share": per_cent(share, 1)}
+        lines.append(f"  {translated(message, **facts)}")
     return "\n".join(lines)
 
 

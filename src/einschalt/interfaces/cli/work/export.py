@@ -1,5 +1,6 @@
 """What ``einschalt export`` does."""
 
+from einschalt.foundations.kept_texts import retold
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report
@@ -19,4 +20,4 @@ def export(result, more, files, *, overwrite=False):
         report(written.path)
         print_out(written.path)
         for note in written.notes:
-            print_out(f"  {note}")
+            print_out(f"  {retold(note)}")

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from einschalt.foundations.language import mark, translated
 from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report
@@ -49,8 +50,11 @@ def _simulate_folder(design, seed, output, *, overwrite):
     block = python_api.simulate_block(preset, seed=seed, geometry=geometry, noise=noise)
     block.write(output, overwrite=overwrite)
     report(output, block=block.name, n_points=len(block.truth), seed=seed)
-    print_out(f"{block.name}: {len(block.truth)} points, seed {seed}")
-    print_out(f"Block in {output}, true coordinates in {output / 'truth.csv'}")
+    message = mark("{block}: {n:point|points}, seed {seed}")
+    facts = {"n": len(block.truth), "seed": f"{seed:d}"}
+    print_out(translated(message, block=block.name, **facts))
+    message = mark("Block in {folder}, true coordinates in {file}")
+    print_out(translated(message, folder=output, file=output / "truth.csv"))
 
 
 def _repeat_design(design, count, seed, engine, output, *, overwrite):
@@ -64,4 +68,5 @@ def _repeat_design(design, count, seed, engine, output, *, overwrite):
         )
     report(output / REPETITIONS, n_repetitions=len(table))
     print_out(summarize_repetitions(table))
-    print_out(f"Every repetition in {output / REPETITIONS}")
+    file = output / REPETITIONS
+    print_out(translated("Every repetition in {file}", file=file))

@@ -10,9 +10,10 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.projections import label_of
 from einschalt.foundations.tables import Column, Schema, check_table
-from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import WRONG, print_error, print_out
 from einschalt.interfaces.cli.outcome import report, report_problems
 from einschalt.interfaces.files.table_output import output_of_tables, write_tables_of
@@ -43,6 +44,8 @@ from einschalt.stages.transformation_kinds import (
 from einschalt.stages.triangulated_transformation import CONTRADICTS, CORNERS
 
 ONE_MODEL = "1"
+NONE_DONE = mark("einschalt: no model could be transformed; failures.csv says why")
+WITHOUT_MODELS = mark("note: {file} has no column model_id: it is one model")
 AXES = {"x": "easting", "y": "northing", "z": "height"}  # of models, and of old frames
 TABLES = ("parameters", "models", "residuals", "failures", "points", IDENTICAL)
 OF_DISTRIBUTION = (TRIANGLES, DISTRIBUTION, "left_out")
@@ -111,11 +114,11 @@ def transform(
     _say_what_is_outside(fit, tables["points"])
     if len(fit.models) == 1 and fit.is_usable and distribute == "none":
         pipeline = fit.proj_pipeline(fit.models["model_id"][0])
-        print_out(f"\nAs a PROJ pipeline:\n{pipeline}")
-    print_out(f"\nResults in {output}")
+        print_out(f"\n{translated('As a PROJ pipeline:')}\n{pipeline}")
+    print_out("\n" + translated("Results in {folder}", folder=output))
     if not fit.is_usable:
         report_problems("no model could be transformed")
-        print_error("einschalt: no model could be transformed; failures.csv says why")
+        print_error(translated(NONE_DONE))
         raise typer.Exit(WRONG)
     if publish is not None:
         published = publish_result(
@@ -157,17 +160,26 @@ def _say_what_is_left_out(fit, distribute, outliers):
     n_points = len(fit.observed.rows)
     if left_out is None or len(left_out) <= FEW_LEFT_OUT * n_points:
         return
-    said = f"{len(left_out)} of {count(n_points, 'identical point')} left out"
+    message = mark("{n} of {n_all:identical point|identical points} left out")
+    said = translated(message, n=len(left_out), n_all=n_points)
     if not (left_out["reason"] == CONTRADICTS).all():
-        said += ": with them the transformation folds, and could not be undone"
+        folds = translated(
+            "with them the transformation folds, and could not be undone"
+        )
+        said += f": {folds}"
     is_kept = outliers == "keep" or (distribute == TRIANGLES and outliers is None)
     if is_kept:
-        said += "; --outliers set_aside finds wrong ones before anything folds"
+        finds = translated(
+            "--outliers set_aside finds wrong ones before anything folds"
+        )
+        said += f"; {finds}"
+    message = mark("note: {said}; reasons are in left_out.csv")
     if len(left_out) > MANY_LEFT_OUT * n_points:
-        said = f"warning: {said}. Do not use it before you know why"
-    else:
-        said = f"note: {said}"
-    print_error(f"{said}; reasons are in left_out.csv")
+        message = mark(
+            "warning: {said}. Do not use it before you know why; reasons are in "
+            "left_out.csv"
+        )
+    print_error(translated(message, said=said))
 
 
 def _say_what_is_outside(fit, points):
@@ -176,11 +188,17 @@ def _say_what_is_outside(fit, points):
     lacks = points["easting"].isna() & points["model_id"].isin(usable)
     if lacks.any():
         outside = points.loc[lacks, "point_id"]
-        counted = f"{len(outside)} of {count(len(points), 'point')}"
-        lie = "lies" if len(outside) == 1 else "lie"
-        print_error(
-            f"note: {counted} {lie} outside, without coordinates: {name_some(outside)}"
+        message = mark(
+            "note: {n} of {n_all:point|points} lie outside, without coordinates: "
+            "{names}"
         )
+        if len(outside) == 1:
+            message = mark(
+                "note: {n} of {n_all:point|points} lies outside, without coordinates: "
+                "{names}"
+            )
+        facts = {"n": len(outside), "n_all": len(points)}
+        print_error(translated(message, names=retold(name_some(outside)), **facts))
 
 
 def _tables(fit, source, applied):
@@ -248,11 +266,11 @@ def _checked(file, schema):
     read = _of_frame(file, schema, understand_table(file, schema))
     raw = read.frame
     if "model_id" in schema.names and "model_id" not in raw:
-        print_error(f"note: {file.name} has no column model_id: it is one model")
+        print_error(translated(WITHOUT_MODELS, file=file.name))
         schema = schema.without("model_id")
     checked = check_table(raw, schema, source=file.name)
     for note in (*read.notes, *checked.notes):
-        print_error(f"note: {note}")
+        print_error(translated("note: {note}", note=retold(note)))
     # coverages that were not given shall not stand in the results
     given = [name for name in checked.frame if name in raw]
     return replace(checked, frame=checked.frame[given])
