@@ -35,26 +35,21 @@ def _collect(panel, sizes, own_first, blocks, column, row, local):
 
 
 @compiled
-def _add_update(panel, update, sizes, child, boundary, local):
-    """Add what a child left, lower triangle, to panel and update of its parent."""
-    n_own, size, u = sizes
-    own, rest = n_own * u, size - n_own * u
-    n_child, ld = boundary.size, boundary.size * u
-    for j in range(n_child):
-        column = local[boundary[j]] * u
-        for i in range(j, n_child):
-            top = local[boundary[i]] * u
-            for b in range(u):
-                source = (j * u + b) * ld + i * u
-                first = b if i == j else 0
-                if column < own:
-                    target = (column + b) * size + top
-                    for a in range(first, u):
-                        panel[target + a] += child[source + a]
-                else:
-                    target = (column - own + b) * rest + top - own
-                    for a in range(first, u):
-                        update[target + a] += child[source + a]
+def _add_update(panel, update, own, size, child, places):
+    """Add what a child left, lower triangle, to panel and update of its parent.
+
+    ``places`` are those of the child's unknowns in the parent, ascending.
+    """
+    ld, rest = places.size, size - own
+    for j in range(ld):
+        column = places[j]
+        if column < own:
+            for i in range(j, ld):
+                panel[column * size + places[i]] += child[j * ld + i]
+        else:
+            target = (column - own) * rest - own
+            for i in range(j, ld):
+                update[target + places[i]] += child[j * ld + i]
 
 
 @compiled
@@ -117,6 +112,7 @@ def factor_fronts(
     place = np.zeros(n_fronts + 1, dtype=np.int64)  # of each waiting update
     waiting = np.empty(n_fronts, dtype=np.int64)
     local = np.empty(start[-1], dtype=np.int64)
+    places = np.empty(largest, dtype=np.int64)
     reference = np.empty(largest)
     held = np.zeros(largest, dtype=np.bool_)
     update = np.empty(0, dtype=blocks.dtype)
@@ -145,15 +141,19 @@ def factor_fronts(
         for i in range(n_edge):
             local[edge[i]] = n_own + i
         panel = panels[panel_start[f] : panel_start[f + 1]]
-        update[: rest * rest] = 0.0
+        for j in range(rest):
+            update[j * rest + j : (j + 1) * rest] = 0.0
         dims = (n_own, size, u)
         _collect(panel, dims, first, blocks, column, row, local)
         for _ in range(n_children[f]):
             top -= 1
             child = waiting[top]
             edge_of_child = boundary[boundary_start[child] : boundary_start[child + 1]]
-            left_by_it = stack[place[top] :]
-            _add_update(panel, update, dims, left_by_it, edge_of_child, local)
+            for i in range(edge_of_child.size):
+                for a in range(u):
+                    places[i * u + a] = local[edge_of_child[i]] * u + a
+            left_by_it, found = stack[place[top] :], places[: edge_of_child.size * u]
+            _add_update(panel, update, k, size, left_by_it, found)
         if k > 0:
             for i in range(n_own):
                 for a in range(u):

@@ -102,8 +102,7 @@ class Factor:
         left = np.empty(branches.n_left, dtype=inverse.dtype)
         pattern = self.pattern.start, self.pattern.row
         panels = self.panels, self.storage.panel_start
-        tree = fronts.start, fronts.parent, fronts.n_children
-        tree = *tree, fronts.boundary_start, fronts.boundary
+        tree = fronts.start, fronts.parent, fronts.boundary_start, fronts.boundary
 
         def invert(part):
             own = part.root, part.fronts, branches.left_start, left
