@@ -120,11 +120,12 @@ class BlockInOrder:
         observations as given.
         """
         given, d = self.given, points.shape[1]
+        known = np.flatnonzero(self.is_control)
+        away = points[known] - control[known]
         control_residuals = np.full_like(points, np.nan)
-        control_residuals[self.is_control] = (points - control)[self.is_control]
-        known = np.nan_to_num(control_residuals)
+        control_residuals[known] = away
         squares = np.sum(self.weights.reshape(len(residuals), -1) * residuals**2)
-        squares += np.einsum("na,nab,nb->", known, self.prior[0], known)
+        squares += np.einsum("na,nab,nb->", away, self.prior[0][known], away)
         n_free = int((~given.is_fixed).sum())
         n_observed = len(residuals) + int((given.is_control & ~given.is_fixed).sum())
         return {
