@@ -146,13 +146,16 @@ def factorize(blocks, pattern, fronts) -> Factor:
     branches = part_fronts(fronts, n_unknowns)
     left = np.empty(branches.n_left, dtype=blocks.dtype)
 
+    tree = fronts.start, fronts.parent, fronts.n_children
+    tree = *tree, fronts.boundary_start, fronts.boundary
+
     def factor(part):
         factor_fronts(
             blocks,
             (pattern.start, pattern.row),
             panels,
             storage.panel_start,
-            (fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary),
+            tree,
             (part.root, part.fronts, branches.left_start, left),
             (part.stack, storage.largest),
             is_held,
