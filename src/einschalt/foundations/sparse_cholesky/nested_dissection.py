@@ -19,7 +19,7 @@ LEAF = 5  # models: smaller parts are eliminated as a whole
 LEAST_PART = 0.3  # of a part, that either half of it has
 # of a half: with more models at the cut, other directions are tried as well
 GOOD_CUT = 0.35
-MODELS_WORTH_A_THREAD = 10_000
+MODELS_WORTH_A_THREAD = 10_000  # more than a leaf, or the order would change
 
 
 @dataclass(frozen=True, eq=False)
