@@ -50,14 +50,14 @@ def generate_block(n_across, n_along, *, is_affine=False, seed=0):
     covariance = np.zeros((len(points), 2, 2))
     covariance[is_control] = SIGMA_M**2 * np.eye(2)
     return BlockObservations(
-        model,
-        point,
-        xy,
-        np.full(len(model), SIGMA_M),
-        np.full(n_models, is_affine),
-        np.zeros(n_models, dtype=np.int64),
-        control,
-        covariance,
+        model=model,
+        point=point,
+        xy=xy,
+        standard_error=np.full(len(model), SIGMA_M),
+        is_affine=np.full(n_models, is_affine),
+        flight=np.zeros(n_models, dtype=np.int64),
+        control=control,
+        control_covariance=covariance,
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from einschalt.foundations import batches
-from einschalt.foundations.sparse_cholesky import front_branches
+from einschalt.foundations.sparse_cholesky import front_branches, nested_dissection
 from einschalt.foundations.sparse_cholesky.elimination_pattern import Fronts
 from einschalt.foundations.sparse_cholesky.front_branches import part_fronts
 from einschalt.theory.block_adjustment.block_solution import adjust
@@ -16,6 +16,8 @@ def cores(monkeypatch):
 
     def give(count):
         monkeypatch.setattr(batches, "n_cores", lambda: count)
+        monkeypatch.setattr(batches, "ROWS_WORTH_A_THREAD", 0)
+        monkeypatch.setattr(nested_dissection, "MODELS_WORTH_A_THREAD", 6)
         monkeypatch.setattr(front_branches, "LEAST_WORK", 0.0)
 
     return give

@@ -17,6 +17,7 @@ from numba.extending import get_cython_function_address, overload
 # the pointers that each routine takes
 _LAPACK = {"potrf": 5, "potri": 5}
 _BLAS = {"trsm": 11, "syrk": 10, "herk": 10, "symm": 12, "hemm": 12, "gemm": 13}
+_BLAS |= {"trsv": 8, "gemv": 11}
 _PREFIX = "einschalt_"
 
 
@@ -37,6 +38,8 @@ _dtrsm, _ztrsm = _external("dtrsm"), _external("ztrsm")
 _dsyrk, _zherk = _external("dsyrk"), _external("zherk")
 _dsymm, _zhemm = _external("dsymm"), _external("zhemm")
 _dgemm, _zgemm = _external("dgemm"), _external("zgemm")
+_dtrsv, _ztrsv = _external("dtrsv"), _external("ztrsv")
+_dgemv, _zgemv = _external("dgemv"), _external("zgemv")
 
 _LETTERS = np.frombuffer(b"LRNC", dtype=np.uint8).copy()
 # places in these letters; L stands for the left side and for the lower triangle
@@ -204,6 +207,59 @@ def _overload_subtract_product(transposed, a, lda, b, ldb, c, ldc, shape, work):
             factors[0:].ctypes,
             c.ctypes,
             sizes[5:].ctypes,
+        )
+
+    return subtract
+
+
+def solve_triangle_vector(transposed, n, triangle, ldt, b, work):
+    """Replace a vector b by op(L)⁻¹ b; op PLAIN or ADJOINT."""
+
+
+@overload(solve_triangle_vector)
+def _overload_solve_vector(transposed, n, triangle, ldt, b, work):
+    routine = _pick(b, _dtrsv, _ztrsv)
+
+    def solve(transposed, n, triangle, ldt, b, work):
+        letters, sizes, _, _ = work
+        sizes[0], sizes[1], sizes[2] = n, ldt, 1
+        routine(
+            letters[0:].ctypes,
+            letters[transposed:].ctypes,
+            letters[2:].ctypes,
+            sizes[0:].ctypes,
+            triangle.ctypes,
+            sizes[1:].ctypes,
+            b.ctypes,
+            sizes[2:].ctypes,
+        )
+
+    return solve
+
+
+def subtract_matrix_vector(transposed, shape, a, lda, x, y, work):
+    """Replace a vector y by y − op(A) x; ``shape`` is that of A."""
+
+
+@overload(subtract_matrix_vector)
+def _overload_subtract_matrix_vector(transposed, shape, a, lda, x, y, work):
+    routine = _pick(a, _dgemv, _zgemv)
+
+    def subtract(transposed, shape, a, lda, x, y, work):
+        letters, sizes, factors, _ = work
+        sizes[0], sizes[1], sizes[2], sizes[3] = shape[0], shape[1], lda, 1
+        routine(
+            letters[transposed:].ctypes,
+            sizes[0:].ctypes,
+            sizes[1:].ctypes,
+            factors[1:].ctypes,
+            a.ctypes,
+            sizes[2:].ctypes,
+            x.ctypes,
+            sizes[3:].ctypes,
+            factors[0:].ctypes,
+            y.ctypes,
+            sizes[3:].ctypes,
         )
 
     return subtract

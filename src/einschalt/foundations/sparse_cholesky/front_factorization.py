@@ -35,26 +35,21 @@ def _collect(panel, sizes, own_first, blocks, column, row, local):
 
 
 @compiled
-def _add_update(panel, update, sizes, child, boundary, local):
-    """Add what a child left, lower triangle, to panel and update of its parent."""
-    n_own, size, u = sizes
-    own, rest = n_own * u, size - n_own * u
-    n_child, ld = boundary.size, boundary.size * u
-    for j in range(n_child):
-        column = local[boundary[j]] * u
-        for i in range(j, n_child):
-            top = local[boundary[i]] * u
-            for b in range(u):
-                source = (j * u + b) * ld + i * u
-                first = b if i == j else 0
-                if column < own:
-                    target = (column + b) * size + top
-                    for a in range(first, u):
-                        panel[target + a] += child[source + a]
-                else:
-                    target = (column - own + b) * rest + top - own
-                    for a in range(first, u):
-                        update[target + a] += child[source + a]
+def _add_update(panel, update, own, size, child, places):
+    """Add what a child left, lower triangle, to panel and update of its parent.
+
+    ``places`` are those of the child's unknowns in the parent, ascending.
+    """
+    ld, rest = places.size, size - own
+    for j in range(ld):
+        column = places[j]
+        if column < own:
+            for i in range(j, ld):
+                panel[column * size + places[i]] += child[j * ld + i]
+        else:
+            target = (column - own) * rest - own
+            for i in range(j, ld):
+                update[target + places[i]] += child[j * ld + i]
 
 
 @compiled
@@ -109,17 +104,24 @@ def factor_fronts(
     the trunk finds it.
     """
     column, row = pattern
-    start, n_children, boundary_start, boundary = fronts
+    start, parent, n_children, boundary_start, boundary = fronts
     own_root, visited, left_start, left = part
     stack_size, largest = sizes
     n_fronts, u = start.size - 1, blocks.shape[1]
-    stack = np.empty(stack_size, dtype=blocks.dtype)
-    place = np.zeros(n_fronts + 1, dtype=np.int64)  # of each waiting update
+    # a front and its parent take different stacks, so that an update is computed where
+    # it waits while those of its children are still there
+    stacks = np.empty((2, stack_size), dtype=blocks.dtype)
+    free = np.zeros(2, dtype=np.int64)
+    stack_of = np.zeros(n_fronts, dtype=np.int64)
+    for f in visited[::-1]:
+        if f != own_root and parent[f] >= 0:
+            stack_of[f] = 1 - stack_of[parent[f]]
+    place = np.zeros(n_fronts, dtype=np.int64)  # of the update of each front
     waiting = np.empty(n_fronts, dtype=np.int64)
     local = np.empty(start[-1], dtype=np.int64)
+    places = np.empty(largest, dtype=np.int64)
     reference = np.empty(largest)
     held = np.zeros(largest, dtype=np.bool_)
-    update = np.empty(0, dtype=blocks.dtype)
     copy = np.empty(0, dtype=blocks.dtype)
     top = 0
     for f in visited:
@@ -128,16 +130,14 @@ def factor_fronts(
         n_own, n_edge = last - first, edge.size
         k, rest = n_own * u, n_edge * u
         size = k + rest
+        place[f] = free[stack_of[f]]
+        free[stack_of[f]] += rest * rest
+        update = stacks[stack_of[f], place[f] : place[f] + rest * rest]
         if left_start[f] >= 0 and f != own_root:
+            copy_values(update, left[left_start[f] :][: rest * rest])
             waiting[top] = f
-            place[top + 1] = place[top] + rest * rest
-            copy_values(
-                stack[place[top] : place[top + 1]], left[left_start[f] :][: rest * rest]
-            )
             top += 1
             continue
-        if update.size < rest * rest:
-            update = np.empty(rest * rest, dtype=blocks.dtype)
         if copy.size < k * k:
             copy = np.empty(k * k, dtype=blocks.dtype)
         for i in range(first, last):
@@ -145,15 +145,21 @@ def factor_fronts(
         for i in range(n_edge):
             local[edge[i]] = n_own + i
         panel = panels[panel_start[f] : panel_start[f + 1]]
-        update[: rest * rest] = 0.0
+        for j in range(rest):
+            update[j * rest + j : (j + 1) * rest] = 0.0
         dims = (n_own, size, u)
         _collect(panel, dims, first, blocks, column, row, local)
         for _ in range(n_children[f]):
             top -= 1
             child = waiting[top]
             edge_of_child = boundary[boundary_start[child] : boundary_start[child + 1]]
-            left_by_it = stack[place[top] :]
-            _add_update(panel, update, dims, left_by_it, edge_of_child, local)
+            for i in range(edge_of_child.size):
+                for a in range(u):
+                    places[i * u + a] = local[edge_of_child[i]] * u + a
+            left_by_it = stacks[stack_of[child], place[child] :]
+            free[stack_of[child]] = place[child]
+            found = places[: edge_of_child.size * u]
+            _add_update(panel, update, k, size, left_by_it, found)
         if k > 0:
             for i in range(n_own):
                 for a in range(u):
@@ -168,13 +174,7 @@ def factor_fronts(
                     RIGHT, ADJOINT, (rest, k), panel, size, panel[k:], size, work
                 )
                 subtract_square(panel[k:], rest, k, size, update, rest, work)
-        for j in range(rest):
-            low = place[top] + j * rest
-            copy_values(
-                stack[low + j : low + rest], update[j * rest + j : (j + 1) * rest]
-            )
+        if f == own_root:
+            copy_values(left[left_start[f] :][: rest * rest], update)
         waiting[top] = f
-        place[top + 1] = place[top] + rest * rest
         top += 1
-    if own_root >= 0:
-        copy_values(left[left_start[own_root] :][: place[1]], stack[: place[1]])

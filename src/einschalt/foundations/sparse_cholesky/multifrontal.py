@@ -30,7 +30,7 @@ from einschalt.foundations.sparse_cholesky.front_factorization import (
 )
 from einschalt.foundations.sparse_cholesky.front_solution import (
     solve_backward,
-    solve_fronts,
+    solve_forward,
 )
 from einschalt.foundations.sparse_cholesky.selected_inverse import invert_fronts
 
@@ -71,7 +71,7 @@ class Factor:
         n_models, n_unknowns, n_right = right_sides.shape
         x = np.moveaxis(right_sides, 2, 0).reshape(n_right, -1)
         x = np.ascontiguousarray(x, dtype=self.panels.dtype).copy()
-        self._solve_in_place(solve_fronts, x)
+        self._solve_in_place(x)
         return np.moveaxis(x.reshape(n_right, n_models, n_unknowns), 0, 2)
 
     def null_vector(self, place, unknown):
@@ -81,14 +81,36 @@ class Factor:
         """
         x = np.zeros((1, self.is_held.size), dtype=self.panels.dtype)
         x[0, place * self.n_unknowns + unknown] = HELD
-        self._solve_in_place(solve_backward, x)
+        self._solve_in_place(x, is_forward_done=True)
         return x.reshape(self.is_held.shape)
 
-    def _solve_in_place(self, kernel, x):
-        panels, fronts = (self.panels, self.storage.panel_start), self.fronts
-        edges = fronts.start, fronts.boundary_start, fronts.boundary
+    @cached_property
+    def _branches(self):
+        return part_fronts(self.fronts, self.n_unknowns)
+
+    def _solve_in_place(self, x, *, is_forward_done=False):
+        fronts, branches, u = self.fronts, self._branches, self.n_unknowns
+        panels = self.panels, self.storage.panel_start
+        tree = fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary
+        roots = np.array([part.root for part in branches.branches], dtype=np.int64)
+        n_left = u * fronts.n_boundary[roots]
+        left_start = np.full(len(fronts.parent), -1, dtype=np.int64)
+        left_start[roots] = np.cumsum(n_left) - n_left
+        left = np.empty((len(x), n_left.sum()), dtype=x.dtype)
+
+        def pass_with(kernel):
+            def solve(part):
+                own = part.root, part.fronts, left_start, left
+                kernel(x, *panels, tree, own, u, work_arrays(x.dtype))
+
+            return solve
+
         with one_blas_thread():
-            kernel(x, *panels, *edges, self.n_unknowns, work_arrays(x.dtype))
+            if not is_forward_done:
+                branches.each(pass_with(solve_forward))
+                pass_with(solve_forward)(branches.trunk)
+            pass_with(solve_backward)(branches.trunk)
+            branches.each(pass_with(solve_backward))
 
     def selected_inverse(self):
         """Blocks of the inverse where the normal equations have any, in their order.
@@ -98,12 +120,11 @@ class Factor:
         fronts, n_unknowns = self.fronts, self.n_unknowns
         shape = (len(self.pattern.row), n_unknowns, n_unknowns)
         inverse = np.zeros(shape, dtype=self.panels.dtype)
-        branches = part_fronts(fronts, n_unknowns)
+        branches = self._branches
         left = np.empty(branches.n_left, dtype=inverse.dtype)
         pattern = self.pattern.start, self.pattern.row
         panels = self.panels, self.storage.panel_start
-        tree = fronts.start, fronts.parent, fronts.n_children
-        tree = *tree, fronts.boundary_start, fronts.boundary
+        tree = fronts.start, fronts.parent, fronts.boundary_start, fronts.boundary
 
         def invert(part):
             own = part.root, part.fronts, branches.left_start, left
@@ -125,13 +146,16 @@ def factorize(blocks, pattern, fronts) -> Factor:
     branches = part_fronts(fronts, n_unknowns)
     left = np.empty(branches.n_left, dtype=blocks.dtype)
 
+    tree = fronts.start, fronts.parent, fronts.n_children
+    tree = *tree, fronts.boundary_start, fronts.boundary
+
     def factor(part):
         factor_fronts(
             blocks,
             (pattern.start, pattern.row),
             panels,
             storage.panel_start,
-            (fronts.start, fronts.n_children, fronts.boundary_start, fronts.boundary),
+            tree,
             (part.root, part.fronts, branches.left_start, left),
             (part.stack, storage.largest),
             is_held,

@@ -7,16 +7,19 @@ O(n log n) elements and costs O(n^1.5) operations, which no other order can bett
 (George 1973).
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations import batches
 from einschalt.foundations.kernels import compiled, copy_values
 
 LEAF = 5  # models: smaller parts are eliminated as a whole
 LEAST_PART = 0.3  # of a part, that either half of it has
 # of a half: with more models at the cut, other directions are tried as well
 GOOD_CUT = 0.35
+MODELS_WORTH_A_THREAD = 10_000  # more than a leaf, or the order would change
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +43,51 @@ def dissect(neighbours, positions) -> Elimination:
     xy = np.ascontiguousarray(positions, dtype=float)
     # of one layout: for another one all of it would be compiled again
     start, models = map(np.ascontiguousarray, (neighbours.start, neighbours.models))
-    order, start, parent = _dissect(start, models, xy, LEAF)
+    n = len(start) - 1
+    scratch = np.zeros(n, dtype=bool), np.empty(n), np.empty(n, dtype=np.int64)
+    given = np.full(n, -1), start, models, xy, *scratch
+    order, start, parent = _dissected(np.arange(n), 0, given, batches.n_cores())
     position = np.empty(len(order), dtype=np.int64)
     position[order] = np.arange(len(order))
     return Elimination(order, position, start, parent)
+
+
+def _dissected(models, label, given, n_cores):
+    """Order, fronts and parents of a part; its halves side by side where it is large.
+
+    The halves write of their own models only, and are labelled apart, so that neither
+    takes models of the other for its own.
+    """
+    if n_cores < 2 or len(models) < MODELS_WORTH_A_THREAD:
+        return _dissect(models, label, *given, LEAF)
+    n_first, n_second = _cut(models, label, *given)
+    if n_first + n_second == 0:
+        return _dissect(models, label, *given, LEAF)
+    end = n_first + n_second
+    labels = label + 2, label + 2 + 2 * (2 * n_first + 2)
+    with ThreadPoolExecutor(1) as pool:
+        half = n_cores // 2
+        first = pool.submit(_dissected, models[:n_first], labels[0], given, half)
+        second = _dissected(models[n_first:end], labels[1], given, n_cores - half)
+        parts = [part for part in (first.result(), second) if len(part[0]) > 0]
+    return _joined(parts, models[end:])
+
+
+def _joined(parts, separator):
+    """Put the fronts of parts one after the other, and below that of the separator."""
+    n_fronts, n_placed = 0, 0
+    orders, starts, parents = [], [], []
+    last = sum(len(part[2]) for part in parts)
+    for order, start, parent in parts:
+        orders.append(order)
+        starts.append(n_placed + start[:-1])
+        parents.append(np.where(parent < 0, last, n_fronts + parent))
+        n_placed, n_fronts = n_placed + len(order), n_fronts + len(parent)
+    return (
+        np.concatenate([*orders, separator]),
+        np.concatenate([*starts, [n_placed, n_placed + len(separator)]]),
+        np.append(np.concatenate(parents), -1),
+    )
 
 
 @compiled
@@ -183,14 +227,8 @@ def _cut(models, label, side, start, neighbours, xy, is_boundary, key, rank):
 
 
 @compiled
-def _dissect(start, neighbours, xy, leaf):
-    n = start.size - 1
-    order = np.arange(n)
-    side = np.full(n, -1, dtype=np.int64)
-    is_boundary = np.zeros(n, dtype=np.bool_)
-    key = np.empty(n)
-    rank = np.empty(n, dtype=np.int64)
-    label = np.int64(0)  # a literal would be compiled as a case of its own
+def _dissect(order, label, side, start, neighbours, xy, is_boundary, key, rank, leaf):
+    n = order.size
     # a node of the tree owns models[first:last] once its branches are cut off
     stack = np.empty((4 * 64 + 4, 4), dtype=np.int64)
     node_parent = np.empty(2 * n + 2, dtype=np.int64)

@@ -20,20 +20,50 @@ from einschalt.foundations.sparse_cholesky.dense_kernels import (
     subtract_product,
 )
 
+# columns of Z_ss at a time: of each such part only what is below its top is computed
+STRIP = 48
+
 
 @compiled
-def _gather(known, size_known, target, n_edge, local, edge, u):
+def _gather(known, size_known, target, ld, places):
     """Lower triangle of the boundary's inverse, out of the parent's."""
-    rest = n_edge * u
-    for j in range(n_edge):
-        left = local[edge[j]] * u
-        for i in range(j, n_edge):
-            top = local[edge[i]] * u
-            for b in range(u):
-                source = (left + b) * size_known + top
-                place = (j * u + b) * rest + i * u
-                for a in range(b if i == j else 0, u):
-                    target[place + a] = known[source + a]
+    for j in range(places.size):
+        column = places[j] * size_known
+        for i in range(j, places.size):
+            target[j * ld + i] = known[column + places[i]]
+
+
+@compiled
+def _find_places(places, edge, first_above, last_above, edge_above, local, u):
+    """Where the unknowns of a boundary stand in the parent."""
+    for i in range(first_above, last_above):
+        local[i] = i - first_above
+    for i in range(edge_above.size):
+        local[edge_above[i]] = last_above - first_above + i
+    for i in range(edge.size):
+        for a in range(u):
+            places[i * u + a] = local[edge[i]] * u + a
+
+
+@compiled
+def _invert_own(whole, panel, k, rest, y, work):
+    """Columns of a front's own unknowns, below the inverse of its boundary."""
+    size = k + rest
+    for j in range(k):
+        low = j * size
+        copy_values(whole[low + j : low + k], panel[low + j : low + k])
+        copy_values(y[j * rest : (j + 1) * rest], panel[low + k : low + size])
+    invert_lower(whole, k, size, work)
+    if rest == 0:
+        return
+    solve_triangle(RIGHT, PLAIN, (rest, k), panel, size, y, rest, work)
+    edge_inverse, below = whole[k * size + k :], whole[k:]
+    multiply_hermitian(edge_inverse, size, y, rest, below, size, (rest, k), work)
+    for j in range(0, k, STRIP):
+        shape = (k - j, min(STRIP, k - j), rest)
+        target, strip = whole[j * size + j :], whole[j * size + k :]
+        y_j = y[j * rest :]
+        subtract_product(ADJOINT, y_j, rest, strip, size, target, size, shape, work)
 
 
 @compiled
@@ -44,105 +74,63 @@ def invert_fronts(inverse, pattern, panels, panel_start, fronts, part, path, wor
     ``left`` for every branch.
     """
     column, row = pattern
-    start, parent, n_children, boundary_start, boundary = fronts
+    start, parent, boundary_start, boundary = fronts
     own_root, visited, left_start, left = part
-    n_fronts, u = start.size - 1, inverse.shape[1]
+    u = inverse.shape[1]
+    # inverses of the fronts on the way down to this one
     pile = np.empty(path, dtype=inverse.dtype)
-    depth_of = np.zeros(n_fronts, dtype=np.int64)
-    place = np.zeros(n_fronts + 1, dtype=np.int64)
+    depth_of = np.zeros(parent.size, dtype=np.int64)
+    place = np.zeros(parent.size + 1, dtype=np.int64)
     local = np.empty(start[-1], dtype=np.int64)
+    places = np.empty(0, dtype=np.int64)
     y = np.empty(0, dtype=inverse.dtype)
-    below = np.empty(0, dtype=inverse.dtype)
-    edge_inverse = np.empty(0, dtype=inverse.dtype)
-    own_inverse = np.empty(0, dtype=inverse.dtype)
     for f in visited[::-1]:
         first, last = start[f], start[f + 1]
         edge = boundary[boundary_start[f] : boundary_start[f + 1]]
-        n_own, n_edge = last - first, edge.size
-        k, rest = n_own * u, n_edge * u
+        n_own = last - first
+        k, rest = n_own * u, edge.size * u
         size = k + rest
         above = -1 if f == own_root else parent[f]
         depth = 0 if above < 0 else depth_of[above] + 1
         depth_of[f] = depth
-        if edge_inverse.size < rest * rest:
-            edge_inverse = np.empty(rest * rest, dtype=inverse.dtype)
+        whole = pile[place[depth] :]
+        is_left = left_start[f] >= 0 and f != own_root
+        if f == own_root:
+            for j in range(rest):
+                low = (k + j) * size + k
+                known = left[left_start[f] + j * rest :]
+                copy_values(whole[low + j : low + rest], known[j:rest])
+        elif rest > 0:
+            if places.size < rest:
+                places = np.empty(2 * rest, dtype=np.int64)
+            own_above = start[above], start[above + 1]
+            edge_above = boundary[boundary_start[above] : boundary_start[above + 1]]
+            _find_places(places, edge, *own_above, edge_above, local, u)
+            size_above = (own_above[1] - own_above[0] + edge_above.size) * u
+            target, ld = whole[k * size + k :], size
+            if is_left:
+                target, ld = left[left_start[f] :], rest
+            known = pile[place[depth - 1] :]
+            _gather(known, size_above, target, ld, places[:rest])
+        if is_left:
+            continue
         if y.size < rest * k:
             y = np.empty(rest * k, dtype=inverse.dtype)
-            below = np.empty(rest * k, dtype=inverse.dtype)
-        if own_inverse.size < k * k:
-            own_inverse = np.empty(k * k, dtype=inverse.dtype)
-        if f == own_root:
-            copy_values(
-                edge_inverse[: rest * rest], left[left_start[f] :][: rest * rest]
-            )
-        elif rest > 0:
-            first_above, last_above = start[above], start[above + 1]
-            edge_above = boundary[boundary_start[above] : boundary_start[above + 1]]
-            n_above = last_above - first_above
-            for i in range(first_above, last_above):
-                local[i] = i - first_above
-            for i in range(edge_above.size):
-                local[edge_above[i]] = n_above + i
-            size_above = (n_above + edge_above.size) * u
-            known = pile[place[depth - 1] :]
-            _gather(known, size_above, edge_inverse, n_edge, local, edge, u)
-        if left_start[f] >= 0 and f != own_root:
-            copy_values(
-                left[left_start[f] :][: rest * rest], edge_inverse[: rest * rest]
-            )
+        place[depth + 1] = place[depth] + size * size
+        if k == 0:
             continue
-        panel = panels[panel_start[f] :]
-        for j in range(k):
-            copy_values(
-                own_inverse[j * k + j : (j + 1) * k], panel[j * size + j : j * size + k]
-            )
-        if k > 0:
-            if rest > 0:
-                for j in range(k):
-                    copy_values(
-                        y[j * rest : (j + 1) * rest],
-                        panel[j * size + k : (j + 1) * size],
-                    )
-                solve_triangle(RIGHT, PLAIN, (rest, k), panel, size, y, rest, work)
-                multiply_hermitian(
-                    edge_inverse, rest, y, rest, below, rest, (rest, k), work
-                )
-            invert_lower(own_inverse, k, k, work)
-            if rest > 0:
-                subtract_product(
-                    ADJOINT, y, rest, below, rest, own_inverse, k, (k, k, rest), work
-                )
-        for i in range(first, last):
-            local[i] = i - first
-        for i in range(n_edge):
+        _invert_own(whole, panels[panel_start[f] :], k, rest, y, work)
+        for i in range(n_own):
+            local[first + i] = i
+        for i in range(edge.size):
             local[edge[i]] = n_own + i
         for i in range(n_own):
             for slot in range(column[first + i], column[first + i + 1]):
                 top = local[row[slot]]
                 for b in range(u):
                     for a in range(u):
-                        if top > i and top >= n_own:
-                            value = below[(i * u + b) * rest + (top - n_own) * u + a]
-                        elif top > i or a >= b:
-                            value = own_inverse[(i * u + b) * k + top * u + a]
+                        if top > i or a >= b:
+                            value = whole[(i * u + b) * size + top * u + a]
                         else:
-                            value = np.conj(own_inverse[(i * u + a) * k + top * u + b])
+                            value = np.conj(whole[(i * u + a) * size + top * u + b])
                         inverse[slot, a, b] = value
-        place[depth + 1] = place[depth]
-        if n_children[f] > 0:
-            whole = pile[place[depth] :]
-            for j in range(k):
-                low = j * size
-                copy_values(
-                    whole[low + j : low + k], own_inverse[j * k + j : (j + 1) * k]
-                )
-                copy_values(
-                    whole[low + k : low + size], below[j * rest : (j + 1) * rest]
-                )
-            for j in range(rest):
-                low = (k + j) * size + k
-                copy_values(
-                    whole[low + j : low + rest],
-                    edge_inverse[j * rest + j : (j + 1) * rest],
-                )
-            place[depth + 1] = place[depth] + size * size

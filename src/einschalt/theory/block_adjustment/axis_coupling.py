@@ -105,16 +105,20 @@ class Channels:
         variance 1 that a model shares do on the ground [m], ``bent`` (n_rows, n_bent)
         what a deformation of its own with coefficients of variance 1 does.
         """
-        one = np.ones(len(xy))
         if bent is None:
             bent = np.zeros((len(xy), 0))
+        x, y = xy.T
         if self.way == "complex":
-            own = np.stack([one + 0j, xy[:, 0] + 1j * xy[:, 1]], -1)
-            return np.hstack([own, bent])[:, None]
+            design = np.empty((len(xy), 1, 2 + bent.shape[1]), dtype=complex)
+            design[:, 0, 0], design[:, 0, 2:] = 1.0, bent
+            design[:, 0, 1].real, design[:, 0, 1].imag = x, y
+            return design
         if self.way == "shared":
-            own = np.stack([one, xy[:, 0], xy[:, 1]], -1)
-            return np.hstack([own, bent.real])[:, None]
-        x, y, nil = xy[:, 0], xy[:, 1], np.zeros(len(xy))
+            design = np.empty((len(xy), 1, 3 + bent.shape[1]))
+            design[:, 0, 0], design[:, 0, 3:] = 1.0, bent.real
+            design[:, 0, 1], design[:, 0, 2] = x, y
+            return design
+        one, nil = np.ones(len(xy)), np.zeros(len(xy))
         turned = np.where(self.is_affine[model], 0.0, y)
         own = y - turned
         east = np.stack([one, nil, x, -turned, own, nil], -1)
@@ -147,6 +151,8 @@ class Channels:
     def join(self, values):
         """Give easting and northing back; the inverse of :meth:`split`."""
         if self.way == "complex":
+            if values.shape[2] == 1:  # a column holds both as it is
+                return np.ascontiguousarray(values).view(float).reshape(-1, 2, 1)
             return np.concatenate([values.real, values.imag], 1)
         if self.way == "shared":
             return values.reshape(len(values), 2, -1)

@@ -49,9 +49,11 @@ class Bordered:
     residuals: np.ndarray  # (n_rows, 2, n_terms)
     unknowns: np.ndarray  # (n_models, n_unknowns, n_terms)
 
-    def spread(self, motion):
-        """Cofactors that follow from those of the common parameters."""
-        return motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
+    def with_spread(self, own, motion):
+        """Cofactors with what follows from those of the common parameters."""
+        if len(self.cofactors) == 0:
+            return own
+        return own + motion @ self.cofactors @ np.swapaxes(motion, 1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +124,7 @@ class BlockSolution(AdjustedBlock):
 
     def _cofactors(self, quantity):
         plane = self.solver.channels.plane(super()._cofactors(quantity))
-        return plane + self.bordered.spread(getattr(self.bordered, quantity))
+        return self.bordered.with_spread(plane, getattr(self.bordered, quantity))
 
     @property
     def relative_errors(self):
@@ -140,7 +142,7 @@ class BlockSolution(AdjustedBlock):
         """Of everything unknown of each model, (n_models, n_unknowns, n_unknowns)."""
         solver = self.solver
         own = solver.channels.unknown_cofactors(solver.model_cofactors)
-        own = own + self.bordered.spread(self.bordered.unknowns)
+        own = self.bordered.with_spread(own, self.bordered.unknowns)
         return in_old_order(own, self.ordering.order)
 
     @property
@@ -241,7 +243,7 @@ class _Task(BlockInOrder):
         # the origin lies among the control: sums far from it lose digits
         self._origin = control[0] + (control - control[0]).mean(axis=0)
         self._control = self.control_from(self._origin)
-        self._xy = observations.xy[self.rows]
+        self._xy = observations.xy.take(self.rows, axis=0)
         self._terms = tuple(terms)
         self.deformation = deformation_of(observations, self._terms)
         self._bent = None
@@ -302,12 +304,15 @@ class _Task(BlockInOrder):
             affinities = _measured(channels.affinities(unknowns), frames)
         bordered = self._border(solver, affinities)
         shift = self._shift_of(residuals, affinities, bordered)
-        unknowns = unknowns + bordered.unknowns @ shift
+        if len(shift) > 0:
+            points = points + bordered.points @ shift
+            residuals = residuals + bordered.residuals @ shift
+            unknowns = unknowns + bordered.unknowns @ shift
         return _Pass(
             common + shift,
             _measured(channels.affinities(unknowns), frames),
-            points + bordered.points @ shift,
-            residuals + bordered.residuals @ shift,
+            points,
+            residuals,
             *_further(unknowns, channels),
             solver,
             bordered,

@@ -143,50 +143,48 @@ def chained_positions(incidence, xy):
     shares most points with, of those that lie already. Errors add up on the way; the
     positions serve the order of elimination only, which may be any.
     """
-    z = np.ascontiguousarray(xy[:, 0] + 1j * xy[:, 1])
-    fan = (incidence.point_start, incidence.rows)
-    placed = _chain(z, incidence.model, incidence.point, incidence.model_start, fan)
+    z = np.ascontiguousarray(xy, dtype=float).view(complex)[:, 0]
+    # models side by side for each point: looked up there, they take twice as long
+    fan = incidence.point_start, incidence.rows, incidence.model[incidence.rows]
+    placed = _chain(z, incidence.point, incidence.model_start, fan)
     position = np.nan_to_num(placed, posinf=0.0, neginf=0.0)
     return np.column_stack([position.real, position.imag])
 
 
 @compiled
-def _most_shared(m, model, point, model_start, fan, is_placed, shared):
-    """Placed model that shares most points with this one; −1 where none does."""
-    point_start, rows = fan
+def _most_shared(m, point, model_start, fan, is_placed, shared, seen):
+    """Placed model that shares most points with this one, and how many; −1: none."""
+    point_start, _, holders = fan
     best, most = -1, 0
     for row in range(model_start[m], model_start[m + 1]):
         for k in range(point_start[point[row]], point_start[point[row] + 1]):
-            other = model[rows[k]]
+            other = holders[k]
             if is_placed[other]:
+                if seen[other] != m:
+                    seen[other], shared[other] = m, 0
                 shared[other] += 1
                 if shared[other] > most:
                     best, most = other, shared[other]
-    for row in range(model_start[m], model_start[m + 1]):
-        for k in range(point_start[point[row]], point_start[point[row] + 1]):
-            shared[model[rows[k]]] = 0
-    return best
+    return best, most
 
 
 @compiled
-def _onto(m, anchor, z, model, point, model_start, fan):
+def _onto(m, anchor, z, point, model_start, fan, pairs):
     """Similarity from a model to one that shares points with it: factor and shift."""
-    point_start, rows = fan
+    point_start, rows, holders = fan
     n, zs, gs = 0, 0.0 + 0.0j, 0.0 + 0.0j
+    for row in range(model_start[m], model_start[m + 1]):
+        for k in range(point_start[point[row]], point_start[point[row] + 1]):
+            if holders[k] == anchor:
+                pairs[n, 0], pairs[n, 1] = z[row], z[rows[k]]
+                zs, gs = zs + pairs[n, 0], gs + pairs[n, 1]
+                n += 1
+    zs, gs = zs / n, gs / n
     cross, square = 0.0 + 0.0j, 0.0
-    for step in range(2):
-        for row in range(model_start[m], model_start[m + 1]):
-            for k in range(point_start[point[row]], point_start[point[row] + 1]):
-                if model[rows[k]] != anchor:
-                    continue
-                if step == 0:
-                    n, zs, gs = n + 1, zs + z[row], gs + z[rows[k]]
-                    continue
-                d = z[row] - zs
-                cross += (z[rows[k]] - gs) * np.conj(d)
-                square += d.real**2 + d.imag**2
-        if step == 0:
-            zs, gs = zs / n, gs / n
+    for i in range(n):
+        d = pairs[i, 0] - zs
+        cross += (pairs[i, 1] - gs) * np.conj(d)
+        square += d.real**2 + d.imag**2
     factor = 1.0 + 0.0j
     if n > 1 and square > 0.0 and abs(cross) > LEAST_FACTOR * square:
         factor = cross / square
@@ -194,8 +192,8 @@ def _onto(m, anchor, z, model, point, model_start, fan):
 
 
 @compiled
-def _chain(z, model, point, model_start, fan):
-    point_start, rows = fan
+def _chain(z, point, model_start, fan):
+    point_start, _, holders = fan
     n_models = model_start.size - 1
     position = np.zeros(n_models, dtype=np.complex128)
     factor = np.ones(n_models, dtype=np.complex128)
@@ -203,6 +201,8 @@ def _chain(z, model, point, model_start, fan):
     is_seen = np.zeros(point_start.size - 1, dtype=np.bool_)
     n_seen = np.zeros(n_models, dtype=np.int64)
     shared = np.zeros(n_models, dtype=np.int64)
+    seen = np.full(n_models, -1, dtype=np.int64)
+    pairs = np.empty((0, 2), dtype=np.complex128)
     queue = np.empty(n_models, dtype=np.int64)
     is_waiting = np.ones(n_models, dtype=np.bool_)  # not in the queue yet
     next_seed, head, tail = 0, 0, 0
@@ -215,9 +215,11 @@ def _chain(z, model, point, model_start, fan):
             tail += 1
         m = queue[head]
         head += 1
-        anchor = _most_shared(m, model, point, model_start, fan, is_placed, shared)
+        anchor, n = _most_shared(m, point, model_start, fan, is_placed, shared, seen)
         if anchor >= 0:
-            own, shift = _onto(m, anchor, z, model, point, model_start, fan)
+            if len(pairs) < n:
+                pairs = np.empty((2 * n, 2), dtype=np.complex128)
+            own, shift = _onto(m, anchor, z, point, model_start, fan, pairs)
             factor[m] = factor[anchor] * own
             position[m] = position[anchor] + factor[anchor] * shift
         is_placed[m] = True
@@ -227,7 +229,7 @@ def _chain(z, model, point, model_start, fan):
                 continue
             is_seen[p] = True
             for k in range(point_start[p], point_start[p + 1]):
-                other = model[rows[k]]
+                other = holders[k]
                 n_seen[other] += 1
                 # three points carry a scale well enough; a smaller model brings fewer
                 size = model_start[other + 1] - model_start[other]

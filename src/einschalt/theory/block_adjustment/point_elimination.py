@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from einschalt.foundations.exact_sums import transform_exactly
+from einschalt.foundations.batches import over_segments
 from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.model_graph import Incidence
+from einschalt.theory.block_adjustment.point_projection import project_points
 
 # rows of a point and unknowns of a model without anything that it has for itself.
 # Loops over these are unrolled; each further pair would be compiled when it first comes
@@ -48,33 +49,30 @@ class PointSystem:
         """Unknowns of each model."""
         return self.design.shape[2]
 
-    def transformed(self, parameters):
-        """Points of all models in the ground system, with twice the usual digits."""
-        return transform_exactly(self.design, self.incidence.model, parameters)
+    def project(self, parameters, shift, control):
+        """Points that fit given parameters best, and residuals T − X − l.
 
-    def points_from(self, values, control):
-        """Points that fit values T − l of their observations best, (n, d, n_right).
-
-        ``control`` is c, 0 where a point is no control.
+        ``parameters`` (n_models, n_unknowns, n_right) may be None, all 0; ``shift`` l
+        (n_rows, d, n_right) 0.0, likewise; ``control`` (n_points, d, n_right) is c, 0
+        where a point is no control.
         """
-        points = np.empty_like(control, dtype=values.dtype)
-        _mean_values(
-            points,
-            values,
-            self.weights,
-            (self.incidence.point_start, self.incidence.rows),
-            (self.control_weight, self.is_fixed, self.inverse),
-            np.ascontiguousarray(control, dtype=values.dtype),
+        dtype = self.design.dtype
+        points = np.empty(control.shape, dtype)
+        residuals = np.empty((*self.design.shape[:2], control.shape[2]), dtype)
+        project_points(
+            self,
+            parameters,
+            (shift, np.ascontiguousarray(control, dtype)),
+            (points, residuals),
         )
-        return points
+        return points, residuals
 
     def gradient(self, residuals):
         """Σ w Gᴴ v of each model, (n_models, n_unknowns, n_right)."""
         shape = (self.incidence.n_models, self.n_unknowns, residuals.shape[2])
         gradient = np.zeros(shape, dtype=self.design.dtype)
-        _gradient(
-            gradient, residuals, self.design, self.weights, self.incidence.model_start
-        )
+        numbers = gradient, residuals, self.design, self.weights
+        over_segments(_gradient, self.incidence.model_start, *numbers)
         return gradient
 
 
@@ -99,36 +97,9 @@ def invert_point_blocks(incidence, weights, control_weight, is_fixed):
 
 
 @compiled
-def _mean_values(points, values, weights, fan, prior, control):
-    point_start, rows = fan
-    control_weight, is_fixed, inverse = prior
-    n_points, d, n_right = points.shape
-    total = np.empty(d, dtype=points.dtype)
-    for p in range(n_points):
-        first, last = point_start[p], point_start[p + 1]
-        for r in range(n_right):
-            if is_fixed[p]:
-                for c in range(d):
-                    points[p, c, r] = control[p, c, r]
-                continue
-            for c in range(d):
-                value = control_weight[p, c, 0] * control[p, 0, r]
-                for e in range(1, d):
-                    value += control_weight[p, c, e] * control[p, e, r]
-                for k in range(first, last):
-                    value += weights[rows[k], c] * values[rows[k], c, r]
-                total[c] = value
-            for c in range(d):
-                value = inverse[p, c, 0] * total[0]
-                for e in range(1, d):
-                    value += inverse[p, c, e] * total[e]
-                points[p, c, r] = value
-
-
-@compiled
-def _gradient(gradient, residuals, design, weights, model_start):
+def _gradient(first, last, model_start, gradient, residuals, design, weights):
     _, d, u = design.shape
-    for m in range(model_start.size - 1):
+    for m in range(first, last):
         for row in range(model_start[m], model_start[m + 1]):
             for c in range(d):
                 for a in range(u):
@@ -144,7 +115,9 @@ def assemble(system, pattern):
     """
     _, d, u = system.design.shape
     blocks = np.zeros((len(pattern.row), u, u), dtype=system.design.dtype)
-    _assemble_blocks(
+    over_segments(
+        _assemble_blocks,
+        system.incidence.model_start,
         blocks,
         (pattern.start, pattern.row),
         system.incidence.arrays,
@@ -160,22 +133,20 @@ def _ranks(d, u):
 
 
 @compiled
-def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
+def _assemble_blocks(first, last, start, blocks, pattern, incidence, numbers, ranks):
     # loops over the length of a tuple are unrolled
     d, u = len(ranks[0]), len(ranks[1])
     column, block_row = pattern
-    model, point, model_start, point_start, rows = incidence
+    model, point, _, point_start, rows = incidence
     design, weights, inverse = numbers
-    n = model_start.size - 1
-    slot = np.empty(n, dtype=np.int64)
-    seen = np.zeros(point_start.size - 1, dtype=np.int64)
+    slot = np.empty(start.size - 1, dtype=np.int64)
     half = np.empty((d, u), dtype=design.dtype)
     own = np.empty((u, u), dtype=design.dtype)
-    for i in range(n):
+    for i in range(first, last):
         for k in range(column[i], column[i + 1]):
             slot[block_row[k]] = k
         own[:] = 0.0
-        for row in range(model_start[i], model_start[i + 1]):
+        for row in range(start[i], start[i + 1]):
             p = point[row]
             for c in range(d):
                 for a in range(u):
@@ -189,16 +160,17 @@ def _assemble_blocks(blocks, pattern, incidence, numbers, ranks):
                         weighted = weights[row, e] * design[row, e, b]
                         value += inverse[p, c, e] * weighted
                     half[c, b] = value
-            # rows of a point ascend with their models: those before are done
-            for k in range(point_start[p] + seen[p], point_start[p + 1]):
+            for k in range(point_start[p], point_start[p + 1]):
                 other = rows[k]
+                # rows of a point ascend with their models: those before are done
+                if other < row:
+                    continue
                 s = slot[model[other]]
                 for c in range(d):
                     for a in range(u):
                         g = weights[other, c] * np.conj(design[other, c, a])
                         for b in range(u):
                             blocks[s, a, b] -= g * half[c, b]
-            seen[p] += 1
         for a in range(u):
             for b in range(u):
                 blocks[column[i], a, b] += own[a, b]
@@ -224,41 +196,38 @@ def point_cofactors(system, pattern, inverse) -> PointCofactors:
     points = np.zeros((system.incidence.n_points, d, d), dtype=inverse.dtype)
     transformed = np.zeros((n_rows, d, d), dtype=inverse.dtype)
     cross = np.zeros_like(transformed)
-    _spread_inverse(
+    over_segments(
+        _spread_inverse,
+        system.incidence.point_start,
         (points, transformed, cross),
         inverse,
         (pattern.start, pattern.row),
-        system.incidence.arrays,
-        (system.design, system.weights),
+        (system.incidence.model, system.incidence.rows),
+        (system.design, system.weights, system.inverse),
         _ranks(d, u),
     )
-    p = system.inverse
-    if d == 1:
-        return PointCofactors(
-            p + p * points * p, transformed, cross * p[system.incidence.point]
-        )
-    points = p + p @ points @ p
-    return PointCofactors(points, transformed, cross @ p[system.incidence.point])
+    return PointCofactors(points, transformed, cross)
 
 
 @compiled
-def _spread_inverse(result, inverse, pattern, incidence, numbers, ranks):
+def _spread_inverse(first, last, start, result, inverse, pattern, fan, numbers, ranks):
     d, u = len(ranks[0]), len(ranks[1])
     points, transformed, cross = result
     column, block_row = pattern
-    model, point, model_start, point_start, rows = incidence
-    design, weights = numbers
-    n = model_start.size - 1
-    slot = np.empty(n, dtype=np.int64)
-    seen = np.zeros(point_start.size - 1, dtype=np.int64)
-    for i in range(n):
-        for k in range(column[i], column[i + 1]):
-            slot[block_row[k]] = k
-        for row in range(model_start[i], model_start[i + 1]):
-            p = point[row]
-            for k in range(point_start[p] + seen[p], point_start[p + 1]):
-                other = rows[k]
-                s = slot[model[other]]
+    model, rows = fan
+    design, weights, point_inverse = numbers
+    total = np.empty((d, d), dtype=inverse.dtype)
+    product = np.empty((d, d), dtype=inverse.dtype)
+    for p in range(first, last):
+        total[:] = 0.0
+        # rows of a point ascend with their models
+        for k in range(start[p], start[p + 1]):
+            row = rows[k]
+            s = column[model[row]]
+            for k_other in range(k, start[p + 1]):
+                other = rows[k_other]
+                while block_row[s] != model[other]:
+                    s += 1
                 for c in range(d):
                     for e in range(d):
                         w, w_other = weights[row, e], weights[other, c]
@@ -270,10 +239,32 @@ def _spread_inverse(result, inverse, pattern, incidence, numbers, ranks):
                                 half += design[other, c, a] * inverse[s, a, b]
                             value += half * np.conj(design[row, e, b])
                         cross[row, e, c] += w_other * np.conj(value)
-                        points[p, c, e] += w * w_other * value
+                        total[c, e] += w * w_other * value
                         if other == row:
                             transformed[row, c, e] = value
                         else:
                             cross[other, c, e] += w * value
-                            points[p, e, c] += w * w_other * np.conj(value)
-            seen[p] += 1
+                            total[e, c] += w * w_other * np.conj(value)
+        for k in range(start[p], start[p + 1]):
+            row = rows[k]
+            for c in range(d):
+                for e in range(d):
+                    value = cross[row, c, 0] * point_inverse[p, 0, e]
+                    for a in range(1, d):
+                        value += cross[row, c, a] * point_inverse[p, a, e]
+                    product[c, e] = value
+            for c in range(d):
+                for e in range(d):
+                    cross[row, c, e] = product[c, e]
+        for c in range(d):
+            for e in range(d):
+                value = point_inverse[p, c, 0] * total[0, e]
+                for a in range(1, d):
+                    value += point_inverse[p, c, a] * total[a, e]
+                product[c, e] = value
+        for c in range(d):
+            for e in range(d):
+                value = product[c, 0] * point_inverse[p, 0, e]
+                for a in range(1, d):
+                    value += product[c, a] * point_inverse[p, a, e]
+                points[p, c, e] = point_inverse[p, c, e] + value

@@ -93,14 +93,15 @@ class Solver:
         shape = (incidence.n_models, system.n_unknowns, control.shape[2])
         parameters = np.zeros(shape, dtype=system.design.dtype)
         last = np.inf
-        residuals = self._first_residuals(shift, control)
+        # of parameters that are all 0; the next step refines them
+        residuals = system.project(None, shift, control)[1]
         for _ in range(MOST_STEPS):
             gradient = system.gradient(residuals) + self.prior[:, None] * parameters
             step = self.factor.solve(gradient)
             size = np.abs(step).max(initial=0.0)
             if not np.isfinite(size):
                 # handed on: parameters as they were would look like a solution
-                return self._project(parameters - step, shift, control)
+                return self._projection(parameters - step, shift, control)
             # rounding is all that is left once the steps grow no smaller
             if size >= 0.5 * last:
                 break
@@ -110,30 +111,12 @@ class Solver:
             parameters, last = parameters - step, size
             if is_rough or expected < CONVERGED:
                 break
-            residuals = self._project(parameters, shift, control).residuals
-        return self._project(parameters, shift, control)
+            residuals = system.project(parameters, shift, control)[1]
+        return self._projection(parameters, shift, control)
 
-    def _first_residuals(self, shift, control):
-        """Residuals of parameters that are all 0; the next step refines them."""
-        system = self.system
-        shape = (*system.design.shape[:2], control.shape[2])
-        residuals = np.zeros(shape, dtype=system.design.dtype)
-        residuals -= shift
-        residuals -= system.points_from(residuals, control)[system.incidence.point]
-        return residuals
-
-    def _project(self, parameters, shift, control):
-        """Points and residuals for given parameters; see ``exact_sums``."""
-        system, point = self.system, self.system.incidence.point
-        high, low = system.transformed(parameters)
-        points = system.points_from(high - shift, control)
-        residuals = high  # in place: there are millions of them
-        residuals -= points[point]
-        residuals += low
-        residuals -= shift
-        rest = system.points_from(residuals, control - points)
-        residuals -= rest[point]
-        return Projection(parameters, points + rest, residuals)
+    def _projection(self, parameters, shift, control):
+        found = self.system.project(parameters, shift, control)
+        return Projection(parameters, *found)
 
     @cached_property
     def inverse(self):
