@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -80,6 +81,17 @@ def test_a_result_is_one_object_and_its_text_is_beside(transformed):
     assert found["figures"]["n_usable"] == 1
     assert found["figures"]["m_0"] < 1e-9
     assert "affine transformation of 1 of 1 models" in shown.stderr
+
+
+def test_a_sound_block_has_its_models_and_no_problem(invoke, block_folder):
+    figures = said(invoke("check", block_folder, "--json"))["figures"]
+    table = pd.concat(
+        [pd.read_csv(block_folder / f"{name}_flight.csv") for name in ("high", "low")],
+        keys=["high", "low"],
+    )
+    names = table.reset_index(level=0)[["level_0", "coverage", "model_id"]]
+    assert figures["n_models"] == len(names.drop_duplicates())
+    assert figures["n_problems"] == figures["n_model_problems"] == 0
 
 
 def test_a_fault_is_told_by_its_parts(invoke, spoilt_folder, tmp_path):

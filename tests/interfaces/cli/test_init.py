@@ -75,6 +75,10 @@ def test_files_make_a_block_that_check_accepts(
         assert "'Rechtswert' = easting" in shown.stdout
     assert "nothing wrong" in shown.stdout
     plain, block = (find_problems(one).block for one in (block_folder, folder))
+    for name, flight in block.flights.items():  # coverages share names of models
+        n_rows = len(flight.model_points)
+        said = f"{name}.csv (model points: {n_rows} rows, {flight.n_models} models,"
+        assert said in shown.stdout
     plane = ["easting", "northing"]
     one, other = (b.control_points.set_index("point_id") for b in (plain, block))
     np.testing.assert_allclose(one[plane], other[plane], rtol=0, atol=1e-9)

@@ -77,12 +77,18 @@ class Looked:
         if self.kind == "camera":
             return kind
         numbers = [
-            translated(amount, n=int(self.frame[name].nunique()))
+            translated(amount, n=self._n_different(name))
             for name, amount in AMOUNTS.items()
             if name in self.frame
         ]
         rows = translated("{n:row|rows}", n=len(self.frame))
         return f"{kind}: {', '.join([rows, *numbers])}"
+
+    def _n_different(self, name):
+        """Count names; those of models are told apart by their coverage."""
+        has_coverages = name == "model_id" and "coverage" in self.frame
+        key = ["coverage", name] if has_coverages else [name]
+        return len(self.frame[key].dropna(subset=name).drop_duplicates())
 
 
 def files_below(folder):

@@ -32,7 +32,8 @@ def check(block=None, given=None, explain=None):
     report_problems(*found.problems, *found.model_problems)
     report(
         n_problems=len(found.problems),
-        n_models=len(found.model_problems),
+        n_models=None if found.block is None else _n_models(found.block),
+        n_model_problems=len(found.model_problems),
         n_notes=len(found.notes),
     )
     if _is_terminal() and not is_recorded():
@@ -43,6 +44,10 @@ def check(block=None, given=None, explain=None):
     print_out(f"{block}: {problem_list.conclusion(found)}")
     if found.problems or found.model_problems:
         raise typer.Exit(WRONG)
+
+
+def _n_models(block):
+    return sum(flight.n_models for flight in block.flights.values())
 
 
 def _is_terminal():
