@@ -8,6 +8,7 @@ import time
 import pandas as pd
 import pytest
 
+import einschalt as es
 from einschalt.interfaces.files.result_folder import write_result
 from einschalt.interfaces.local_page import batch_pages, plan_pages
 from einschalt.interfaces.local_page.comparison import compare
@@ -78,9 +79,35 @@ def test_sliders_answer_as_the_planning_does(visit, root):
     asked += "&n_coverages=2&control_per_model=9&control_cm=3"
     answer = json.loads(visit(root).get(f"/plan/figures?{asked}").text)
     figures = {text: figure for figure, text in answer["figures"]}
-    assert figures["expected, total"] == f"{100 * plan['expected_mean']:.1f} cm"
+    assert (
+        figures["expected, total (estimate)"] == f"{100 * plan['expected_mean']:.1f} cm"
+    )
     assert float(figures["cost per km²"]) == pytest.approx(plan["cost"], rel=0.05)
+    assert figures["high flight above ground"] == f"{plan['high_flying_height']:.0f} m"
     assert answer["is_plan"]
+
+
+def test_the_map_says_what_was_propagated_for_it(visit, root):
+    drawn = json.loads(visit(root).get("/plan/map?camera=film_wide&spacing=300").text)
+    design = es.FlightDesign(
+        scale_number=8000,
+        spacing=300,
+        m_g_um=5,
+        high_scale_number=15000,
+        high_m_g_um=5,
+        n_coverages=2,
+    )
+    mean = es.expect_precision(design).figures.mean
+    said = f"the points will have {100 * mean:.1f} cm (mean of the coverages), total"
+    assert said in drawn["said"]
+    assert drawn["svg"].startswith("<svg")
+
+
+def test_a_drone_above_its_limit_is_told(visit, root):
+    answer = json.loads(visit(root).get("/plan/figures?camera=uav_one_inch").text)
+    assert answer["said"].startswith("The high flight goes above the 120 m that drones")
+    low = "/plan/figures?camera=uav_one_inch&high_over_low=1.25"
+    assert "120 m" not in json.loads(visit(root).get(low).text)["said"]
 
 
 @pytest.mark.parametrize(
@@ -149,13 +176,24 @@ def test_many_blocks_fill_a_table(visit, root, make_block):
     assert (root / "all" / "blocks.html").exists()
 
 
-def test_a_batch_with_a_block_that_names_files_elsewhere_is_refused(
+def test_a_block_that_names_files_elsewhere_is_left_out_of_a_batch(
     visit, root, make_block
 ):
-    make_block(root / "sound")
     block = make_block(root / "other")
     block.replace("block.toml", "control_points.csv", "../../secret/control_points.csv")
     visitor = visit(root)
     assert visitor.post("/batch", {"output": "all"}).status == 403
     assert visitor.get("/batch").status == 403
     assert not (root / "all").exists()
+    make_block(root / "sound")
+    listed = visitor.get("/batch").text
+    assert "1 block in" in listed
+    assert re.search(r"Left out.*<li>other: .*not below the folder", listed, re.DOTALL)
+    visitor.post("/batch", {"output": "all"})
+    run = visitor.session.runs.get(1)
+    end = time.monotonic() + 300.0
+    while run.state == "running" and time.monotonic() < end:
+        time.sleep(0.05)
+    assert run.state == "done", run.problems
+    assert list(run.rows) == ["sound"]
+    assert not (root / "all" / "other").exists()

@@ -5,7 +5,15 @@ from urllib.parse import urlencode
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.typesetting import MISSING, length, seconds
 from einschalt.interfaces.batch.block_search import find_blocks, name_blocks
-from einschalt.interfaces.local_page.pages import form_of, page, said, to, worked
+from einschalt.interfaces.local_page.pages import (
+    form_of,
+    messages_of,
+    page,
+    said,
+    to,
+    worked,
+)
+from einschalt.interfaces.local_page.refusals import OutsideError
 from einschalt.interfaces.local_page.rooted_paths import is_name
 from einschalt.interfaces.local_page.session import RESULTS, Place
 
@@ -18,19 +26,31 @@ async def batch_page(request):
     """The blocks below a folder, and where their results are to go."""
     session = request.app.state.session
     place = session.place(request.query_params)
-    blocks = await worked(_blocks, place, None)
+    blocks, left_out = await worked(_blocks, place, None)
     output = f"{session.root.name(place.folder)}/{RESULTS}".lstrip("/")
     facts = {"place": place, "names": list(blocks), "output": f"{output}_of_all"}
+    facts["left_out"] = [(name, messages_of(error)) for name, error in left_out.items()]
     return page("batch", session=session, **facts)
 
 
 def _blocks(place, output):
-    """Blocks below a folder by name; a file that lies elsewhere is refused."""
-    blocks = name_blocks(find_blocks(place.folder, output))
-    for folder in blocks.values():
-        place.root.require_inside(folder)
-        Place(place.root, folder).require_own_files()
-    return {name: folder for name, folder in blocks.items() if is_name(name)}
+    """Blocks below a folder by name, and why others are left out.
+
+    A block that names a file elsewhere is none of the page's; the error of the first
+    one where all are such.
+    """
+    found, left_out = [], {}
+    for folder in find_blocks(place.folder, output):
+        try:
+            place.root.require_inside(folder)
+            Place(place.root, folder).require_own_files()
+            found.append(folder)
+        except OutsideError as error:
+            left_out[folder.name] = error
+    if not found:
+        raise next(iter(left_out.values()))
+    blocks = name_blocks(found)
+    return {name: one for name, one in blocks.items() if is_name(name)}, left_out
 
 
 @said
@@ -40,8 +60,9 @@ async def start_batch(request):
     form = await form_of(request)
     place = session.place(form)
     folder = session.root.find(form.get("output") or RESULTS, is_new=True)
-    blocks = await worked(_blocks, place, folder)
-    question = {"kind": "batch", "block": str(place.folder), "output": str(folder)}
+    blocks, _ = await worked(_blocks, place, folder)
+    folders = [str(one) for one in blocks.values()]
+    question = {"kind": "batch", "blocks": folders, "output": str(folder)}
     path = session.root.name(folder)
     links = {"back": f"/batch?{place.query}", "output": path, "names": list(blocks)}
     return to(f"/run/{session.runs.start(question, place.title, links).number}")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite
 
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse
 
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.number_parsing import is_number
@@ -24,6 +24,7 @@ CAMERA = "film_wide"
 HALF_TO_TWICE = (0.5, 2.0)
 ANY_TARGET = 1.0  # of which nothing is asked here [m]
 CM = 1e-2
+ROUNDED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -109,14 +110,15 @@ def _plan(camera, values):
 def figures_of(asked):
     """What these values give: figures with what they are, and what limits them."""
     try:
-        plan, _ = _plan(*_values(asked))
+        camera, values = _values(asked)
+        plan, _ = _plan(camera, values)
     except EinschaltError as error:
         return {"figures": [], "said": " ".join(messages_of(error)), "is_plan": False}
-    shown = [("expected_mean", "expected, total")]
+    shown = [("expected_mean", "expected, total (estimate)")]
     if plan["n_coverages"] == 1:
         shown = [
-            ("expected_centre", "expected in the middle of a model"),
-            ("expected_edge", "expected at its edge, total"),
+            ("expected_centre", "expected in the middle of a model (estimate)"),
+            ("expected_edge", "expected at its edge, total (estimate)"),
         ]
     figures = [(length(float(plan[name])), text) for name, text in shown]
     figures.append(
@@ -129,15 +131,38 @@ def figures_of(asked):
         "control_points": "control points per km²",
     }
     figures += [(number(float(plan[name])), text) for name, text in work.items()]
+    figures.append((f"{plan['high_flying_height']:.0f} m", "high flight above ground"))
     limit = plan["limited_by"]
     text = f"It is limited by {LIMITS[limit]}. {REMEDIES[limit]}."
+    text = f"{_too_high(camera, plan)}{text}"
     return {"figures": figures, "said": text, "is_plan": True}
 
 
+def _too_high(camera, plan):
+    """Say that a flight goes above what the camera's carrier may usually fly."""
+    limit = CAMERAS[camera].max_height
+    if limit is None or plan["high_flying_height"] <= limit * (1.0 + ROUNDED):
+        return ""
+    return f"The high flight goes above the {limit:.0f} m that drones may usually fly. "
+
+
 def map_of(asked):
-    """Map of the expected precision, as SVG."""
+    """Map of the expected precision as SVG, and its figure in a sentence."""
     plan, frame = _plan(*_values(asked))
-    return precision_map(expect_precision(design_of(plan, frame)).points)
+    expected = expect_precision(design_of(plan, frame))
+    figures = expected.figures
+    shown = {"mean of the coverages": figures.mean}
+    if plan["n_coverages"] == 1:
+        shown = {
+            "middle of a model": figures.single_centre,
+            "its edge": figures.single_edge,
+        }
+    said = ", ".join(f"{length(float(v))} ({what})" for what, v in shown.items())
+    return {
+        "svg": precision_map(expected.points),
+        "said": f"On this layout the points will have {said}, total: the errors of "
+        "control and of both flights, carried through every stage.",
+    }
 
 
 @said
@@ -165,7 +190,7 @@ async def plan_figures(request):
 async def plan_map(request):
     """The map, for the script of the page."""
     try:
-        drawing = await worked(map_of, request.query_params)
+        drawn = await worked(map_of, request.query_params)
     except EinschaltError as error:
         return JSONResponse({"said": " ".join(messages_of(error))}, 422)
-    return Response(drawing, media_type="image/svg+xml")
+    return JSONResponse(drawn)

@@ -117,13 +117,13 @@ def _densify(question, say):
 
 
 def _batch(question, say):
-    """Compute all blocks below a folder, as ``einschalt batch`` does."""
+    """Compute many blocks, as ``einschalt batch`` does."""
 
     def progress(news):
         row = {name: _plain(value) for name, value in news.row.items()}
         say(row=row, fraction=news.n_done / news.n_all, stage="batch")
 
-    blocks, output = question["block"], question["output"]
+    blocks, output = question["blocks"], question["output"]
     table = python_api.densify_many(blocks, output, progress=progress)
     for row in table.to_dict("records"):
         say(row={name: _plain(value) for name, value in row.items()})

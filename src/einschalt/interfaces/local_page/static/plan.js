@@ -4,7 +4,6 @@ const figures = document.getElementById("figures");
 const said = document.getElementById("said");
 const map = document.getElementById("map");
 const mapSaid = document.getElementById("map-said");
-const explained = mapSaid.textContent;
 const REST = 500; // ms
 let asked = null, drawn = null, timer = 0;
 
@@ -34,10 +33,11 @@ const draw = async () => {
     mapSaid.textContent = got.status === 422 ? (await got.json()).said : got.statusText;
     return;
   }
-  const svg = new DOMParser().parseFromString(await got.text(), "image/svg+xml").documentElement;
+  const drawing = await got.json();
+  const svg = new DOMParser().parseFromString(drawing.svg, "image/svg+xml").documentElement;
   map.replaceChildren(document.importNode(svg, true));
   map.classList.remove("old");
-  mapSaid.textContent = explained;
+  mapSaid.textContent = drawing.said;
 };
 const unlessAborted = (fault) => {
   if (fault.name !== "AbortError") said.textContent = "einschalt serve does not answer: has it ended?";
