@@ -89,7 +89,7 @@ class GriddedTransformation(ModelTransformation):
         """Identical points, each predicted from the others: DataFrame.
 
         coverage, model_id, point_id, difference_easting, difference_northing
-        (predicted less given) [m]; NaN for some that natural neighbours do not reach.
+        (predicted minus given) [m]; NaN for some that natural neighbours do not reach.
         """
         differences = np.full((len(self.observed.rows), 2), np.nan)
         for k, one in enumerate(self.grids):

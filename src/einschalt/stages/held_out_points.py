@@ -13,7 +13,7 @@ def held_out_points(fit):
     """Identical points, each predicted by its model without it: DataFrame.
 
     coverage, model_id, point_id, difference_easting, difference_northing (predicted
-    less given) [m] of a ModelTransformation. A residual v of leverage h becomes
+    minus given) [m] of a ModelTransformation. A residual v of leverage h becomes
     v / (1 − h), without a new fit: exactly for affine and helmert, to first order for
     the others. NaN where the model is not determined without the point.
     """

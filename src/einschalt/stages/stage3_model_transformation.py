@@ -62,7 +62,7 @@ class ModelTransformation(ModelResult):
         Index model_id; NaN where a model is not usable.
     residuals : DataFrame
         coverage, model_id, point_id, residual_easting, residual_northing
-        [, residual_height] [m] (transformed less given), leverage, redundancy_number
+        [, residual_height] [m] (transformed minus given), leverage, redundancy_number
         (means of easting and northing), w (length of the standardized residual vector,
         √(w_E² + w_N²)), p_value (joint test of both coordinates; NaN with both where
         the redundancy is 2 or less), is_suspect (after Holm over the points of the

@@ -94,7 +94,7 @@ class TriangulatedTransformation(ModelTransformation):
         """Identical points, predicted by the triangles of the others: DataFrame.
 
         coverage, model_id, point_id, difference_easting, difference_northing
-        (predicted less given) [m]; NaN outside of the others' triangles, and for some
+        (predicted minus given) [m]; NaN outside of the others' triangles, and for some
         of more than 2000 points.
         """
         start = self.observed.start

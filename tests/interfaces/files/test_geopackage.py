@@ -83,7 +83,7 @@ def test_description_says_the_exaggeration(package):
         query = "SELECT description FROM gpkg_contents WHERE table_name = ?"
         (said,) = database.execute(query, ("residual_vectors",)).fetchone()
     assert said == (
-        f"Residuals, transformed less given, drawn {factor:g} times as long"
+        f"Residuals, transformed minus given, drawn {factor:g} times as long"
     )
 
 

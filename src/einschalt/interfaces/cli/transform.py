@@ -104,5 +104,5 @@ def transform(
     .csv and .parquet, with --distribute also left_out and triangles or distribution,
     and provenance.json. Results of the same tables are replaced; a folder with anything
     else is refused.
-    Residuals are transformed less given. Models that fail do not stop the others.
+    Residuals are transformed minus given. Models that fail do not stop the others.
     """

@@ -197,7 +197,7 @@ def _residuals_layer(result, positions):
         residuals.assign(exaggeration=factor),
         map_shapes.lines(np.stack([given, given + factor * shift], axis=1)),
         "LineString",
-        f"Residuals, transformed less given, drawn {factor:g} times as long",
+        f"Residuals, transformed minus given, drawn {factor:g} times as long",
     )
 
 

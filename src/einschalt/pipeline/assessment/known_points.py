@@ -29,7 +29,7 @@ ERRORS = ["standard_error_easting", "standard_error_northing", "covariance_en"]
 
 @dataclass(frozen=True, eq=False)
 class KnownPoints:
-    """Densified less given coordinates of known points, against what is claimed."""
+    """Densified minus given coordinates of known points, against what is claimed."""
 
     point_ids: np.ndarray  # shape (n_points,)
     differences: np.ndarray  # shape (n_points, 2) [m]

@@ -24,7 +24,7 @@ class BlockFigures:
     mean_total : float
         Root mean square of the propagated ``standard_error_total`` of the new points.
     control_rms, check_rms : float
-        Densified less given coordinates.
+        Densified minus given coordinates.
     shared_error : float
         What all points share of ``mean_total``: the error of the operation between
         reference systems; 0 where there is none.

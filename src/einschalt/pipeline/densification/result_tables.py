@@ -14,7 +14,7 @@ def with_roles(points, control_points):
     """Say which points are new, control or check, and by how much these are missed.
 
     With ``role`` before ``is_suspect``, and difference_easting, difference_northing
-    [, difference_height] (densified less given) [m].
+    [, difference_height] (densified minus given) [m].
     """
     names = [n for n in ("easting", "northing", "height") if n in points]
     differences = [f"difference_{name}" for name in names]

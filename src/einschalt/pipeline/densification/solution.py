@@ -24,7 +24,7 @@ class Solution:
         standard_error_paper, standard_error_internal, n_models, n_coverages,
         spread_total, role (new, control, check), is_suspect (contradicted by
         coverages, residuals or given coordinates), difference_easting,
-        difference_northing [, difference_height] (densified less given, control and
+        difference_northing [, difference_height] (densified minus given, control and
         check points only) [, distributed_easting, distributed_northing (part of the
         coordinates that comes from the distribution of residuals)] [m].
     models : DataFrame
@@ -32,7 +32,7 @@ class Solution:
         is_usable, reason, then the parameters.
     residuals : DataFrame
         flight, coverage, model_id, point_id, residual_easting, residual_northing
-        [, residual_height] (transformed less given) [m], leverage, redundancy_number,
+        [, residual_height] (transformed minus given) [m], leverage, redundancy_number,
         w, p_value, is_suspect (of the joint test of both coordinates).
     orientations : DataFrame
         flight, coverage, model_id, case, n_points, redundancy, sigma_0 [mm],

@@ -146,7 +146,7 @@ class ErrorModel:
         return self.final @ self.low.ground @ onto
 
     def chains_to_fits(self, flight, observed):
-        """From the sources to what a flight was fitted with: ground less measured."""
+        """From the sources to what a flight was fitted with: ground minus measured."""
         is_last = self.is_last(flight)
         operator = self.low if is_last else self.high.operator
         places = self.places if is_last else self.high.places

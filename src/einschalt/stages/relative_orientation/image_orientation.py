@@ -107,7 +107,7 @@ class ImageOrientation(OrientationResult):
         The same as arrays, with cofactors and cameras.
     residuals : DataFrame
         [coverage,] model_id, point_id, residual_x_left, residual_y_left,
-        residual_x_right, residual_y_right [mm] (adjusted less measured),
+        residual_x_right, residual_y_right [mm] (adjusted minus measured),
         redundancy_number (of the condition of the point), weight (1, less after a
         robust norm, NaN where the point was taken out), w (length of the four residuals
         over its standard error), p_value, is_suspect. Of a point that was taken out

@@ -67,7 +67,7 @@ class ParallaxOrientation(OrientationResult):
         d_kappa_2 or d_omega, d_phi, d_kappa, d_by, d_bz [rad, unit of the model]; NaN
         where a model could not be oriented.
     residuals : DataFrame
-        [coverage,] model_id, point_id, residual (adjusted less measured parallax),
+        [coverage,] model_id, point_id, residual (adjusted minus measured parallax),
         redundancy_number; without the models that could not be oriented.
     linearisation_error : Series
         By model_id: the largest parallax that the linear equations neglect. Where it

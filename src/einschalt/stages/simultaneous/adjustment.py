@@ -88,7 +88,7 @@ class BlockAdjustment(ModelResult):
     points : DataFrame
         point_id, easting, northing, standard_error_easting, standard_error_northing,
         covariance_en, standard_error_total, n_models, n_coverages, spread_total, role
-        (new, control), difference_easting, difference_northing (adjusted less given)
+        (new, control), difference_easting, difference_northing (adjusted minus given)
         [m]; of spatial models also height, standard_error_height, covariance_eh,
         covariance_nh, difference_height. Standard errors take the errors of the
         observations as given (σ_0 = 1); of models from images those of the image
@@ -103,7 +103,7 @@ class BlockAdjustment(ModelResult):
         is_suspect, minimal_detectable_bias, external_reliability [m]; of spatial
         models also residual_height, and the last three for the height.
     control : DataFrame
-        point_id, difference_easting, difference_northing (adjusted less given),
+        point_id, difference_easting, difference_northing (adjusted minus given),
         standard_error_given (total), redundancy_number, w, p_value, is_suspect,
         is_set_aside (a suspect that takes no part: outliers is not "keep"),
         strain_easting, strain_northing: the error of the given coordinates that

@@ -170,7 +170,7 @@ def joint_prediction_tests(squares, sum_of_squares, redundancy) -> PointTests:
     Parameters
     ----------
     squares : ndarray, shape (n_points,)
-        T = vᵀ Q⁻¹ v of the two differences predicted less given, Q = I / w + Q_fit.
+        T = vᵀ Q⁻¹ v of the two differences predicted minus given, Q = I / w + Q_fit.
     sum_of_squares, redundancy : ndarray, shape (n_points,)
         Ω and f of each point's model.
 

@@ -16,7 +16,7 @@ class AdjustedBlock:
     observations: ObservedBlock
     points: np.ndarray  # (n_points, d): easting, northing [, height] [m]
     residuals: np.ndarray  # (n_rows, d): transformed less adjusted [m]
-    # (n_points, d): adjusted less given [m]; NaN where a point is no control, 0 where
+    # (n_points, d): adjusted minus given [m]; NaN where a point is no control, 0 where
     # it is held
     control_residuals: np.ndarray
     redundancy: int

@@ -146,7 +146,7 @@ def judge_control(solution) -> BlockTests:
 def _tests(solution, residuals, cofactors, redundancy, least=LEAST_CHECK):
     """Tests of residuals v with cofactors Q_vv.
 
-    A gross error ∇ of a given value leaves adjusted less given −R ∇, so that it is
+    A gross error ∇ of a given value leaves adjusted minus given −R ∇, so that it is
     estimated by −R⁻¹ v.
     """
     d = residuals.shape[1]

@@ -80,7 +80,7 @@ class PairOrientation:
     cofactor: np.ndarray
     # (n_pairs,): of the corrections of all image coordinates [mm²]
     sum_of_squares: np.ndarray
-    # (n_points, 4): corrections of x', y', x", y" [mm]: adjusted less measured
+    # (n_points, 4): corrections of x', y', x", y" [mm]: adjusted minus measured
     residuals: np.ndarray
     # (n_points,): of the conditions; each pair's sum is its redundancy
     redundancy_numbers: np.ndarray

@@ -51,7 +51,7 @@ class GriddedShifts:
     grid: ShiftGrid
     collocation: RobustCollocation
     ellipses: HeldOutEllipses
-    differences: np.ndarray  # (n, 2), held-out points: predicted less given [m]
+    differences: np.ndarray  # (n, 2), held-out points: predicted minus given [m]
     trusted: np.ndarray  # of bool, (n,)
     straining: np.ndarray  # of bool, (n,): left out since the way back needs it
     # between nodes, against the method itself, in plan [m]: RMS, and largest seen

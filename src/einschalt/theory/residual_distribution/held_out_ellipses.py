@@ -137,7 +137,7 @@ def held_out_ellipses(differences, variances, *, keep_wrong=False):
     Parameters
     ----------
     differences : ndarray, shape (n, 2)
-        Predicted less given [m]; NaN of points that were not held out.
+        Predicted minus given [m]; NaN of points that were not held out.
     variances : ndarray, shape (n,)
         What the prediction says of each coordinate [m²].
     keep_wrong : bool

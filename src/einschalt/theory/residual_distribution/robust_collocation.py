@@ -32,7 +32,7 @@ class RobustCollocation:
 
     trusted: np.ndarray  # of bool, (n,): points from which others are predicted
     covariance: CovarianceFunction
-    # differences: (n, 2) [m], predicted less given, of each point without itself;
+    # differences: (n, 2) [m], predicted minus given, of each point without itself;
     # variances: (n,), of each coordinate of it [m²]
     differences: np.ndarray
     variances: np.ndarray

@@ -46,7 +46,7 @@ class SpatialFit(CentredFit):
     cofactor_scale: np.ndarray  # (n_models,)
     # (n_models, 3, 3): of small rotations about the ground axes
     cofactor_rotation: np.ndarray
-    residuals: np.ndarray  # (n_points, 3): transformed less given [m]
+    residuals: np.ndarray  # (n_points, 3): transformed minus given [m]
     leverage: np.ndarray  # (n_points, 3): of easting, northing, height
     sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² over the three coordinates [m²]
     # (n_models,): by how much it would be smaller if the model were turned inside out

@@ -125,7 +125,7 @@ class PlaneFit(CentredFit):
     kind: str
     moments: PlaneMoments
     solution: PlaneSolution
-    residuals: np.ndarray  # (n_points, 2): transformed less given [m]
+    residuals: np.ndarray  # (n_points, 2): transformed minus given [m]
     # (n_points, 2): diagonal of the hat matrix; redundancy number = 1 − h
     leverage: np.ndarray
     sum_of_squares: np.ndarray  # (n_models,): Σ w |v|² [m²]

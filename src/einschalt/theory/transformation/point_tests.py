@@ -74,7 +74,7 @@ def other_point_tests(fit, sums, model, points):
     """Joint test of points that took no part in the fit: residuals [m], PointTests.
 
     ``sums`` are those of the fit, ``model`` (n,) is that of each row; residuals are
-    transformed less given, (n, n_coordinates).
+    transformed minus given, (n, n_coordinates).
     """
     residuals = fit.apply(model, points.source) - points.target
     cofactors = fit.point_cofactors(model, points.source)[:, :2, :2].copy()

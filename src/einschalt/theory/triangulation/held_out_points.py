@@ -15,7 +15,7 @@ SEED = 0  # which points are held out together must be the same in every run
 
 
 def held_out_differences(source, target):
-    """Predicted less given coordinates of held-out points [m], shape (n_points, 2).
+    """Predicted minus given coordinates of held-out points [m], shape (n_points, 2).
 
     NaN where a point lies outside the net of the others, and for those of a large set
     that were not held out. ``source``, ``target``: (n_points, 2).

@@ -1,4 +1,4 @@
-"""Does the claim stand? What was measured, against what the claimed figures predict.
+"""Is the claim supported? What was measured, against what the claimed figures predict.
 
 The propagated figure, or the budget where nothing can be propagated, rests on a model
 of errors: sizes that were given, and what is independent of what. Each test compares a
@@ -286,7 +286,7 @@ class _ClaimTests:
         return ("check",) if took_part else KNOWN
 
     def _known_points(self, role):
-        """Densified less given coordinates, which have errors of their own."""
+        """Densified minus given coordinates, which have errors of their own."""
         examined, model = self.examined, self.model
         given = examined.block.control_points
         if given is None or "standard_error_m" not in given:
@@ -329,7 +329,7 @@ def _good(is_suspect):
 
 
 def _known(examined):
-    """Densified less given coordinates, before residuals were distributed; roles.
+    """Densified minus given coordinates, before residuals were distributed; roles.
 
     A control point whose given coordinates are its approximate ones is none: it took
     part.

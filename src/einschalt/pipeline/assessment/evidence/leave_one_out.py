@@ -46,7 +46,7 @@ class LeftOutControl:
     """Control points predicted without themselves."""
 
     point_ids: np.ndarray  # shape (n_points,)
-    # shape (n_points, n_axes); densified without the point, less given [m]
+    # shape (n_points, n_axes); densified without the point, minus given [m]
     all_differences: np.ndarray
     chains: dict  # the differences from the errors of all sources
     of_control: PointOperator  # the same from those of the given coordinates
@@ -229,7 +229,7 @@ class _Prediction:
         return chains
 
     def differences(self):
-        """Predicted less given coordinates, shape (n_points, n_axes) [m]."""
+        """Predicted minus given coordinates, shape (n_points, n_axes) [m]."""
         examined = self.examined
         names = list(self.axes.names)
         given = examined.block.control_points[names].to_numpy(dtype=float)[self.rows]

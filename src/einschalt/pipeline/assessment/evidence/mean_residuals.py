@@ -19,7 +19,7 @@ KEY = ["coverage", "model_id", "point_id"]
 class MeanResiduals:
     """Residuals of each point on the average of its models."""
 
-    # shape (n_points, 2); transformed less approximate, easting and northing [m]
+    # shape (n_points, 2); transformed minus approximate, easting and northing [m]
     vectors: np.ndarray
     positions: np.ndarray  # shape (n_points, 2); easting, northing [m]
     # they are ``of_values`` times the errors of the values less ``of_ground`` times

@@ -47,7 +47,7 @@ def _left_out(examined):
 
 
 def _check(examined):
-    """Check points: densified less given, both with errors."""
+    """Check points: densified minus given, both with errors."""
     points, errors = examined.solution.points, examined.errors
     missed = points["difference_height"].notna() & (points["role"] == "check")
     rows = points[missed].head(MOST_POINTS)
