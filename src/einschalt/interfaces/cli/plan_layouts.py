@@ -89,6 +89,10 @@ def said_of_frame(asked):
         message = mark("Up to {limit} m above ground.")
     height = "" if limit is None else figure(limit, "g")
     said.append(translated(message, limit=height))
+    if "spacing" not in asked.typed:
+        message = mark("Distances of the points tried (--spacing): {spacings} m.")
+        spacings = ", ".join(figure(one, "g") for one in choices_of(asked).spacing)
+        said.append(translated(message, spacings=spacings))
     costs = costs_of(asked["costs"])
     each = ", ".join(
         translated(text, price=figure(getattr(costs, name), "g"))
