@@ -131,7 +131,8 @@ def require_size(area, design):
         raise GeometryError(
             f"the area would take {n_models:.0f} models of the low flight",
             expected=f"at most {MOST_MODELS}",
-            remedy="Give smaller image scales (larger scale numbers), or plan in parts",
+            remedy="Plan in parts, or give smaller image scales: larger scale "
+            "numbers, for which --max-height must leave room",
         )
 
 
