@@ -1,15 +1,16 @@
 """Whether the commas in a table of numbers are decimal commas.
 
-``13000,25`` can be nothing else, ``1,234`` may also be 1234. One number that can be
-nothing else speaks for its table, since a program writes all of them alike; a decimal
-point in its own column speaks against.
+``13000,25`` and ``13.000,25`` can be nothing else, ``1,234`` may also be 1234. One
+number that can be nothing else speaks for its table, since a program writes all of them
+alike; a decimal point in its own column speaks against.
 """
 
 from dataclasses import dataclass
 
 import pyarrow.compute as pc
 
-DECIMAL = r"^[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?$"
+# also with points between thousands, which leave the comma one meaning
+DECIMAL = r"^[+-]?(\d+,\d*|,\d+|[1-9]\d{0,2}(\.\d{3})+,\d*)([eE][+-]?\d+)?$"
 OF_TWO_MEANINGS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 PARTED = r"^[+-]?[1-9]\d{0,2}\.\d{3}$"  # by a decimal point, or into thousands
 POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
@@ -81,9 +82,15 @@ def point_of_two_meanings(columns):
 
 
 def with_points(texts):
-    """Numbers as text with decimal points in place of decimal commas."""
+    """Numbers as text with decimal points in place of decimal commas.
+
+    >>> import pyarrow as pa
+    >>> with_points(pa.array(["12,5", "1.310.009,370", "3"])).to_pylist()
+    ['12.5', '1310009.370', '3']
+    """
     is_comma = pc.match_substring_regex(texts, DECIMAL)
-    return pc.if_else(is_comma, pc.replace_substring(texts, ",", "."), texts)
+    whole = pc.replace_substring(texts, ".", "")
+    return pc.if_else(is_comma, pc.replace_substring(whole, ",", "."), texts)
 
 
 def _has_points(texts):

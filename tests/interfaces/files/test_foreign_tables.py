@@ -211,6 +211,20 @@ def test_a_comma_of_two_meanings_is_asked_about_and_can_be_answered(tmp_path):
     assert "'1,234' has a comma" in faults[0].found
 
 
+@pytest.mark.parametrize("said", [Said(), Said(decimal=",")])
+def test_points_between_thousands_leave_a_comma_one_meaning(tmp_path, said):
+    text = "point_id;easting;northing\nA;10.009,370;5.326.127,5\nB;-7,5;999,25\n"
+    table = read_text(tmp_path, text, said)
+    assert table.frame["easting"].tolist() == [10009.37, -7.5]
+    assert table.frame["northing"].tolist() == [5326127.5, 999.25]
+    assert "read with decimal commas" in " ".join(table.notes)
+    # what is no group of three is no number
+    wrong = read_text(tmp_path, text.replace("10.009,370", "10.09,370"), said)
+    faults = check_table(wrong.frame, CONTROL_POINTS).problems
+    assert "10.09,370" in faults[0].found
+    assert faults[0].row == 2
+
+
 @pytest.mark.parametrize(
     ("row", "said"), [("13,5;1.234", Said()), ("13.000;7", Said(decimal=","))]
 )
