@@ -125,7 +125,7 @@ def test_an_austrian_export_is_the_plain_table(blocks, suffix):
         heights = table.set_index("Punktnummer")["Höhe"]
         np.testing.assert_allclose(read["height"], heights, rtol=0, atol=1e-9)
     said = "\n".join(found.notes)
-    assert "role 'Kontrollpunkt' is check, 'Passpunkt' is control" in said
+    assert "role 'Kontrollpunkt' = check, 'Passpunkt' = control" in said
     assert ("Windows-1252" in said) == (suffix == ".csv")
     assert ("of the geometry" in said) == (suffix in (*DRIVERS, ".parquet"))
     # what is signed for are all files of a shapefile

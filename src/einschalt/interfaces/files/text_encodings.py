@@ -26,6 +26,7 @@ IN_WORD = re.compile(rf"[^\W\d_][{DOS_UMLAUTS}][^\W\d_]")
 ASCII = bytes(range(128))
 MOST_SHOWN = 30
 HEAD_OF_UTF16 = 4096
+AS_WINDOWS = "read as Windows-1252 text, since it is no UTF-8"
 
 
 def read_table_text(path, source):
@@ -44,8 +45,7 @@ def read_table_text(path, source):
     if text is None:
         return read_text_bytes(path, source), None
     encoded = require_text(text.encode("utf-8"), source)
-    note = f"read as Windows-1252 text, since it is no UTF-8: {_first_word(data)!r}"
-    return encoded, f"{source}: {note}"
+    return encoded, f"{source}: {AS_WINDOWS}: {_first_word(data)!r}"
 
 
 def _is_utf8(data):

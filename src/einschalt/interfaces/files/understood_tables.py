@@ -243,7 +243,7 @@ def _with_roles(frame, meant, source):
     roles = words.map(lambda word: known[word] or word)
     is_new = (roles == NEW).to_numpy()
     kept = frame.assign(**{ROLE: roles.to_numpy(dtype=object)})[~is_new]
-    said = [f"{w.strip()!r} is {r}" for w, r in sorted(foreign.items()) if r != NEW]
+    said = [f"{w.strip()!r} = {r}" for w, r in sorted(foreign.items()) if r != NEW]
     notes = [f"{source}: role {name_some(said, 8)}"] if said else []
     if is_new.any():
         kinds = name_some(sorted({w.strip() for w, r in known.items() if r == NEW}))
