@@ -160,13 +160,15 @@ PAIR = {"crs": "EPSG:3067", "source_crs": "EPSG:2393"}
 
 
 def needs(program):
-    is_there = shutil.which(program) and SYSTEM_DATABASE.exists()
+    is_there = shutil.which(program)
     return pytest.mark.skipif(not is_there, reason=f"{program} is not installed")
 
 
 @pytest.fixture(scope="module")
 def for_the_system(finland, tmp_path_factory):
     """A database for the PROJ of the system's own programs, and what names it."""
+    if not SYSTEM_DATABASE.exists():
+        pytest.skip(f"the system has no PROJ of its own ({SYSTEM_DATABASE})")
     folder = tmp_path_factory.mktemp("system")
     done = es.publish(finland[-1], "YKJ", folder, **PAIR, proj_db=SYSTEM_DATABASE)
     return done, {**os.environ, "PROJ_AUX_DB": str(done.database)}
@@ -245,7 +247,7 @@ application.exitQgis()
 
 
 def has_qgis():
-    if not QGIS_PYTHON.exists() or not SYSTEM_DATABASE.exists():
+    if not QGIS_PYTHON.exists():
         return False
     known = [QGIS_PYTHON, "-c", "import qgis.core"]
     return subprocess.run(known, capture_output=True, check=False).returncode == 0
