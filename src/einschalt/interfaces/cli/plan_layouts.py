@@ -57,15 +57,19 @@ def search(asked: Asked) -> Answer:
     return Answer(
         "\n\n".join(parts),
         lambda: {"plans": found.plans, **tables_of_layout(checked.expected)},
-        lambda: figures_of(found, checked),
+        lambda: figures_of(found, checked, _without_shift(checked.expected)),
         scales_of(checked.plan),
         headline=headline_of(checked),
     )
 
 
-def figures_of(found, checked):
-    """Draw the plans of a search, and the precision of the one that was checked."""
-    return {**_figure_of(found, checked), "precision_map": _map_of(checked.expected)}
+def figures_of(found, checked, unshifted=None):
+    """Draw the plans of a search, and the precision of the one that was checked.
+
+    ``unshifted``: the same layout without shifted coverages, if there is one.
+    """
+    precision_map = _map_of(checked.expected, unshifted)
+    return {**_figure_of(found, checked), "precision_map": precision_map}
 
 
 def headline_of(checked):
@@ -228,12 +232,10 @@ def _without_shift(expected):
     return expect_precision(replace(expected.design, coverage_shift=0.0))
 
 
-def _map_of(expected, unshifted=None):
+def _map_of(expected, unshifted):
     # imported when figures are drawn: matplotlib takes its time
     from einschalt.interfaces.reports.precision_map_figure import precision_map_figure  # noqa: PLC0415
 
-    if unshifted is None:
-        unshifted = _without_shift(expected)
     return precision_map_figure(expected, unshifted)
 
 
