@@ -1,0 +1,74 @@
+"""Costs of plans over an area: as its border makes them, and none cheaper is missed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from einschalt.pipeline.planning.area import recommended
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.flight_plan import flight_plan
+from einschalt.pipeline.planning.area.layout import lay_out
+from einschalt.pipeline.planning.check import design_of
+from einschalt.pipeline.planning.search import PlanChoices, PlanFrame, find_plans
+
+AREAS = {
+    "small": shapely.box(0.0, 0.0, 5000.0, 2900.0),
+    "angle": shapely.Polygon(
+        [(0, 0), (9000, 0), (9000, 3000), (4000, 3000), (4000, 8000), (0, 8000)]
+    ),
+}
+CHOICES = PlanChoices(
+    scale_number=(6800, 8100, 9500, 11200),
+    spacing=(250,),
+    m_g_um=(10,),
+    n_coverages=(2, 3),
+)
+TARGET = 0.05
+
+
+@pytest.fixture(scope="module", params=AREAS)
+def area(request):
+    return FlightArea(AREAS[request.param])
+
+
+def test_the_estimate_is_what_layouts_over_the_area_take(area):
+    frame = recommended.frame_over(area, PlanFrame())
+    found = find_plans(TARGET, CHOICES, frame).feasible
+    layouts = ["scale_number", "high_scale_number", "control_per_model", "n_coverages"]
+    ratios = []
+    for _, plan in found.drop_duplicates(layouts).head(8).iterrows():
+        design = recommended._over(area, design_of(plan, frame), np.inf)
+        flown = flight_plan(lay_out(area, design), plan, frame)
+        of_item = flown.effort.set_index("item")["amount"] / area.square_km
+        costs = plan["cost"], flown.cost / area.square_km
+        ratios.append([plan["images"] / of_item["image"], np.divide(*costs)])
+    # whole strips and models: an area of 15 km² takes some 50 images
+    away = np.abs(np.array(ratios) - 1.0)
+    assert (np.median(away, axis=0) < 0.12).all()
+    assert away.max() < 0.25
+    endless = find_plans(TARGET, CHOICES, replace(frame, extent=None)).plans
+    assert endless["cost"].min() < 0.9 * found["cost"].min()
+
+
+def test_no_plan_that_is_asked_for_by_itself_is_cheaper(area):
+    frame = recommended.frame_over(area, PlanFrame())
+    best = recommended.plan_area(area, find_plans(TARGET, CHOICES, frame), frame)
+    assert best.is_recommended
+    cheapest, n_kept = np.inf, 0
+    for scale in CHOICES.scale_number:
+        for ratio in (1.5, 1.875, 2.5):
+            alone = replace(
+                CHOICES,
+                scale_number=(scale,),
+                high_over_low=(ratio,),
+                n_coverages=(2,),
+                control_per_model=(5,),
+            )
+            plan = recommended.plan_area(area, find_plans(TARGET, alone, frame), frame)
+            if plan.is_recommended:
+                n_kept += 1
+                cheapest = min(cheapest, plan.flown.cost)
+    assert n_kept > 2
+    assert best.flown.cost <= cheapest
