@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import time
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -43,6 +44,15 @@ def test_results_are_compared_point_by_point(visit, results, good_result):
     page = visit(results).get("/compare?a=first&b=second").text
     assert found.verdict in page
     assert page.count('class="vector"') == len(good_result.points)  # and its scale
+
+
+def test_results_of_different_blocks_say_so_first(results, good_result, tmp_path):
+    other = es.densify(replace(good_result.block, name="Other"))
+    write_result(other, tmp_path / "other")
+    found = compare(results / "first", tmp_path / "other")
+    name = good_result.block.name
+    assert found.verdict.startswith(f"Different blocks, {name} and Other: ")
+    assert not compare(results / "first", results / "second").verdict.startswith("Diff")
 
 
 def test_what_is_no_result_is_not_compared(visit, results, tmp_path):

@@ -63,7 +63,7 @@ def compare(first, second) -> Comparison:
     columns, rows = _largest(moved.head(MOST_POINTS))
     return Comparison(
         figures=_figures(facts["figures"], other_facts["figures"]),
-        verdict=_verdict(moved["total"]),
+        verdict=f"{_of_two_blocks(facts, other_facts)}{_verdict(moved['total'])}",
         remarks=_remarks(facts, other_facts, len(points), len(other_points), len(both)),
         apart=_apart(moved["total"]),
         columns=columns,
@@ -121,11 +121,14 @@ def _verdict(total):
     )
 
 
+def _of_two_blocks(facts, other):
+    """Warn of results that are not of one block: their points may share names alone."""
+    first, second = (printable(one["block"]["name"]) for one in (facts, other))
+    return "" if first == second else f"Different blocks, {first} and {second}: "
+
+
 def _remarks(facts, other, n_first, n_second, n_both):
     remarks = []
-    if facts["block"]["name"] != other["block"]["name"]:
-        names = [printable(one["block"]["name"]) for one in (facts, other)]
-        remarks.append(f"These are different blocks: {names[0]} and {names[1]}.")
     for which, n_alone in (("first", n_first - n_both), ("second", n_second - n_both)):
         if n_alone:
             remarks.append(f"{count(n_alone, 'point')} in the {which} result alone.")
