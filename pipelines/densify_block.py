@@ -1,4 +1,4 @@
-"""The five stages of a block, one line each: from two flights to coordinates.
+"""The five stages of a block, one call each: from two flights to coordinates.
 
 ``es.densify(block)`` does the same in one call, keeps check points out of every
 adjustment, and gives a report.

@@ -1,6 +1,7 @@
-"""A real block: five photographs of Strasbourg, oriented and brought to the ground.
+"""A real block: five photographs of Strasbourg, oriented and transformed to the ground.
 
-The models come from image coordinates, and go straight onto surveyed control.
+The models are formed from image coordinates and transformed directly onto surveyed
+control.
 """
 
 import einschalt as es

@@ -1,8 +1,9 @@
 """Finsterwalder's 25 repetitions: one pair of photographs, oriented again and again.
 
-In 1932 the spread of 25 orientations agreed only roughly with the errors of least
-squares; but the pair had been oriented optically and mechanically. Bachmann computed
-such a procedure's own errors, and found that repeating it does not clear the model.
+In 1932 the spread of 25 orientations agreed only roughly with the standard errors of
+least squares. The pair, however, had been oriented optically and mechanically. Bachmann
+computed the errors of such a procedure, and found that repeating it does not clear the
+model of parallaxes.
 """
 
 import numpy as np

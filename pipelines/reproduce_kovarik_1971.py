@@ -1,6 +1,7 @@
-"""Kovarik 1971 recomputed: every number of the text, what the print allows, and ours.
+"""Kovarik 1971 recomputed: every number of the text, the range it allows, and ours.
 
-His diagrams are lost as pictures. Where we disagree, the reason stands below.
+His diagrams are not available as pictures. If our number differs, the output gives the
+reason.
 """
 
 import textwrap

@@ -1,4 +1,4 @@
-"""Truth against claim: how far a simulated block is out, and what is said of it."""
+"""True and stated precision of a simulated block, by three estimates."""
 
 import numpy as np
 
