@@ -161,6 +161,12 @@ def test_what_is_to_be_typed_stays_as_the_program_reads_it():
             "'10009,370' hat ein Dezimalkomma"
         )
         assert retold("Write 10009.370") == "10009.370 schreiben"
+        # nor does what stands in a file look otherwise
+        asked = (
+            "y '13.000': is it 13.000 or 13000? The table has decimal commas, and its "
+            "points may part thousands"
+        )
+        assert retold(asked).startswith("y „13.000“: ist das ")
 
 
 def test_figures_have_a_decimal_comma_and_groups_in_german():

@@ -269,6 +269,26 @@ def _word_in(name, unit):
     return None if is_other else folded(name[: said.start()])
 
 
+def in_other_unit(names, schema, name):
+    """Column that is called as one of the schema's, but has another unit.
+
+    Its name and that unit; None where there is none.
+
+    >>> from einschalt.foundations.tables import CONTROL_POINTS
+    >>> in_other_unit(["Nr", "Rechtswert [cm]"], CONTROL_POINTS, "easting")
+    ('Rechtswert [cm]', 'cm')
+    """
+    unit = next(column.unit for column in schema.columns if column.name == name)
+    for one in names:
+        said = UNIT.search(one)
+        if said is None or _word_in(one, unit) is not None:
+            continue
+        word = folded(one[: said.start()])
+        if word == folded(name) or (name, word) in COLUMN_WORDS:
+            return one, said[1].strip()
+    return None
+
+
 def _letters(names, rest, schema, taken):
     """Positions of a Y and an X that stand for the plane coordinates."""
     has_plane = any(name in names or name in taken for name in PLANE)

@@ -18,26 +18,31 @@ POINT = r"^[+-]?[\d,]*\.\d*([eE][+-]?\d+)?$"
 
 @dataclass(frozen=True)
 class Commas:
-    """What the commas of a table are: ``decimal``, ``open`` or ``none``."""
+    """What the commas of a table are: ``decimal``, ``open``, ``mixed`` or ``none``."""
 
     meaning: str
-    column: str = ""  # where the first comma of two meanings stands
+    # where the first comma of two meanings stands, or the first of a few points
+    column: str = ""
     place: int = 0
     text: str = ""
+    n_points: int = 0  # numbers with a decimal point in a column of decimal commas
 
 
 def meaning_of_commas(columns) -> Commas:
     """Tell what commas mean in columns of numbers as text.
 
     ``columns``: arrow arrays of text, without blanks around it, by name. ``none`` where
-    there are no decimal commas, or points in the same column: single values are faults
-    then. Points in another column speak only against commas of two meanings.
+    there are no decimal commas, or more points in the same column: single values are
+    faults then. ``mixed`` where a few points stand in a column of decimal commas.
+    Points in another column speak only against commas of two meanings.
 
     >>> import pyarrow as pa
     >>> meaning_of_commas({"x": pa.array(["12,5", "7,250"])}).meaning
     'decimal'
     >>> meaning_of_commas({"x": pa.array(["1,234", "7"])}).meaning
     'open'
+    >>> meaning_of_commas({"x": pa.array(["12,5", "7,25", "3.5"])}).text
+    '3.5'
     """
     first = None
     is_proven = has_points = False
@@ -46,16 +51,27 @@ def meaning_of_commas(columns) -> Commas:
         has_commas = pc.any(is_comma, min_count=0).as_py()
         has_own = _has_points(texts)
         has_points |= has_own
-        if has_commas and has_own:
-            return Commas("none")
         is_open = pc.match_substring_regex(texts, OF_TWO_MEANINGS)
-        is_proven |= bool(pc.any(pc.and_not(is_comma, is_open), min_count=0).as_py())
+        is_certain = pc.and_not(is_comma, is_open)
+        if has_commas and has_own:
+            return _of_most(name, texts, is_certain)
+        is_proven |= bool(pc.any(is_certain, min_count=0).as_py())
         if first is None and pc.any(is_open, min_count=0).as_py():
             place = pc.index(is_open, True).as_py()
             first = Commas("open", name, place, texts[place].as_py())
     if is_proven:
         return Commas("decimal")
     return Commas("none") if has_points or first is None else first
+
+
+def _of_most(name, texts, is_certain):
+    """Which sign is the exception in a column that has both."""
+    is_point = pc.match_substring_regex(texts, POINT)
+    n_points = pc.sum(is_point).as_py()
+    if pc.sum(is_certain).as_py() <= n_points:
+        return Commas("none")
+    place = pc.index(is_point, True).as_py()
+    return Commas("mixed", name, place, texts[place].as_py(), n_points)
 
 
 def point_of_two_meanings(columns):

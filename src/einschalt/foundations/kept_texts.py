@@ -41,6 +41,8 @@ JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) 
 LETTERS = {True: 4, False: 12}
 TYPED = "Write "
 LENGTH = re.compile(r"\d+(\.\d+)? (km|m|cm|mm|µm)")
+# what is quoted stands in a file, or is to be found as it is written
+QUOTED = re.compile(r"'\{(\w+)\}'")
 QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
 
 
@@ -90,9 +92,12 @@ def _recognised(name, text):
     filled = str if text.startswith(TYPED) else _again
     if limits := RANGE.fullmatch(text):
         return _range_text(**limits.groupdict())
-    for pattern, message in _patterns(name):
+    for pattern, message, quoted in _patterns(name):
         if found := pattern.fullmatch(text):
-            parts = {place: filled(part) for place, part in found.groupdict().items()}
+            parts = {
+                place: part if place in quoted else filled(part)
+                for place, part in found.groupdict().items()
+            }
             numbered = sorted(place for place in parts if place.startswith("_"))
             return message.format(*map(parts.get, numbered), **parts)
     return None
@@ -121,12 +126,25 @@ def _again(part):
 def _patterns(name):
     """Messages with places as patterns of their English text, the longest first."""
     known = [
-        (_pattern(english), german, len(re.sub(r"\{.*?\}", "", english)))
+        (
+            _pattern(english),
+            german,
+            _quoted(english),
+            len(re.sub(r"\{.*?\}", "", english)),
+        )
         for english, german in catalogue(name)._catalog.items()
         if isinstance(english, str) and "{" in english and _is_told_by_text(english)
     ]
-    known.sort(key=lambda entry: -entry[2])
-    return [(pattern, message) for pattern, message, _ in known]
+    known.sort(key=lambda entry: -entry[-1])
+    return [entry[:-1] for entry in known]
+
+
+def _quoted(message):
+    return {_group(place) for place in QUOTED.findall(message)}
+
+
+def _group(place):
+    return f"_{place}" if place.isdecimal() else place
 
 
 def _places(message):
@@ -156,7 +174,7 @@ def _pattern(message):
         parts.append(re.escape(literal))
         if place is None:
             continue
-        group = f"_{place}" if place.isdecimal() else place
+        group = _group(place)
         if group in seen:
             parts.append(f"(?P={group})")
         elif spec:

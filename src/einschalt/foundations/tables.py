@@ -14,6 +14,7 @@ import pandas as pd
 
 from einschalt.foundations import cell_values
 from einschalt.foundations.arguments import described
+from einschalt.foundations.column_words import in_other_unit
 from einschalt.foundations.errors import EinschaltError, TableError, name_some
 from einschalt.foundations.key_columns import may_repeat, row_codes
 from einschalt.foundations.names import Coded, encode
@@ -293,6 +294,16 @@ def _check_columns(frame, schema, source):
 
 
 def _missing_column(name, names, schema, source, header):
+    other = in_other_unit(names, schema, name)
+    if other is not None:
+        unit = next(column.unit for column in schema.columns if column.name == name)
+        return TableError(
+            f"column '{name}' is missing; '{other[0]}' is in {other[1]}",
+            expected=unit,
+            remedy="Give it in that unit, or correct its name if that is wrong",
+            file=source,
+            row=header,
+        )
     spare = {n.casefold(): n for n in reversed(names) if n not in schema.names}
     near = get_close_matches(name, spare, n=1)
     mend = f"Rename '{spare[near[0]]}' to '{name}'" if near else f"Add it as '{name}'"

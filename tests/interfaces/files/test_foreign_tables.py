@@ -238,6 +238,21 @@ def test_points_beside_decimal_commas_are_asked_about(tmp_path, row, said):
         assert frame["northing"].astype(float).tolist() == [1.234, 0.5]
 
 
+@pytest.mark.parametrize("said", [Said(), Said(decimal=",")])
+def test_a_few_points_among_decimal_commas_are_named_by_their_row(tmp_path, said):
+    rows = "".join(f"A{k};{k},25;{k},5\n" for k in range(30))
+    text = f"point_id;easting;northing\n{rows}B;31.25;7,5\nC;32,25;8,5\nD;33.5;9,5\n"
+    with pytest.raises(TableError) as error:
+        read_text(tmp_path, text, said)
+    assert error.value.row == 32
+    assert error.value.found.startswith("easting '31.25' has a point")
+    assert error.value.found.endswith("in 2 rows")
+    # where points are the most, each comma is a fault of its own
+    one = text.replace(",", ".").replace("12.25", "12,25")
+    (fault,) = check_table(read_text(tmp_path, one).frame, CONTROL_POINTS).problems
+    assert fault.row == 14
+
+
 def test_two_columns_that_could_be_meant_are_asked_about(tmp_path):
     text = "Punktnr;Rechtswert;Ostwert;Hochwert\nA;1.0;2.0;3.0\n"
     with pytest.raises(TableError, match="'Rechtswert' and 'Ostwert' could both be"):
@@ -261,6 +276,9 @@ def test_new_points_are_no_control_and_other_kinds_of_kinds_no_roles(tmp_path):
 def test_a_length_in_another_unit_is_not_taken_for_metres(tmp_path):
     frame = read_text(tmp_path, "Nr;Rechtswert [mm];Hochwert [m]\nA;1.0;2.0\n").frame
     assert list(frame) == ["point_id", "Rechtswert [mm]", "northing"]
+    (fault,) = check_table(frame, CONTROL_POINTS).problems
+    assert fault.found == "column 'easting' is missing; 'Rechtswert [mm]' is in mm"
+    assert fault.expected == "metres"
     feet = LETTERS.replace("Y;X", "Y [ft];X [ft]")
     assert list(read_text(tmp_path, feet).frame) == ["point_id", "Y [ft]", "X [ft]"]
     metres = read_text(tmp_path, feet.replace("ft", "m"), Said(crs=AUSTRIA)).frame

@@ -106,6 +106,8 @@ def _with_points(frame, schema, said, source):
     if said.decimal == POINT:
         return frame, None
     commas = meaning_of_commas(texts)
+    if commas.meaning == "mixed":
+        raise _few_points(frame, commas, source)
     if commas.meaning == "open" and said.decimal is None:
         raise _question_of_commas(frame, commas, source)
     if commas.meaning == "decimal" or said.decimal == COMMA:
@@ -148,6 +150,17 @@ def _refuse_thousands(frame, texts, source):
         "for them",
         file=source,
         row=_line(frame, place),
+    )
+
+
+def _few_points(frame, commas, source):
+    return TableError(
+        f"{commas.column} '{commas.text}' has a point where most numbers of the column "
+        f"have decimal commas, in {count(commas.n_points, 'row')}",
+        expected="one decimal sign in a column",
+        remedy="Write a comma for it, or take it out if it parts thousands",
+        file=source,
+        row=_line(frame, commas.place),
     )
 
 
