@@ -26,8 +26,11 @@ def test_a_folder_has_the_covariance_of_each_point_alone(
     assert full.exit_code == 0, full.output
     assert "full covariance" in full.stdout
     lost = tmp_path / "out" / "points.csv"
-    refused = invoke("export", tmp_path / "out", "--to", lost, "--overwrite")
+    first = tmp_path / "first.gkf"
+    refused = invoke("export", tmp_path / "out", "--to", first, lost, "--overwrite")
     assert refused.exit_code == 2
+    assert "first.gkf" in refused.stdout  # what was written before is said
+    assert first.exists()
 
 
 def test_three_files_of_an_office_become_a_drawing_in_three_commands(

@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -82,6 +83,11 @@ def export(
     EinschaltError
         A format is not known or cannot hold the result, or a file is there already.
     """
+    return list(each_exported(result, *files, overwrite=overwrite))
+
+
+def each_exported(result, *files, overwrite=False) -> Iterator[Exported]:
+    """Write as :func:`export` does, and give each file as soon as it is there."""
     writers = [(as_path("file", file), writer_of(file)) for file in files]
     if not writers:
         raise SettingsError(
@@ -92,7 +98,8 @@ def export(
     handed, inputs = _handed_over(result)
     source = Source("export", handed.name, tuple(inputs))
     output = Output(source, frozenset(), InputFiles(inputs), overwrite)
-    return [_written(handed, path, write, output) for path, write in writers]
+    for path, write in writers:
+        yield _written(handed, path, write, output)
 
 
 def writer_of(file):

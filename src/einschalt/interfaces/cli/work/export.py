@@ -5,8 +5,7 @@ from einschalt.interfaces import python_api
 from einschalt.interfaces.cli.exits import print_out
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
-from einschalt.interfaces.programs.export import export as export_result
-from einschalt.interfaces.programs.export import writer_of
+from einschalt.interfaces.programs.export import each_exported, writer_of
 
 
 def export(result, more, files, *, overwrite=False):
@@ -16,7 +15,7 @@ def export(result, more, files, *, overwrite=False):
         writer_of(file)
     if files and (result / BLOCK_FILE).is_file():
         result = python_api.densify(python_api.read_block(result))
-    for written in export_result(result, *files, overwrite=overwrite):
+    for written in each_exported(result, *files, overwrite=overwrite):
         report(written.path)
         print_out(written.path)
         for note in written.notes:
