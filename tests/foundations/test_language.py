@@ -203,6 +203,7 @@ def test_an_unknown_language_is_refused():
 # modules whose errors the commands of IN_OTHER_LANGUAGES show
 TOLD = (
     *("pipeline/planning", "pipeline/simulation", "interfaces/new_block"),
+    *("interfaces/local_page", "interfaces/programs"),
     *("interfaces/publication", "stages/triangulated_transformation.py"),
     *("stages/gridded_transformation.py", "interfaces/files/area_files.py"),
     *("interfaces/files/height_files.py", "interfaces/programs/export.py"),

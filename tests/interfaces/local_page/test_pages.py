@@ -6,6 +6,7 @@ import shutil
 import time
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -158,6 +159,34 @@ def test_maps_show_every_point_where_it_lies():
     assert drawing.count('class="control"') == 1
     still = points.assign(d_easting=0.0, d_northing=0.0, total=0.0)
     assert "nan" not in vectors(still)
+
+
+def test_no_vector_is_cut_at_the_edge_of_its_map():
+    """A point at the left that moved west by what nobody else did."""
+    places = [(0.0, 0.0), (0.0, 100.0), (100.0, 0.0), (100.0, 100.0)]
+    moves = [(-1.0, -1.0), (0.0, 1.0), (1.0, 0.0), (0.0, 0.0)]
+    moved = pd.DataFrame(places, columns=["easting", "northing"])
+    moved[["d_easting", "d_northing"]] = moves
+    moved["total"] = np.hypot(moved["d_easting"], moved["d_northing"])
+    drawing = vectors(moved)
+    box = re.search(r'viewBox="([^"]*)"', drawing)[1]
+    left, above, width, height = map(float, box.split())
+    ends = re.findall(r"M([-\d.]+) ([-\d.]+)l([-\d.]+) ([-\d.]+)", drawing)
+    assert len(ends) == len(moved)
+    x, y, dx, dy = np.array(ends, dtype=float).T
+    assert left <= (x + dx).min() < 40.0  # beyond the points
+    assert (x + dx).max() <= left + width
+    assert above <= (y + dy).min()
+    below = float(re.search(r"M40 ([\d.]+)h", drawing)[1])
+    assert (y + dy).max() < below < above + height  # the scale stands below all
+
+
+def test_a_start_without_a_block_is_refused(visit, root):
+    visitor = visit(root)
+    answer = visitor.post("/start", {})
+    assert answer.status == 404
+    assert "holds no block.toml" in answer.text
+    assert list(root.iterdir()) == []
 
 
 def test_many_blocks_fill_a_table(visit, root, make_block):

@@ -45,7 +45,7 @@ RUBBISH_WORTH_A_LOOK = 50_000
 # commands whose output is not English alone; the others keep to one language
 IN_OTHER_LANGUAGES = (
     *("densify", "demo", "batch", "check", "plan", "init", "explain", "simulate"),
-    *("completion", "export", "transform", "publish"),
+    *("completion", "export", "transform", "publish", "serve", "orient", "convert"),
 )
 KINDS_TO_PRINT = (str, bool, int, float, os.PathLike)
 NO_MEMORY = (

@@ -3,6 +3,14 @@
 from urllib.parse import urlencode
 
 from einschalt.foundations.display_names import printable
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import (
+    figure,
+    language,
+    mark,
+    mark_each,
+    translated,
+)
 from einschalt.foundations.typesetting import MISSING, length, seconds
 from einschalt.interfaces.batch.block_search import find_blocks, name_blocks
 from einschalt.interfaces.local_page.pages import (
@@ -17,8 +25,13 @@ from einschalt.interfaces.local_page.refusals import OutsideError
 from einschalt.interfaces.local_page.rooted_paths import is_name
 from einschalt.interfaces.local_page.session import RESULTS, Place
 
-COLUMNS = ("block", "outcome", "points", "to believe", "claim", "suspects", "time")
-WAITING = "waiting"
+COLUMNS = (
+    *(mark("block"), mark("outcome"), mark("points"), mark("to believe")),
+    *(mark("stated precision"), mark("suspects"), mark("time")),
+)
+WAITING = mark("waiting")
+OUTCOMES = mark_each({"done": "done", "skipped": "skipped", "failed": "failed"})
+CLAIMS = mark_each({True: "supported", False: "not supported", None: "not tested"})
 
 
 @said
@@ -63,6 +76,7 @@ async def start_batch(request):
     blocks, _ = await worked(_blocks, place, folder)
     folders = [str(one) for one in blocks.values()]
     question = {"kind": "batch", "blocks": folders, "output": str(folder)}
+    question["language"] = language()
     path = session.root.name(folder)
     links = {"back": f"/batch?{place.query}", "output": path, "names": list(blocks)}
     return to(f"/run/{session.runs.start(question, place.title, links).number}")
@@ -77,18 +91,17 @@ def rows_of(run):
 def _row(run, name):
     row = run.rows.get(name)
     if row is None:
-        text = WAITING if run.state == "running" else MISSING
+        text = translated(WAITING) if run.state == "running" else MISSING
         return {"cells": [printable(name), text], "link": "", "said": ""}
     is_failed = row["outcome"] == "failed"
     claim = row.get("claim_is_supported")
-    stands = {True: "stands", False: "does not stand", None: "not tested"}[claim]
     took = row.get("seconds")
     cells = [
         printable(name),
-        row["outcome"],
+        translated(OUTCOMES[row["outcome"]]),
         _whole(row.get("n_points")),
         length(row.get("standard_error_credible")),
-        MISSING if is_failed else stands,
+        MISSING if is_failed else translated(CLAIMS[claim]),
         _whole(row.get("n_suspects")),
         MISSING if took is None else seconds(took),
     ]
@@ -97,9 +110,11 @@ def _row(run, name):
     return {
         "cells": cells,
         "link": "" if is_failed else f"/result?{address}",
-        "said": " ".join(f"{printable(text).rstrip('.')}." for text in said if text),
+        "said": " ".join(
+            f"{printable(retold(text)).rstrip('.')}." for text in said if text
+        ),
     }
 
 
 def _whole(value):
-    return MISSING if value is None else f"{value:.0f}"
+    return MISSING if value is None else figure(value, ".0f")

@@ -6,7 +6,9 @@ from urllib.parse import urlencode
 from starlette.responses import FileResponse, JSONResponse
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, scale
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, language, mark_each, translated
+from einschalt.foundations.typesetting import scale
 from einschalt.interfaces.local_page import batch_pages, words
 from einschalt.interfaces.local_page.pages import form_of, page, said, to, worked
 from einschalt.interfaces.local_page.problem_rows import MOST_SHOWN, problems_by_file
@@ -20,6 +22,7 @@ REPORT_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; "
     "style-src 'unsafe-inline'; script-src 'unsafe-inline'; frame-ancestors 'self'"
 )
+FLIGHTS = mark_each({"high_flight": "High flight", "low_flight": "Low flight"})
 CHOICES = {"method": words.METHODS, "outliers": words.OUTLIERS}
 
 
@@ -62,13 +65,17 @@ async def block_page(request):
     """What is wrong with a block; where nothing is, how it is to be computed."""
     session = request.app.state.session
     place = session.place(request.query_params)
+    _require_block(place)
+    return page("block", session=session, **await worked(_checked, place))
+
+
+def _require_block(place):
     if place.kind != "block":
         raise MissingError(
             f"{place.title} holds no block.toml",
             expected="the folder of a block",
             remedy="Open the folder that has one, or make one of its tables",
         )
-    return page("block", session=session, **await worked(_checked, place))
 
 
 def _checked(place):
@@ -83,7 +90,8 @@ def _checked(place):
         "conclusion": conclusion(found),
         "problems": problems_by_file(found.problems, place),
         "models": problems_by_file(found.model_problems, place),
-        "notes": [printable(note) for note in found.notes],
+        "notes": [printable(retold(note)) for note in found.notes],
+        "n_models": len(found.model_problems),
         "n_hidden": n_hidden,
         "facts": [] if found.block is None else _facts(found.block),
         "is_sound": not found.problems,
@@ -94,18 +102,27 @@ def _checked(place):
 
 def _facts(block):
     """What a block holds, in words."""
-    facts = [("System", block.crs or "none")]
+    facts = [(translated("System"), block.crs or translated("none"))]
     if block.control_points is not None:
-        n_control = len(block.control_points)
-        facts.append(("Control", count(n_control, "point")))
+        facts.append((translated("Control"), _control(block.control_points)))
     for name, flight in block.flights.items():
         points = flight.model_points
-        said = [scale(flight.scale_number), f"m_g {flight.m_g_um:g} µm"]
+        said = [scale(flight.scale_number), f"m_g {figure(flight.m_g_um, 'g')} µm"]
         if points is not None:
             keys = [key for key in ("coverage", "model_id") if key in points]
-            said.append(count(points[keys].drop_duplicates().shape[0], "model"))
-        facts.append((name.replace("_", " ").capitalize(), ", ".join(said)))
+            n_models = len(points[keys].drop_duplicates())
+            said.append(translated("{n:model|models}", n=n_models))
+        facts.append((translated(FLIGHTS[name]), ", ".join(said)))
     return [(name, printable(fact)) for name, fact in facts]
+
+
+def _control(points):
+    """How many there are of each role."""
+    n_check = int((points["role"] == "check").sum())
+    said = [translated("{n:point|points}", n=len(points) - n_check)]
+    if n_check:
+        said.append(translated("{n:check point|check points}", n=n_check))
+    return ", ".join(said)
 
 
 @said
@@ -114,6 +131,7 @@ async def start(request):
     session = request.app.state.session
     form = await form_of(request)
     place = session.place(form)
+    _require_block(place)
     await worked(place.require_own_files)
     output = form.get("output") or place.usual_output()
     folder = session.root.find(output, is_new=True)
@@ -122,6 +140,7 @@ async def start(request):
         "block": str(place.folder),
         "output": str(folder),
         "given": _given(form),
+        "language": language(),
     }
     links = {
         "back": f"/block?{place.query}",

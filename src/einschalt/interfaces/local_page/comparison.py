@@ -6,24 +6,32 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import MISSING, count, length, length_column
+from einschalt.foundations.language import figure, mark, mark_each, translated
+from einschalt.foundations.typesetting import MISSING, length, length_column
 from einschalt.interfaces.batch.block_state import read_json
 from einschalt.interfaces.files.written_files import PROVENANCE, evidence_of
 from einschalt.interfaces.local_page.drawings import vectors
 from einschalt.interfaces.local_page.refusals import RefusedError
+from einschalt.interfaces.reports.html_report import role_text
 
 POINTS = "points.parquet"
 MOST_POINTS = 25
-FIGURES = {
-    "n_new": "new points",
-    "credible": "to believe, total",
-    "mean_total": "propagated, total",
-    "mean_paper": "after Kovarik’s budget, total",
-    "check_rms": "RMS at check points, total",
-    "control_rms": "RMS at control points, total",
-    "n_suspects": "suspects",
-}
+FIGURES = mark_each(
+    {
+        "n_new": "new points",
+        "credible": "to believe, total",
+        "mean_total": "propagated, total",
+        "mean_paper": "by Kovarik’s budget, total",
+        "check_rms": "RMS at check points, total",
+        "control_rms": "RMS at control points, total",
+        "n_suspects": "suspects",
+    }
+)
 COUNTS = ("n_new", "n_suspects")
+ALONE = (
+    mark("{n:point|points} in the first result alone."),
+    mark("{n:point|points} in the second result alone."),
+)
 
 
 @dataclass(frozen=True)
@@ -98,45 +106,53 @@ def _figures(first, second):
     for name, text in FIGURES.items():
         values = [figures.get(name) for figures in (first, second)]
         if values != [None, None]:
-            rows.append((text, *(_figure(name, value) for value in values)))
+            rows.append((translated(text), *(_figure(name, value) for value in values)))
     return rows
 
 
 def _figure(name, value):
     if value is None:
         return MISSING
-    return f"{value:.0f}" if name in COUNTS else length(value)
+    return figure(value, ".0f") if name in COUNTS else length(value)
 
 
 def _verdict(total):
     if not len(total):
-        return "No point is in both results."
-    largest = float(total.max())
+        return translated("No point is in both results.")
+    largest, n_both = float(total.max()), len(total)
     if largest == 0.0:
-        return f"{count(len(total), 'point')} in both results, at the same coordinates."
-    return (
-        f"{count(len(total), 'point')} in both results: half of them differ by less "
-        f"than {length(float(total.median()))}, the largest difference is "
-        f"{length(largest)} (total)."
+        same = mark("{n:point|points} in both results, at the same coordinates.")
+        return translated(same, n=n_both)
+    differ = mark(
+        "{n:point|points} in both results: half of them differ by less than {median}, "
+        "the largest difference is {largest} (total)."
     )
+    median = length(float(total.median()))
+    return translated(differ, n=n_both, median=median, largest=length(largest))
 
 
 def _of_two_blocks(facts, other):
     """Warn of results that are not of one block: their points may share names alone."""
     first, second = (printable(one["block"]["name"]) for one in (facts, other))
-    return "" if first == second else f"Different blocks, {first} and {second}: "
+    if first == second:
+        return ""
+    message = mark("Different blocks, {first} and {second}: ")
+    return translated(message, first=first, second=second)
 
 
 def _remarks(facts, other, n_first, n_second, n_both):
     remarks = []
-    for which, n_alone in (("first", n_first - n_both), ("second", n_second - n_both)):
+    for message, n_alone in zip(
+        ALONE, (n_first - n_both, n_second - n_both), strict=True
+    ):
         if n_alone:
-            remarks.append(f"{count(n_alone, 'point')} in the {which} result alone.")
+            remarks.append(translated(message, n=n_alone))
     settings, others = facts["settings"], other["settings"]
     for name in sorted({*settings, *others}):
         one, two = settings.get(name), others.get(name)
         if one != two:
-            remarks.append(f"{name}: {printable(one)}, then {printable(two)}.")
+            facts = {"name": name, "one": printable(one), "two": printable(two)}
+            remarks.append(translated("{name}: {one}, then {two}.", **facts))
     return remarks
 
 
@@ -145,10 +161,10 @@ def _apart(total):
         return []
     values = total.to_numpy(dtype=float)
     return [
-        (length(float(np.sqrt(np.mean(values**2)))), "RMS, total"),
-        (length(float(np.median(values))), "median"),
-        (length(float(np.quantile(values, 0.95))), "95 % are closer"),
-        (length(float(values.max())), "largest"),
+        (length(float(np.sqrt(np.mean(values**2)))), translated("RMS, total")),
+        (length(float(np.median(values))), translated("median")),
+        (length(float(np.quantile(values, 0.95))), translated("95 % are closer")),
+        (length(float(values.max())), translated("largest")),
     ]
 
 
@@ -157,8 +173,7 @@ def _largest(moved):
     unit, texts = length_column(np.concatenate(parts)) if len(moved) else ("cm", [])
     n_rows = len(moved)
     cells = [texts[k * n_rows : (k + 1) * n_rows] for k in range(3)]
-    names = (f"ΔE [{unit}]", f"ΔN [{unit}]", f"total [{unit}]")
-    rows = list(
-        zip(map(printable, moved["point_id"]), moved["role"], *cells, strict=True)
-    )
-    return ("point", "role", *names), rows
+    names = (f"ΔE [{unit}]", f"ΔN [{unit}]", translated("total [{unit}]", unit=unit))
+    roles = map(role_text, moved["role"])
+    rows = list(zip(map(printable, moved["point_id"]), roles, *cells, strict=True))
+    return (translated("point"), translated("role"), *names), rows

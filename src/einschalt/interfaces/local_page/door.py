@@ -9,6 +9,7 @@ from urllib.parse import parse_qs
 
 from starlette.responses import PlainTextResponse
 
+from einschalt.foundations.language import translated
 from einschalt.interfaces.local_page import words
 
 LOOPBACK = ("127.0.0.1", "::1")
@@ -110,7 +111,7 @@ class Door:
 
 
 def _said(status, text, headers=None):
-    return PlainTextResponse(f"{text}\n", status, headers)
+    return PlainTextResponse(f"{translated(text)}\n", status, headers)
 
 
 def _with_headers(send):

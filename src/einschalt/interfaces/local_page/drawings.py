@@ -2,11 +2,13 @@
 
 import numpy as np
 
+from einschalt.foundations.language import translated
 from einschalt.foundations.typesetting import length
 from einschalt.interfaces.reports.precision_colours import STEPS, error_range
 
 WIDTH, MARGIN = 720.0, 40.0  # of the drawing
 FOOT = 60.0
+ROOM = 4.0  # beside a vector
 HIGHEST = 720.0
 MOST_VECTORS = 2_000
 LONGEST = 40.0  # of a vector that is as 95 % of them
@@ -31,9 +33,8 @@ def precision_map(points, claim="standard_error_total"):
         f'width="{2 * side:.1f}" height="{2 * side:.1f}"/>'
         for px, py in zip(x[is_control], y[is_control], strict=True)
     ]
-    return _svg(
-        "Expected precision of the points", height, [*marks, *_key(low, high, height)]
-    )
+    title = translated("Expected precision of the points")
+    return _svg(title, (0.0, 0.0, WIDTH, height), [*marks, *_key(low, high, height)])
 
 
 def _key(low, high, height):
@@ -44,7 +45,11 @@ def _key(low, high, height):
         f'width="{width:.0f}" height="10"/>'
         for k in range(len(STEPS))
     ]
-    said = f"{length(low)} to {length(high)}, total; squares are control points"
+    said = translated(
+        "{low} to {high}, total; squares are control points",
+        low=length(low),
+        high=length(high),
+    )
     return [*boxes, f'<text x="{MARGIN:.0f}" y="{top + 36:.0f}">{said}</text>']
 
 
@@ -64,13 +69,24 @@ def vectors(moved):
         f'<path class="vector" d="M{px:.1f} {py:.1f}l{vx:.1f} {vy:.1f}"/>'
         for px, py, vx, vy in zip(x[shown], y[shown], dx[shown], dy[shown], strict=True)
     ]
+    ends_x, ends_y = x[shown] + dx[shown], y[shown] + dy[shown]
+    height = max(height, _most(ends_y, 0.0) + FOOT)  # its scale stands below all
     top = height - FOOT + 14.0
-    said = f"{length(usual)}: second minus first"
+    said = translated("{length}: second minus first", length=length(usual))
     marks += [
         f'<path class="vector" d="M{MARGIN:.0f} {top:.0f}h{LONGEST:.0f}"/>',
         f'<text x="{MARGIN + LONGEST + 10:.0f}" y="{top + 4:.0f}">{said}</text>',
     ]
-    return _svg("Differences of the points", height, marks)
+    # a vector at the edge may lead out of the map
+    left, right = -_most(-ends_x, 0.0), _most(ends_x, WIDTH)
+    above = -_most(-ends_y, 0.0)
+    box = (left, above, right - left, height - above)
+    return _svg(translated("Differences of the points"), box, marks)
+
+
+def _most(values, least):
+    """The largest value with some room, at least ``least``."""
+    return max(float(values.max(initial=-np.inf)) + ROOM, least)
 
 
 def _laid_out(points):
@@ -86,9 +102,10 @@ def _laid_out(points):
     return x, y, factor * high + 2.0 * MARGIN + FOOT
 
 
-def _svg(title, height, marks):
+def _svg(title, box, marks):
+    shown = " ".join(f"{number:.0f}" for number in box)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" role="img" '
-        f'aria-label="{title}" viewBox="0 0 {WIDTH:.0f} {height:.0f}">'
+        f'aria-label="{title}" viewBox="{shown}">'
         f"{''.join(marks)}</svg>"
     )

@@ -9,6 +9,7 @@ from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, SettingsError
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import read_crs
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.understood_tables import Said
@@ -55,7 +56,7 @@ async def take_file(request):
 
 def _refused(error):
     # what is left of the body is not read
-    return PlainTextResponse(str(error), error.status, {"connection": "close"})
+    return PlainTextResponse(told(error), error.status, {"connection": "close"})
 
 
 @said

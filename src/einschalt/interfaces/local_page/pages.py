@@ -10,12 +10,27 @@ from starlette.responses import HTMLResponse, RedirectResponse
 
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import BlockError, EinschaltError
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import DECIMAL_SIGN, language, translated
+from einschalt.foundations.told_errors import told
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page import words
 from einschalt.interfaces.local_page.refusals import RefusedError, TooLargeError
 
 MOST_OF_A_FORM = 2**16  # bytes
 AT_WORK = anyio.CapacityLimiter(2)  # pages that compute; others wait for their turn
+
+
+def plain_value(value):
+    """A value as a field of a form has it."""
+    return f"{value:g}" if isinstance(value, float) else printable(value)
+
+
+def shown_value(value):
+    """The same for people, with the decimal sign of the language."""
+    return plain_value(value).replace(".", DECIMAL_SIGN.get(language(), "."))
+
+
 TEMPLATES = jinja2.Environment(
     loader=jinja2.PackageLoader("einschalt.interfaces.local_page"),
     autoescape=True,
@@ -27,11 +42,12 @@ TEMPLATES.filters |= {
     "printable": printable,
     "metres": length,
     "number": number,
-    "words_of": lambda name: printable(name).replace("_", " "),
-    "plain_value": lambda value: (
-        f"{value:g}" if isinstance(value, float) else printable(value)
-    ),
+    "words_of": lambda name: translated(words.PARTS.get(name, printable(name))),
+    "plain_value": plain_value,
+    "shown_value": shown_value,
+    "retold": retold,
 }
+TEMPLATES.globals |= {"translated": translated, "language": language}
 OF_THE_REPORT = files("einschalt.interfaces.reports") / "page" / "page.css"
 STATIC = files("einschalt.interfaces.local_page") / "static"
 
@@ -92,7 +108,12 @@ def refused(request, messages, status):
 def messages_of(error):
     """Messages of an error, each a sentence or two."""
     problems = error.problems if isinstance(error, BlockError) else [error]
-    return [printable(" ".join(str(one).split())) for one in problems]
+    return [one_line(told(one)) for one in problems]
+
+
+def one_line(text):
+    """A message that stands in a page."""
+    return printable(" ".join(text.split()))
 
 
 @functools.cache

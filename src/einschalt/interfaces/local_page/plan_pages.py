@@ -6,6 +6,7 @@ from math import isfinite
 from starlette.responses import JSONResponse
 
 from einschalt.foundations.errors import EinschaltError
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page.drawings import precision_map
@@ -24,6 +25,14 @@ CAMERA = "film_wide"
 HALF_TO_TWICE = (0.5, 2.0)
 ANY_TARGET = 1.0  # of which nothing is asked here [m]
 CM = 1e-2
+WORK = mark_each(
+    {
+        "cost": "cost per km²",
+        "images": "images per km²",
+        "settings": "pointings per km²",
+        "control_points": "control points per km²",
+    }
+)
 ROUNDED = 1e-9
 
 
@@ -49,15 +58,15 @@ def sliders_of(camera):
     step = 100.0 if max(scales) >= 5_000.0 else 50.0
     return [
         Slider(
-            *("scale_number", "Scale of the low flight, 1:", ""),
+            *("scale_number", mark("Scale of the low flight, 1:"), ""),
             *(low * min(scales), high * max(scales), step, scales[1]),
         ),
         Slider(
-            *("high_over_low", "High flight, times that scale", ""),
+            *("high_over_low", mark("High flight, times that scale"), ""),
             *(1.25, 4.0, 0.125, 1.875),
         ),
         Slider(
-            *("spacing", "Distance of the points", "m"),
+            *("spacing", mark("Distance of the points"), "m"),
             *(
                 low * min(spacings),
                 high * max(spacings),
@@ -66,12 +75,12 @@ def sliders_of(camera):
             ),
         ),
         Slider(
-            *("m_g_um", "Error of one pointing, total", "µm"),
+            *("m_g_um", mark("Error of one pointing, total"), "µm"),
             *(round(0.4 * m_g, 1), round(3.0 * m_g, 1), 0.1, m_g),
         ),
-        Slider("n_settings", "Pointings of each point", "", 1, 4, 1, 1),
-        Slider("n_coverages", "Coverages", "", 1, 3, 1, 2),
-        Slider("control_cm", "Error of control, total", "cm", 0.5, 10, 0.5, 3),
+        Slider("n_settings", mark("Pointings of each point"), "", 1, 4, 1, 1),
+        Slider("n_coverages", mark("Coverages"), "", 1, 3, 1, 2),
+        Slider("control_cm", mark("Error of control, total"), "cm", 0.5, 10, 0.5, 3),
     ]
 
 
@@ -114,26 +123,29 @@ def figures_of(asked):
         plan, _ = _plan(camera, values)
     except EinschaltError as error:
         return {"figures": [], "said": " ".join(messages_of(error)), "is_plan": False}
-    shown = [("expected_mean", "expected, total (estimate)")]
+    shown = [("expected_mean", translated("expected, total (estimate)"))]
     if plan["n_coverages"] == 1:
         shown = [
-            ("expected_centre", "expected in the middle of a model (estimate)"),
-            ("expected_edge", "expected at its edge, total (estimate)"),
+            (
+                "expected_centre",
+                translated("expected in the middle of a model (estimate)"),
+            ),
+            ("expected_edge", translated("expected at its edge, total (estimate)")),
         ]
     figures = [(length(float(plan[name])), text) for name, text in shown]
-    figures.append(
-        (length(float(plan["reached_paper"])), "by the formula of 1971, total")
-    )
-    work = {
-        "cost": "cost per km²",
-        "images": "images per km²",
-        "settings": "pointings per km²",
-        "control_points": "control points per km²",
-    }
-    figures += [(number(float(plan[name])), text) for name, text in work.items()]
-    figures.append((f"{plan['high_flying_height']:.0f} m", "high flight above ground"))
+    by_formula = length(float(plan["reached_paper"]))
+    figures.append((by_formula, translated("by the formula of 1971, total")))
+    figures += [
+        (number(float(plan[name])), translated(text)) for name, text in WORK.items()
+    ]
+    height = figure(plan["high_flying_height"], ".0f")
+    figures.append((f"{height} m", translated("high flight above ground")))
     limit = plan["limited_by"]
-    text = f"It is limited by {LIMITS[limit]}. {REMEDIES[limit]}."
+    text = translated(
+        "It is limited by {limit}. {remedy}.",
+        limit=translated(LIMITS[limit]),
+        remedy=translated(REMEDIES[limit]),
+    )
     text = f"{_too_high(camera, plan)}{text}"
     return {"figures": figures, "said": text, "is_plan": True}
 
@@ -143,7 +155,10 @@ def _too_high(camera, plan):
     limit = CAMERAS[camera].max_height
     if limit is None or plan["high_flying_height"] <= limit * (1.0 + ROUNDED):
         return ""
-    return f"The high flight goes above the {limit:.0f} m that drones may usually fly. "
+    message = mark(
+        "The high flight goes above the {limit} m that drones may usually fly."
+    )
+    return f"{translated(message, limit=figure(limit, '.0f'))} "
 
 
 def map_of(asked):
@@ -151,17 +166,20 @@ def map_of(asked):
     plan, frame = _plan(*_values(asked))
     expected = expect_precision(design_of(plan, frame))
     figures = expected.figures
-    shown = {"mean of the coverages": figures.mean}
+    shown = {translated("mean of the coverages"): figures.mean}
     if plan["n_coverages"] == 1:
         shown = {
-            "middle of a model": figures.single_centre,
-            "its edge": figures.single_edge,
+            translated("middle of a model"): figures.single_centre,
+            translated("its edge"): figures.single_edge,
         }
     said = ", ".join(f"{length(float(v))} ({what})" for what, v in shown.items())
+    message = mark(
+        "On this layout the points will have {figures}, total: the errors of control "
+        "and of both flights, carried through every stage."
+    )
     return {
         "svg": precision_map(expected.points),
-        "said": f"On this layout the points will have {said}, total: the errors of "
-        "control and of both flights, carried through every stage.",
+        "said": translated(message, figures=said),
     }
 
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from itertools import islice
 
 from einschalt.foundations.display_names import printable, shortened
+from einschalt.foundations.told_errors import told
+from einschalt.interfaces.local_page.pages import one_line
 from einschalt.interfaces.local_page.refusals import RefusedError
 
 TEXTS = (".csv", ".txt", ".tsv")
@@ -105,7 +107,7 @@ def _message_in_row(problem):
 
 
 def _one_line(problem):
-    return printable(" ".join(str(problem).split()))
+    return one_line(told(problem))
 
 
 def _delimiter(header):

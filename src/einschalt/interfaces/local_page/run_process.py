@@ -17,6 +17,8 @@ import traceback
 from pathlib import Path
 
 from einschalt.foundations.errors import BlockError, EinschaltError, OutputError
+from einschalt.foundations.language import translated, written_in
+from einschalt.foundations.told_errors import told
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.files.input_files import checksum_or_none
@@ -45,7 +47,9 @@ def main():
     try:
         threading.Thread(target=_listen, daemon=True).start()
         if line:
-            _answer(json.loads(line), say)
+            question = json.loads(line)
+            with written_in(question["language"]):
+                _answer(question, say)
     except KeyboardInterrupt:  # before it began
         say(end="cancelled")
 
@@ -76,19 +80,19 @@ def _answer(question, say):
         say(end="failed", problems=_said(error))
     except Exception as error:  # noqa: BLE001 - it is the answer
         if lack_of_memory(error, "") is not None:
-            say(end="failed", problems=[words.NO_MEMORY])
+            say(end="failed", problems=[translated(words.NO_MEMORY)])
         elif isinstance(error, OSError):
             say(end="failed", problems=[f"{error.strerror or error}."])
         else:
             traceback.print_exc()  # for whoever mends it
-            say(end="failed", problems=[words.FAULT])
+            say(end="failed", problems=[translated(words.FAULT)])
     else:
         say(end="done")
 
 
 def _said(error):
     problems = error.problems if isinstance(error, BlockError) else [error]
-    return [str(_without_option(problem)) for problem in problems]
+    return [told(_without_option(problem)) for problem in problems]
 
 
 def _without_option(error):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from einschalt.foundations.language import mark, translated, written_in
 from einschalt.interfaces.files.atomic import remove_leftovers
 from einschalt.interfaces.files.folder_lock import LOCK
 from einschalt.interfaces.local_page import words
@@ -52,7 +53,7 @@ class Run:
         """What a page needs to show it."""
         return {
             "state": self.state,
-            "stage": words.STAGES.get(self.stage, self.stage),
+            "stage": translated(words.STAGES.get(self.stage, self.stage)),
             "fraction": self.fraction,
             "problems": self.problems,
         }
@@ -108,7 +109,8 @@ class Run:
             end = "cancelled"
         elif end is None:
             end = "failed"
-            self.problems = [words.ENDED.format(how=_how(code))]
+            with written_in(self.question["language"]):
+                self.problems = [translated(words.ENDED, how=_how(code))]
         if end != "done":
             self._tidy()
         is_batch = self.question["kind"] == "batch"
@@ -194,4 +196,5 @@ def _started():
 
 
 def _how(code):
-    return f"signal {-code}" if code < 0 else f"exit status {code}"
+    message = mark("signal {code}") if code < 0 else mark("exit status {code}")
+    return translated(message, code=abs(code))

@@ -10,6 +10,7 @@ from starlette.applications import Starlette
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
+from einschalt.foundations.language import language, translated
 from einschalt.interfaces.local_page import (
     batch_pages,
     block_pages,
@@ -23,9 +24,10 @@ from einschalt.interfaces.local_page.pages import refused, static_text
 from einschalt.interfaces.local_page.session import Session
 
 KINDS = {"css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
-LEAD_ON = """<!DOCTYPE html><html lang="en"><title>einschalt</title>
+LEAD_ON = """<!DOCTYPE html><html lang="{language}"><title>einschalt</title>
 <link rel="icon" href="/static/icon.svg">
-<meta http-equiv="refresh" content="0; url={}"><a href="{}">einschalt serve</a></html>
+<meta http-equiv="refresh" content="0; url={address}">
+<a href="{address}">einschalt serve</a></html>
 """
 
 
@@ -35,7 +37,7 @@ async def home(request):
     if KEY not in request.query_params:
         return await block_pages.folder_page(request)
     # not by a redirect: a browser that came from a file would leave the cookie out
-    answer = HTMLResponse(LEAD_ON.format("/", "/"))
+    answer = HTMLResponse(LEAD_ON.format(address="/", language=language()))
     options = {"httponly": True, "samesite": "strict", "path": "/"}
     answer.set_cookie(door.cookie, door.key, **options)
     return answer
@@ -46,7 +48,7 @@ async def static(request):
     name = request.path_params["name"]
     text = static_text(name)
     if text is None:
-        return PlainTextResponse(words.NOT_FOUND, 404)
+        return PlainTextResponse(translated(words.NOT_FOUND), 404)
     kind = KINDS.get(name.rpartition(".")[2], "text/plain")
     return Response(text, media_type=kind)
 
@@ -54,15 +56,15 @@ async def static(request):
 async def quit_page(request):
     """End the server after this answer."""
     request.app.state.end()
-    return PlainTextResponse("einschalt serve has ended; this page may be closed.\n")
+    return PlainTextResponse(f"{translated(words.ENDED_HERE)}\n")
 
 
 async def _not_found(request, _error):
-    return refused(request, [words.NOT_FOUND], 404)
+    return refused(request, [translated(words.NOT_FOUND)], 404)
 
 
 async def _fault(request, _error):
-    return refused(request, [words.FAULT], 500)
+    return refused(request, [translated(words.FAULT)], 500)
 
 
 def _routes():
@@ -169,13 +171,14 @@ def _listening(host, port):
 
 def _tell(session, address, say, opens):
     say(words.SERVING.format(folder=session.root.path))
-    say(words.ADDRESS.format(address=address))
-    say(words.HOW_TO_END)
+    say(translated(words.ADDRESS, address=address))
+    say(translated(words.HOW_TO_END))
     if not opens:
         return
     # other users see what a browser is started with: the key stands in a file
     start = session.folder / "start.html"
-    start.write_text(LEAD_ON.format(*[escape(address)] * 2), encoding="utf-8")
+    text = LEAD_ON.format(address=escape(address), language=language())
+    start.write_text(text, encoding="utf-8")
     start.chmod(0o600)
     with contextlib.suppress(webbrowser.Error):  # none is there: the address is printed
         webbrowser.open(start.as_uri())

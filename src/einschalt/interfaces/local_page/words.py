@@ -1,49 +1,81 @@
 """What the local page says beside its templates, in one place."""
 
-WRONG_HOST = (
+from einschalt.foundations.language import mark, mark_each
+
+WRONG_HOST = mark(
     "This page is served for this computer alone: open the address that einschalt "
     "serve has printed."
 )
-WRONG_ORIGIN = (
+WRONG_ORIGIN = mark(
     "This request comes from another page, and is refused: open the address that "
     "einschalt serve has printed."
 )
-NO_KEY = (
+NO_KEY = mark(
     "This page belongs to a session of einschalt serve: open the address that it has "
     "printed. Each start has an address of its own."
 )
-TOO_MANY_REQUESTS = "Too many requests at once: wait a moment, and load the page again."
-NOT_FOUND = "There is no such page."
-FAULT = "A fault of the program: the terminal of einschalt serve has what happened."
+TOO_MANY_REQUESTS = mark(
+    "Too many requests at once: wait a moment, and load the page again."
+)
+NOT_FOUND = mark("There is no such page.")
+FAULT = mark(
+    "A fault of the program: the terminal of einschalt serve has what happened."
+)
 
 SERVING = "einschalt serve: {folder}"
-ADDRESS = "Open {address}"
-HOW_TO_END = "Ctrl+C ends it; nothing leaves this computer."
+ADDRESS = mark("Open {address}")
+HOW_TO_END = mark("Ctrl+C ends it; nothing leaves this computer.")
+ENDED_HERE = mark("einschalt serve has ended; this page may be closed.")
 
-STAGES = {
-    "starting": "starting",
-    "cancelling": "cancelling",
-    "cancelled": "cancelled: nothing was written",
-    "batch cancelled": "cancelled: blocks that were done are whole",
-    "batch": "computing",
-    "done": "done",
-    "failed": "failed",
-}
-ENDED = "the process that computed it ended without an answer ({how})"
-NO_MEMORY = (
+STAGES = mark_each(
+    {
+        "starting": "starting",
+        "cancelling": "cancelling",
+        "cancelled": "cancelled: nothing was written",
+        "batch cancelled": "cancelled: blocks that were done are whole",
+        "batch": "computing",
+        "done": "done",
+        "failed": "failed",
+    }
+)
+ENDED = mark("the process that computed it ended without an answer ({how})")
+NO_MEMORY = mark(
     "There is not enough memory for this. Take fewer points of a model, or a computer "
     "with more memory."
 )
-METHODS = {
-    "": "as block.toml says",
-    "two_step": "two steps: high flight, then low flight",
-    "simultaneous": "all models in one adjustment",
-    "auto": "both, and the one that the measurements support",
-}
-OUTLIERS = {
-    "": "as block.toml says",
-    "keep": "are named, and kept",
-    "snoop": "are taken out, the worst first",
-    "huber": "get less weight (Huber)",
-    "tukey": "get less weight (Tukey)",
-}
+METHODS = mark_each(
+    {
+        "": "as block.toml says",
+        "two_step": "two steps: high flight, then low flight",
+        "simultaneous": "all models in one adjustment",
+        "auto": "both, and the one that the measurements support",
+    }
+)
+OUTLIERS = mark_each(
+    {
+        "": "as block.toml says",
+        "keep": "are named, and kept",
+        "snoop": "are taken out, the worst first",
+        "huber": "get less weight (Huber)",
+        "tukey": "get less weight (Tukey)",
+    }
+)
+
+# sections and keys of block.toml, where its parts are listed
+PARTS = mark_each(
+    {
+        "block": "block",
+        "control_points": "control points",
+        "approximate_points": "approximate coordinates",
+        "high_flight": "high flight",
+        "low_flight": "low flight",
+        "crs": "reference system",
+        "scale_number": "scale number",
+        "standard_error_m": "standard error [m]",
+        "model_unit": "unit of the models",
+        "model_points": "model points",
+        "image_points": "image points",
+        "models": "models",
+        "camera": "camera",
+    }
+)

@@ -7,7 +7,8 @@ import pandas as pd
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.errors import SettingsError, raise_problems
-from einschalt.foundations.language import figure, mark_each, translated
+from einschalt.foundations.kept_texts import place_text, retold
+from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.stages.results import Result
 from einschalt.theory.relative_orientation.base_normal_planes import base_system
@@ -23,7 +24,7 @@ from einschalt.theory.relative_orientation.valley_flights import (
 MOST_PRINTED = 20
 EDGE = 0.015
 """Part of the image that standard points keep away from, at each side [m]."""
-MEASURE_ELSEWHERE = "Measure points that lie higher or lower, or farther apart"
+MEASURE_ELSEWHERE = mark("Measure points that lie higher or lower, or farther apart")
 VERDICTS = mark_each({"critical": "critical", "weak": "weak", "safe": "safe"})
 METRES = "metres"
 REACHED = "the terrain reaches the flying height in a standard point"
@@ -82,9 +83,15 @@ def surface_problems(surfaces, is_oriented) -> list[str]:
     """
     flagged = surfaces[is_oriented & (surfaces["verdict"] != "safe").to_numpy()]
     return [
-        f"model {row.Index}, {row.verdict}: {row.reason}. {MEASURE_ELSEWHERE}."
+        f"{_said(row)}. {translated(MEASURE_ELSEWHERE)}."
         for row in flagged.itertuples()
     ]
+
+
+def _said(row):
+    """Model, verdict and reason."""
+    verdict = translated(VERDICTS[row.verdict])
+    return f"{place_text('model', row.Index)}, {verdict}: {retold(row.reason)}"
 
 
 def surface_table(examination, model_ids) -> pd.DataFrame:
@@ -242,14 +249,26 @@ class SurfaceForecast(Result):
         distance = typesetting.number(plan.principal_distance * 1e3, 3)
         depth = typesetting.number(plan.critical_depth * 100.0)
         lines = [
-            f"Dangerous surfaces before the flight, {count_verdicts(self.models)}",
-            f"principal distance {distance} mm, points 3 to 6 {wing} mm from the base",
-            f"a valley is dangerous when its depth is {depth} % of the height above it",
+            translated(
+                "Dangerous surfaces before the flight, {verdicts}",
+                verdicts=count_verdicts(self.models),
+            ),
+            translated(
+                "principal distance {distance} mm, points 3 to 6 {wing} mm from the "
+                "base",
+                distance=distance,
+                wing=wing,
+            ),
+            translated(
+                "a valley is dangerous when its depth is {depth} of the height above "
+                "it",
+                depth=f"{depth} %",
+            ),
         ]
         flagged = self.models[self.models["verdict"] != "safe"]
         if len(flagged):
             said = [_warning(row) for row in flagged.head(MOST_PRINTED).itertuples()]
-            lines += ["", "Problems and suggestions", *said]
+            lines += ["", translated("Problems and suggestions"), *said]
             lines += _rest(len(flagged))
         return "\n".join([*lines, "", _table_of_models(self.models)])
 
@@ -311,12 +330,16 @@ FORECAST_COLUMNS = [
 
 
 def _warning(row):
-    text = f"model {row.Index}, {row.verdict}: {row.reason}."
+    text = f"{_said(row)}."
     if np.isfinite(row.inflation) and row.safe_flying_height > row.flying_height:
         height = typesetting.at_least(row.safe_flying_height)
-        text += f" Fly {height} m above the valley, or with a wider-angle camera."
+        message = mark("Fly {height} m above the valley, or with a wider-angle camera.")
+        text += f" {translated(message, height=height)}"
     elif row.over_correction_n < 0.0:
-        text += " Beyond the dangerous circle: over-corrections go the other way."
+        message = mark(
+            "Beyond the dangerous circle: over-corrections go the other way."
+        )
+        text += f" {translated(message)}"
     return typesetting.wrapped(text, first="  ", indent="    ")
 
 
@@ -325,7 +348,7 @@ def _table_of_models(models):
     rows = [
         [
             typesetting.shortened(row.Index, 16),
-            row.verdict,
+            translated(VERDICTS[row.verdict]),
             typesetting.fixed(row.inflation, 2),
             typesetting.number(row.standard_error_omega / milligon),
             typesetting.fixed(row.over_correction_k, 2),
@@ -335,13 +358,14 @@ def _table_of_models(models):
         ]
         for row in models.head(MOST_PRINTED).itertuples()
     ]
-    header = ["model", "verdict", "inflation", "omega", "k"]
-    header += ["height", "valley", "critical"]
+    header = [translated("model"), translated("verdict"), translated("inflation")]
+    header += ["omega", "k", translated("height"), translated("valley")]
+    header += [translated("critical")]
     text = typesetting.table(rows, header=header, align="llrrrrrr")
-    units = "Standard error of omega [mgon]; flying height, depth of valley [m]"
-    return "\n".join([units, text, *_rest(len(models))])
+    units = mark("Standard error of omega [mgon]; flying height, depth of valley [m]")
+    return "\n".join([translated(units), text, *_rest(len(models))])
 
 
 def _rest(n_rows):
     n_more = n_rows - MOST_PRINTED
-    return [f"  and {n_more} more"] if n_more > 0 else []
+    return [translated("  and {n} more", n=n_more)] if n_more > 0 else []

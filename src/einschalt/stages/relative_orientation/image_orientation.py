@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.kept_texts import place_text, retold
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, RADIANS_PER_GON
 from einschalt.stages.relative_orientation.dangerous_surface import (
     geometry_of_images,
@@ -37,12 +39,12 @@ from einschalt.theory.relative_orientation.orientation_influence import (
 LARGE_SIGMA = 3.0
 # no comparator and no matching is worse: such rays do not belong to each other
 HOPELESS_SIGMA = 0.1  # mm
-AMBIGUOUS = (
+AMBIGUOUS = mark(
     "another orientation fits about as well; the one nearer to the normal case was "
     "taken. Measure more points, at different heights."
 )
-SOME_BEHIND = "a point lies behind a camera. Look for gross errors in x."
-AGAINST_X = (
+SOME_BEHIND = mark("a point lies behind a camera. Look for gross errors in x.")
+AGAINST_X = mark(
     "the base points against x. Where it was not flown that way, left and right image "
     "are exchanged, or the images are mirrored."
 )
@@ -50,17 +52,22 @@ EXCHANGED = (
     "the base points against x: left and right image are exchanged, or the images "
     "mirrored, unless it was flown that way"
 )
-DO_NOT_MEET = (
+DO_NOT_MEET = mark(
     "sigma_0 is above 0.1 mm, and no measuring is so poor: its points have gross "
-    "errors or wrong names, or principal distance or unit are wrong"
+    "errors or wrong names, or principal distance or unit are wrong."
 )
-POOLED = "sigma_0 (an image coordinate, all models together)"
-NEAR_SURFACE = "weak or critical, near a dangerous surface: see dangerous_surface."
-LARGE = "sigma_0 is more than three times the median. Look for gross errors."
-CONTRADICT = "Points that contradict their models, worst first (model, point):"
-MEASURE_AGAIN = "Measure them again, or take them out with outliers = 'snoop'."
-TAKEN_OUT = "They were taken out: measure them again."
-LESS_WEIGHT = "They have less weight: measure them again."
+POOLED = mark(
+    "sigma_0 (an image coordinate, all models together)  {length}, redundancy "
+    "{redundancy}"
+)
+NEAR_SURFACE = mark(
+    "weak or critical, near a dangerous surface: see dangerous_surface."
+)
+LARGE = mark("sigma_0 is more than three times the median. Look for gross errors.")
+CONTRADICT = mark("Points that contradict their models, worst first (model, point):")
+MEASURE_AGAIN = mark("Measure them again, or take them out with outliers = 'snoop'.")
+TAKEN_OUT = mark("They were taken out: measure them again.")
+LESS_WEIGHT = mark("They have less weight: measure them again.")
 # weights that fell so far that the point hardly counts
 SMALL_WEIGHT = 0.5
 MOST_LISTED = 12
@@ -330,16 +337,18 @@ class ImageOrientation(OrientationResult):
 def _summary(result):
     models = result.models
     good = models[result.is_oriented]
-    n_models = typesetting.count(len(models), "model")
-    n_points = typesetting.count(int(good["n_points"].sum()), "point")
+    done = mark(
+        "Relative orientation of {n} of {n_all:model|models} from image coordinates"
+    )
+    n_points = translated("{n:point|points}", n=int(good["n_points"].sum()))
     lines = [
-        f"Relative orientation of {len(good)} of {n_models} from image coordinates",
+        translated(done, n=len(good), n_all=len(models)),
         f"{n_points}, {result.case}, {result.estimator}",
     ]
     problems = _problems(result, good)
     if problems:
         said = (typesetting.wrapped(text, first="- ", indent="  ") for text in problems)
-        lines += ["", "Problems and suggestions", *said]
+        lines += ["", translated("Problems and suggestions"), *said]
     if good["redundancy"].sum() > 0:
         lines += ["", *_precision(good)]
     if 0 < len(good) <= MOST_LISTED:
@@ -349,22 +358,24 @@ def _summary(result):
 
 def _problems(result, good):
     problems = [
-        f"model {row.model_id}: {row.reason}. {row.remedy}."
+        f"{place_text('model', row.model_id)}: {retold(row.reason)}. "
+        f"{retold(row.remedy)}."
         for row in result.failures.head(5).itertuples()
     ]
     rest = len(result.failures) - len(problems)
-    problems += [f"and {typesetting.count(rest, 'model')} more failed."] if rest else []
+    if rest:
+        problems.append(translated("and {n:model|models} more failed.", n=rest))
     for is_it, text in (
         (good["is_ambiguous"], AMBIGUOUS),
         (good["n_in_front"] < good["n_points"], SOME_BEHIND),
         (result.is_against_x[good.index], AGAINST_X),
-        (good["sigma_0"] > HOPELESS_SIGMA, f"{DO_NOT_MEET}."),
+        (good["sigma_0"] > HOPELESS_SIGMA, DO_NOT_MEET),
         (good["sigma_0"] > LARGE_SIGMA * good["sigma_0"].median(), LARGE),
         (_is_near_surface(result, good), NEAR_SURFACE),
     ):
         if is_it.any():
             names = typesetting.names(good.loc[is_it, "model_id"])
-            problems.append(f"model {names}: {text}")
+            problems.append(f"{place_text('model', names)}: {translated(text)}")
     return [*problems, *_suspects(result)]
 
 
@@ -379,7 +390,8 @@ def _suspects(result):
         remedy = TAKEN_OUT
     elif (rows["weight"] < SMALL_WEIGHT).all():
         remedy = LESS_WEIGHT
-    return [f"{CONTRADICT} {typesetting.names(named)}. {remedy}"]
+    names = typesetting.names(named)
+    return [f"{translated(CONTRADICT)} {names}. {translated(remedy)}"]
 
 
 def _is_near_surface(result, good):
@@ -391,11 +403,13 @@ def _precision(good):
     usable = good[good["redundancy"] > 0]
     pooled = pool_standard_errors(usable["sigma_0"], usable["redundancy"])
     length = typesetting.length(pooled * METRES_PER_MM)
-    lines = [f"{POOLED}  {length}, redundancy {usable['redundancy'].sum()}"]
+    redundancy = int(usable["redundancy"].sum())
+    lines = [translated(POOLED, length=length, redundancy=redundancy)]
     if len(usable) > 1:
         steps = usable["sigma_0"].quantile([0.0, 0.5, 1.0]) * METRES_PER_MM
         low, mid, high = map(typesetting.length, steps)
-        lines.append(f"sigma_0 of single models  {low} to {high}, median {mid}")
+        message = mark("sigma_0 of single models  {low} to {high}, median {mid}")
+        lines.append(translated(message, low=low, high=high, mid=mid))
     return lines
 
 
@@ -410,5 +424,10 @@ def _listed(result, good):
             good["model_id"], good["n_points"], sigma_um, values, strict=True
         )
     ]
-    header = ["model", "points", "sigma_0/µm", *(f"{name}/gon" for name in angles)]
+    header = [
+        translated("model"),
+        translated("points"),
+        "sigma_0/µm",
+        *(f"{name}/gon" for name in angles),
+    ]
     return typesetting.table(rows, header=header)

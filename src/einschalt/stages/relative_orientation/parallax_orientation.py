@@ -11,6 +11,8 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
+from einschalt.foundations.kept_texts import place_text, retold
+from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.stages.relative_orientation.dangerous_surface import (
@@ -31,16 +33,29 @@ from einschalt.theory.relative_orientation.parallax_equations import ELEMENTS
 
 STAGE = "stage2_relative_orientation"
 MOST_PRINTED = 20
-TITLES = {
-    "independent": "independent pair",
-    "dependent_left": "dependent pair, left bundle moved",
-    "dependent_right": "dependent pair, right bundle moved",
-}
-METHOD_TITLES = {
-    "least_squares": "least squares",
-    "krames": "Krames' formulas",
-    "gruber": "Gruber's procedure, tilt over-corrected in point 5",
-}
+TITLES = mark_each(
+    {
+        "independent": "independent pair",
+        "dependent_left": "dependent pair, left bundle moved",
+        "dependent_right": "dependent pair, right bundle moved",
+    }
+)
+METHOD_TITLES = mark_each(
+    {
+        "least_squares": "least squares",
+        "krames": "Krames' formulas",
+        "gruber": "Gruber's procedure, tilt over-corrected in point 5",
+    }
+)
+AND_MORE = mark("  and {n} more")
+NEGLECTED = mark(
+    "model {model}: its corrections are so large that the linear equations neglect "
+    "parallaxes up to {parallax}. Correct it, and measure again."
+)
+BESIDE_THE_BASE = mark(
+    "model {model}: its points lie at x = {mean} on average, the base from 0 to "
+    "{base}. Count x from the left projection centre along the base."
+)
 NAME_COVERAGE = "Give both tables the column coverage"
 ABOVE = "a point lies at or above the projection centres, z >= 0"
 APART = "rays of a point do not meet after the correction"
@@ -181,20 +196,25 @@ class ParallaxOrientation(OrientationResult):
         sigma_0 = pool_standard_errors(
             self.adjustment.sigma_0, self.adjustment.redundancy
         )
-        of_models = f"{n_usable} of {typesetting.count(len(self.models), 'model')}"
+        done = mark(
+            "Relative orientation from y-parallaxes: {n_usable} of {n:model|models} "
+            "oriented"
+        )
+        pooled = mark("sigma_0 of one parallax, all together  {sigma_0}")
         lines = [
-            f"Relative orientation from y-parallaxes: {of_models} oriented",
-            f"{TITLES[self.case]}; {METHOD_TITLES[self.method]}",
-            f"sigma_0 of one parallax, all together  {typesetting.number(sigma_0)}",
+            translated(done, n_usable=n_usable, n=len(self.models)),
+            "; ".join(map(translated, (TITLES[self.case], METHOD_TITLES[self.method]))),
+            translated(pooled, sigma_0=typesetting.number(sigma_0)),
         ]
         problems = self._problems()
         if problems:
-            lines += ["", "Problems and suggestions", *problems]
+            lines += ["", translated("Problems and suggestions"), *problems]
         return "\n".join([*lines, "", _table_of_models(self)])
 
     def _problems(self):
         said = [
-            f"model {printable(row.model_id)}: {row.reason}. {row.remedy}."
+            f"{place_text('model', printable(row.model_id))}: {retold(row.reason)}. "
+            f"{retold(row.remedy)}."
             for row in self.failures.itertuples()
         ]
         is_usable = self.models["is_usable"].to_numpy()
@@ -203,15 +223,17 @@ class ParallaxOrientation(OrientationResult):
         neglected = self.linearisation_error.to_numpy()
         is_large = neglected > self.models["sigma_0"].to_numpy()
         said += [
-            f"model {printable(self.models['model_id'].iloc[place])}: its corrections "
-            f"are so large that the linear equations neglect parallaxes up to "
-            f"{typesetting.number(neglected[place])}. Correct it, and measure again."
+            translated(
+                NEGLECTED,
+                model=printable(self.models["model_id"].iloc[place]),
+                parallax=typesetting.number(neglected[place]),
+            )
             for place in np.flatnonzero(is_large)
         ]
         shown = said[:MOST_PRINTED]
         lines = [typesetting.wrapped(t, first="  ", indent="    ") for t in shown]
         rest = len(said) - MOST_PRINTED
-        return [*lines, f"  and {rest} more"] if rest > 0 else lines
+        return [*lines, translated(AND_MORE, n=rest)] if rest > 0 else lines
 
 
 def _beside_the_base(orientation, is_usable):
@@ -222,10 +244,12 @@ def _beside_the_base(orientation, is_usable):
     part = mean / np.where(is_usable, geometry.base, 1.0)
     low, high = MIDDLE_OF_MODEL
     return [
-        f"model {models['model_id'].iloc[place]}: its points lie at x = "
-        f"{typesetting.number(mean[place])} on average, the base from 0 to "
-        f"{typesetting.number(geometry.base[place])}. Count x from the left projection "
-        f"centre along the base."
+        translated(
+            BESIDE_THE_BASE,
+            model=models["model_id"].iloc[place],
+            mean=typesetting.number(mean[place]),
+            base=typesetting.number(geometry.base[place]),
+        )
         for place in np.flatnonzero(is_usable & ~((low < part) & (part < high)))
     ]
 
@@ -382,8 +406,13 @@ def _table_of_models(orientation):
         ]
         for row, elements in zip(models.itertuples(), values, strict=False)
     ]
-    text = typesetting.table(rows, header=["model", "points", "sigma_0", *names])
+    header = [translated("model"), translated("points"), "sigma_0", *names]
+    text = typesetting.table(rows, header=header)
     rest = len(orientation.models) - MOST_PRINTED
-    units = "gon; d_by, d_bz in the unit of the model" if is_shift.any() else "gon"
-    lines = [f"Corrections still to be made [{units}]", text]
-    return "\n".join([*lines, f"  and {rest} more"] if rest > 0 else lines)
+    title = mark("Corrections still to be made [gon]")
+    if is_shift.any():
+        title = mark(
+            "Corrections still to be made [gon; d_by, d_bz in the unit of the model]"
+        )
+    lines = [translated(title), text]
+    return "\n".join([*lines, translated(AND_MORE, n=rest)] if rest > 0 else lines)

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, OutputError, name_some
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
 from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
@@ -20,6 +22,7 @@ from einschalt.interfaces.new_block.looked_at import KINDS, look_at
 from einschalt.interfaces.programs.block_tables import marker_reader_of
 from einschalt.interfaces.programs.recognised import reader_of
 
+FOR_CONTROL = mark("In block.toml: [control_points] {line}")
 CONTROL, IMAGES = "control_points.csv", "image_points.csv"
 
 
@@ -40,8 +43,7 @@ def convert(given, output, *, kind, sheet, layer, crs, decimal):
 
 def _convert_foreign(foreign, given, output, crs):
     """Write the tables of another program into a folder, each as a file."""
-    for note in foreign.notes:
-        print_error(f"note: {note}")
+    _print_notes(foreign.notes)
     if output.suffix and not output.is_dir():
         raise _no_folder(output)
     paths = {name: output / f"{name}.csv" for name in foreign.tables}
@@ -52,16 +54,16 @@ def _convert_foreign(foreign, given, output, crs):
     for name, path in cameras.items():
         write_keys(path, foreign.cameras[name])
         report(path)
-        print_out(f"camera {shortened(name)} of {given.name} in {path}")
+        facts = {"name": shortened(name), "file": given.name, "path": path}
+        print_out(translated("camera {name} of {file} in {path}", **facts))
     for name, path in paths.items():
         write_csv(foreign.tables[name], path)
         report(path, **{f"n_{name}": len(foreign.tables[name])})
-        print_out(
-            f"{count(len(foreign.tables[name]), 'row')} of {given.name} in {path}"
-        )
+        facts = {"n": len(foreign.tables[name]), "file": given.name, "path": path}
+        print_out(translated("{n:row|rows} of {file} in {path}", **facts))
     crs = _in_system(foreign, crs, given).crs
     if crs is not None and CONTROL in {path.name for path in paths.values()}:
-        print_out(f"In block.toml: [control_points] {_crs_line(crs)}")
+        print_out(translated(FOR_CONTROL, line=_crs_line(crs)))
 
 
 def _camera_paths(cameras, output):
@@ -96,13 +98,13 @@ def _in_system(markers, crs, given):
 
 
 def _convert_markers(markers, given, output):
-    for note in markers.notes:
-        print_error(f"note: {note}")
+    _print_notes(markers.notes)
     if output.suffix.lower() == ".txt":
         _require_free(output)
         marker_files.write_odm(output, markers)
         report(output)
-        print_out(f"{_said(markers)} in {output}")
+        facts = {"markers": _said(markers), "path": output}
+        print_out(translated("{markers} in {path}", **facts))
         return
     if output.suffix and not output.is_dir():
         raise _no_folder(output)
@@ -113,16 +115,26 @@ def _convert_markers(markers, given, output):
     write_csv(markers.control_points(), control)
     write_csv(markers.measurements, measured)
     report(control, measured)
-    print_out(f"{_said(markers)} of {given.name} in {control} and {measured}")
+    facts = {"markers": _said(markers), "file": given.name}
+    facts |= {"control": control, "measured": measured}
+    print_out(translated("{markers} of {file} in {control} and {measured}", **facts))
     if markers.crs is not None:
-        print_out(f"In block.toml: [control_points] {_crs_line(markers.crs)}")
+        print_out(translated(FOR_CONTROL, line=_crs_line(markers.crs)))
 
 
 def _said(markers):
-    n_points, n_measured = len(markers.points), len(markers.measurements)
-    images = count(int(markers.measurements["image_id"].nunique()), "image")
-    said = f"{count(n_points, 'point')}, {count(n_measured, 'measurement')}"
-    return f"{said} in {images}"
+    return translated(
+        "{n_points:point|points}, {n:measurement|measurements} in "
+        "{n_images:image|images}",
+        n_points=len(markers.points),
+        n=len(markers.measurements),
+        n_images=int(markers.measurements["image_id"].nunique()),
+    )
+
+
+def _print_notes(notes):
+    for note in notes:
+        print_error(translated("note: {note}", note=retold(note)))
 
 
 def _convert_table(found, given, output):
@@ -134,8 +146,7 @@ def _convert_table(found, given, output):
             file=given.name,
         )
     table = found[0]
-    for note in table.notes:
-        print_error(f"note: {note}")
+    _print_notes(table.notes)
     if table.kind == "camera" or output.suffix.lower() not in WRITTEN_SUFFIXES:
         raise FileError(
             f"{given.name} is {table.description}",
@@ -147,14 +158,16 @@ def _convert_table(found, given, output):
     if "longitude" in table.frame:  # checked as such when it was looked at
         names = ["point_id", "longitude", "latitude", *names[1:]]
     if table.left_out:
-        print_error(f"note: {given.name}: left out {name_some(table.left_out, 8)}")
+        _print_notes([f"{given.name}: left out {name_some(table.left_out, 8)}"])
     _require_free(output)
     make_folder(output.absolute().parent)
     write_table(table.frame[list(dict.fromkeys(names))], output)
     report(output, n_rows=len(table.frame))
-    print_out(f"{table.title} ({table.description}) in {output}")
+    facts = {"table": f"{table.title} ({table.description})", "path": output}
+    print_out(translated("{table} in {path}", **facts))
     if table.crs is not None:
-        print_out(f"In block.toml, for this table: {_crs_line(table.crs)}")
+        line = _crs_line(table.crs)
+        print_out(translated("In block.toml, for this table: {line}", line=line))
 
 
 def _crs_line(crs):

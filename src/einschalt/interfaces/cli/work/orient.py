@@ -7,6 +7,8 @@ from pathlib import Path
 import typer
 
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.number_parsing import MEND, describe_fault, is_number
 from einschalt.foundations.tables import (
     IMAGE_PAIRS,
@@ -32,6 +34,8 @@ from einschalt.stages.relative_orientation.orient_from_parallaxes import (
 )
 
 ONE_MODEL = "1"
+ONE_MODEL_SAID = mark("note: {file} has no column model_id: it is one model")
+NONE_ORIENTED = mark("einschalt: no model could be oriented; failures.csv says why")
 LENGTHS_MM = ("image_format", "wing")
 WAYS = (
     "a TABLE of y-parallaxes with --base, a TABLE of image coordinates with "
@@ -85,10 +89,11 @@ def orient(
     write_tables_of(place, output, write)
     report(output, n_models=len(result.models))
     print_out(result.summary())
-    print_out(f"\nResults in {output}")
+    print_out()
+    print_out(translated("Results in {folder}", folder=output))
     if not is_done:
         report_problems("no model could be oriented")
-        print_error("einschalt: no model could be oriented; failures.csv says why")
+        print_error(translated(NONE_ORIENTED))
         raise typer.Exit(WRONG)
 
 
@@ -171,12 +176,12 @@ def _read(file, schema):
     frame = read.frame
     _refuse_other_kind(frame, schema, file.name)
     if _is_one_model(frame) and schema.name != "terrain":
-        print_error(f"note: {file.name} has no column model_id: it is one model")
+        print_error(translated(ONE_MODEL_SAID, file=file.name))
         frame = frame.assign(model_id=ONE_MODEL)
     checked = check_table(frame, schema, source=file.name)
     raise_problems(checked.problems)
     for note in (*read.notes, *checked.notes):
-        print_error(f"note: {note}")
+        print_error(translated("note: {note}", note=retold(note)))
     # without the columns that the check has filled in
     return checked.frame[[name for name in checked.frame if name in frame]]
 

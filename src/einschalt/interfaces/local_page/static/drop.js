@@ -1,10 +1,12 @@
 // Takes files that are dropped or chosen, sends them one by one, and opens the block.
 const place = document.querySelector(".drop-place");
 const said = document.getElementById("drop-said");
-const most = Number(document.getElementById("drop").dataset.most);
+const texts = document.getElementById("drop").dataset;
+const most = Number(texts.most);
 const inputs = { choose: document.getElementById("files"), "choose-folder": document.getElementById("folder") };
 
 const say = (text) => { said.textContent = text; };
+const filled = (text, facts) => text.replace(/{(\w+)}/g, (_, name) => facts[name]);
 const refused = async (answer) => { if (!answer.ok) throw new Error(await answer.text()); return answer; };
 
 // what a folder holds; browsers give it in portions
@@ -27,10 +29,10 @@ const filesOf = async (entry, path = "") => {
 const send = async (files) => {
   if (!files.length) return;
   const size = files.reduce((sum, [, file]) => sum + file.size, 0);
-  if (size > most) throw new Error(`These files have ${Math.ceil(size / 1e6)} MB; ${Math.floor(most / 1e6)} MB may be dropped. Put them into the folder below instead.`);
+  if (size > most) throw new Error(filled(texts.tooLarge, { size: Math.ceil(size / 1e6), most: Math.floor(most / 1e6) }));
   const { drop } = await (await refused(await fetch("/drop", { method: "POST" }))).json();
   for (const [k, [name, file]] of files.entries()) {
-    say(`${k + 1} of ${files.length}: ${name}`);
+    say(filled(texts.count, { k: k + 1, n: files.length, name }));
     const path = name.split("/").map(encodeURIComponent).join("/");
     await refused(await fetch(`/drop/${drop}/${path}`, { method: "PUT", body: file }));
   }

@@ -5,9 +5,11 @@ const said = document.getElementById("said");
 const map = document.getElementById("map");
 const mapSaid = document.getElementById("map-said");
 const REST = 500; // ms
+const LANGUAGE = document.documentElement.lang;
 let asked = null, drawn = null, timer = 0;
 
 const query = () => new URLSearchParams(new FormData(form)).toString();
+const shown = (value) => Number(value).toLocaleString(LANGUAGE, { useGrouping: false, maximumFractionDigits: 6 });
 const element = (name, text) => Object.assign(document.createElement(name), { textContent: text });
 
 const answer = async () => {
@@ -25,7 +27,7 @@ const answer = async () => {
 const draw = async () => {
   drawn?.abort();
   drawn = new AbortController();
-  mapSaid.textContent = "The map is being computed …";
+  mapSaid.textContent = form.dataset.drawing;
   map.classList.add("old");
   const got = await fetch(`/plan/map?${query()}`, { signal: drawn.signal });
   if (!got.ok) {
@@ -40,11 +42,11 @@ const draw = async () => {
   mapSaid.textContent = drawing.said;
 };
 const unlessAborted = (fault) => {
-  if (fault.name !== "AbortError") said.textContent = "einschalt serve does not answer: has it ended?";
+  if (fault.name !== "AbortError") said.textContent = form.dataset.silent;
 };
 const changed = () => {
   for (const slider of form.querySelectorAll("input[type=range]")) {
-    const text = `${Number(slider.value)} ${slider.dataset.unit}`.trim();
+    const text = `${shown(slider.value)} ${slider.dataset.unit}`.trim();
     slider.nextElementSibling.value = text;
     slider.setAttribute("aria-valuetext", text);
   }

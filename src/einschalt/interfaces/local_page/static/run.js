@@ -33,6 +33,6 @@ const follow = async () => {
   else location.replace(location.pathname);
 };
 const followed = () => follow().catch(() => {
-  stage.textContent = "einschalt serve does not answer: has it ended?";
+  stage.textContent = section.dataset.silent;
 });
 followed();
