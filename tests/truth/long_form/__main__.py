@@ -10,12 +10,13 @@ PARTS = (
     *("simultaneous", "deformation", "real_life", "planning", "area_plans"),
 )
 OPENING = """\
-# Is what is claimed what is so?
+# Is the claimed precision true?
 
-Written by `make truth`, which simulates blocks with known truth and compares. Every
-figure has its Monte Carlo standard error behind it, from the scatter between blocks:
-neighbouring points are correlated, and count for less than their number. Judged figures
-must be known to 0.01. One part alone: `python -m tests.truth.long_form gross`.
+This page is written by `make truth`, which simulates blocks with known truth and
+compares claimed and true errors. Every figure is followed by its Monte Carlo standard
+error, from the scatter between blocks, since neighbouring points are correlated.
+Figures with bounds must be known to 0.01. For a single part:
+`python -m tests.truth.long_form gross`.
 """
 # what is shown, in which part of the page, and its short form
 SHOWN = (
@@ -29,14 +30,14 @@ SHOWN = (
     ("sizes of errors from the data", "components", "outliers_and_components"),
     ("gross errors in either flight", "gross", "gross_errors"),
     ("false alarms of every test, 10⁵ points", "–", "false_alarms"),
-    ("claims that are called out, and others", "claim", "claim"),
+    ("claims that are rejected, and others", "claim", "claim"),
     ("one blunder each, and blocks without", "blunders", "blunders"),
     ("simultaneous adjustment, film", "simultaneous", "simultaneous_truth"),
     ("deformations that models share", "deformation", "model_deformation"),
-    ("errors of real life", "real_life", "own_deformation"),
+    ("realistic disturbances", "real_life", "own_deformation"),
     ("given points that share errors", "real_life", "shared_errors"),
     ("relative orientation", "–", "relative_orientation"),
-    ("precision that planning expects", "planning", "expected_precision"),
+    ("precision expected in planning", "planning", "expected_precision"),
     ("flight plans over areas", "area_plans", "area_plans"),
 )
 

@@ -129,8 +129,9 @@ def tables():
     return [
         Table(
             f"Flight plans over areas, {len(DESIGNS)} designs",
-            "Expected over true error of the new points, root mean squares (bounds "
-            "0.97 to 1.03). Control is what the plan chose; every flight is densified.",
+            "Expected error of the new points divided by the true one, root mean "
+            "squares (bounds 0.97 to 1.03). Control is that of the plan; every flight "
+            "is densified.",
             ("design", "flights", "models", "control", "ratio", "true [cm]"),
             [_row(name) for name in DESIGNS],
         )

@@ -110,19 +110,19 @@ def tables():
     shown = [outcome for outcome in found if outcome.kind not in hidden]
     return [
         Table(
-            f"One blunder each: {N_BLUNDERS} drawn at random, both ways",
+            f"One blunder each: {N_BLUNDERS} drawn at random, both methods",
             "Blocks of the preset demo (affine, helmert, spatial machine coordinates, "
-            "images), kind, size (0.1 to 1000 m on the ground) and place drawn. "
-            "`Moved` are those whose new points, in plan or in height, are wrong by "
-            "more than twice the claim (RMS). `Too weak` are misses that not even a "
-            "test that knows the blunder but for its size would find (α = 0.001, power "
-            "0.80). Of the others at least "
-            f"{LEAST_CALLED_OUT:g} % are called out, by a refusal, a claim "
-            "that falls or a finding, and the figure to believe is not below half of "
-            "the true error in any of them. Kinds of which nothing shows stand below.",
+            "images) with blunders whose kind, size (0.1 to 1000 m on the ground) and "
+            "place were drawn. `Moved` are blocks whose new points, in plan or in "
+            "height, are wrong by more than twice the claim (RMS). `Too weak` are "
+            "misses that not even a test that knows the blunder except for its size "
+            "would find (α = 0.001, power 0.80). Of the others at least "
+            f"{LEAST_CALLED_OUT:g} % must be detected, by rejected input, a rejected "
+            "claim or a finding, and the figure to believe must not be below half of "
+            "the true error in any of them. Kinds that show in no test follow below.",
             (
-                *("blunder", "blocks", "refused", "too weak", "moved"),
-                *("claim falls", "called out [%]", "least figure/true"),
+                *("blunder", "blocks", "input rejected", "too weak", "moved"),
+                *("claim rejected", "detected [%]", "least figure/true"),
             ),
             [
                 *(_row(kind.name, shown) for kind in KINDS if kind.can_show),
@@ -131,16 +131,17 @@ def tables():
         ),
         Table(
             "Blunders that no data can show",
-            "Everything moved alike: no difference and no residual holds it. Blocks, "
-            "and those whose points are moved by more than twice the claim.",
+            "Common movements of everything, which no difference and no residual "
+            "shows. The table gives the number of blocks, and of those whose points "
+            "are moved by more than twice the claim.",
             ("blunder", "blocks", "moved"),
             [_hidden_row(name, found) for name in sorted(hidden)],
         ),
         Table(
             f"False alarms of grave findings, {N_CLEAN} blocks without a blunder",
-            "Findings that make a claim fall, of blocks of all four kinds in both "
-            "ways; at most what chance allows at the level of the test with the "
-            f"probability {CHANCE:g}.",
+            "Findings that lead to rejection of a claim, in blocks of all four kinds "
+            "with both methods; at most as many as chance allows at the level of the "
+            f"test with the probability {CHANCE:g}.",
             ("finding", "level", "alarms"),
             _alarms(clean),
         ),

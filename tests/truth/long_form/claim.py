@@ -58,13 +58,14 @@ def tables():
         )
     return [
         Table(
-            f"Claims that are called out, {N_BLOCKS} blocks of the preset neukirchen",
-            "Number of blocks that are called out by the test of the coverage "
-            "differences and that of the correlation of neighbouring residuals alone, "
-            "and by all tests together (Holm, 0.01): at least 95 where approximate "
+            f"Claims that are rejected, {N_BLOCKS} blocks of the preset neukirchen",
+            "Number of blocks whose claim is rejected by the tests of the coverage "
+            "differences and of the correlation of neighbouring residuals alone, "
+            "and by all tests together (Holm, 0.01): at least 95 if approximate "
             f"coordinates share an orientation error of {100 * ERROR:g} cm per "
-            "photograph, at most 5 where the errors are as the claim has them. Before "
-            "it the true over the paper's error of the final points.",
+            "photograph, at most 5 if the errors are as claimed. The first column "
+            "gives the true error of the final points divided by that of the paper's "
+            "formula.",
             ("approximate coordinates", "true/paper", "by the two", "by all"),
             rows,
         )

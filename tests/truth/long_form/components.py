@@ -48,19 +48,19 @@ def tables():
     return [
         Table(
             f"Variance components, {N_BLOCKS} blocks of the preset neukirchen",
-            "Estimates against the simulated sizes (m for control, µm for m_g), z "
-            "being the deviation over the estimate's own standard error: its mean in "
-            f"±{LARGEST_MEAN:.2f}, and at least {_least_within():.2f} of the blocks "
-            "within 2 (what chance leaves of 95.4 % with the probability 0.001).",
+            "Estimates against the simulated sizes (m for control, µm for m_g). z is "
+            "the deviation divided by the standard error of the estimate: its mean "
+            f"must be within ±{LARGEST_MEAN:.2f}, and at least {_least_within():.2f} "
+            "of the blocks within 2 (the 0.001 quantile if 95.4 % are expected).",
             ("source", "true", "mean estimate", "mean claimed error", "mean z", "in 2"),
             rows,
         ),
         Table(
             "An m_g that was typed wrongly",
-            f"Share of {N_BLOCKS} blocks in which the summary calls the flight out: "
-            "all of them where m_g is wrong by 1.5, none where it is right (chance "
-            "allows one).",
-            ("flight", "m_g as typed", "called out"),
+            f"Share of {N_BLOCKS} blocks in which the summary reports the m_g of the "
+            "flight: all of them if m_g is wrong by a factor of 1.5, none if it is "
+            "right (chance allows one).",
+            ("flight", "m_g as typed", "reported"),
             called,
         ),
     ]

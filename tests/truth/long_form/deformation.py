@@ -52,19 +52,21 @@ def tables():
     return [
         Table(
             f"Deformations that models share, {N_BLOCKS} blocks of neukirchen",
-            "RMS of the total errors of all points [m], simultaneous with the "
-            "deformation modelled where the test finds it, simultaneous without, and "
-            "in two steps. It must be found in every block that has it, in at most 5 % "
-            "of those that have none; modelled, every block must be better than in two "
-            "steps. s_0 is that of the adjustment that ignores it.",
+            "RMS of the total errors of all points [m]: simultaneous with the "
+            "deformation modelled if the test finds it, simultaneous without, and in "
+            "two steps. The deformation must be found in every block that has it, and "
+            "in at most 5 % of those that have none; with the deformation modelled, "
+            "every block must be better than in two steps. s_0 is that of the "
+            "adjustment that ignores it.",
             ("deformed", "found", *WAYS, "better than two steps", "s_0 ignored"),
             rows,
         ),
         Table(
             f"False alarms of the deformation test, {N_SMALL} blocks of demo",
             "Share of the blocks without deformation in which the test of a flight has "
-            "p below 0.05, which must be within what chance gives with the probability "
-            "0.001, and in which the settings as they come (0.001) would model one.",
+            "p below 0.05, which must be within the limits of chance with the "
+            "probability 0.001, and share in which the default settings (0.001) would "
+            "model one.",
             ("flight", "p < 0.05", "modelled"),
             [
                 (

@@ -48,21 +48,21 @@ def tables():
     return [
         Table(
             f"Gross errors in one per cent of a flight's measurements, {size}",
-            "Root mean square of the errors of the final points over that of the same "
-            "blocks without gross errors: of all points, and of those whose gross "
-            "errors could be found (at most 1.05): the next table names the others. "
-            "Models that are left without redundancy cannot check their points.",
-            ("flight", "mode", "outliers", "all points", "that have the redundancy"),
+            "Root mean square of the errors of the final points divided by that of the "
+            "same blocks without gross errors: for all points, and for those whose "
+            "gross errors could be found (at most 1.05); the next table counts the "
+            "others. Models without redundancy cannot check their points.",
+            ("flight", "mode", "outliers", "all points", "points with redundancy"),
             [row for flight in FLIGHTS for row in _ratio_rows(flight, blocks[flight])],
         ),
         Table(
             "Gross errors that were found and missed",
-            "A gross error can be found where its point has three measurements in "
+            "A gross error can be found if its point has three measurements in "
             "the flight or given coordinates (of two, either may be wrong), the others "
-            "are good, and it lies above its minimal detectable bias (α = 0.001, power "
-            "0.80). Of these no more may be missed than the power of the test lets "
-            "expect (with the probability 0.001). `Good ones` are good measurements "
-            "that took no part.",
+            "are good, and it is above its minimal detectable bias (α = 0.001, power "
+            "0.80). Of these no more may be missed than the power of the test allows "
+            "(with the probability 0.001). `Good ones` are good measurements that "
+            "were rejected.",
             (
                 *("flight", "gross errors", "of two", "beside others", "below bias"),
                 *("the rest: found", "missed", "expected", "good ones"),

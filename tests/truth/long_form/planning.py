@@ -80,10 +80,10 @@ def tables():
     return [
         Table(
             f"Planned precision, {len(DESIGNS)} designs",
-            "Expected over true error, root mean squares: of the mean of all values of "
-            "a point, and of one model's values at the edge (bounds 0.95 to 1.05). "
-            "Beside them the true error of the mean, what the closed estimate and what "
-            "the formula of 1971 expect.",
+            "Expected error divided by true error, root mean squares: for the mean of "
+            "all values of a point, and for the values of one model at the edge "
+            "(bounds 0.95 to 1.05). The last columns give the true error of the mean, "
+            "and the expectations of the closed estimate and of the formula of 1971.",
             (
                 "design",
                 "blocks",

@@ -65,8 +65,9 @@ def tables():
             f"Precision of points, {N_BLOCKS} blocks of the preset neukirchen",
             "Mean of the squared error over its covariance, divided by 2 (bounds 0.97 "
             "to 1.03); share of points in their 95 % ellipse (0.940 to 0.960); root "
-            "mean square of the claimed over that of the true errors (0.98 to 1.02). "
-            "Below each mode the same for `standard_error_paper`.",
+            "mean square of the claimed errors divided by that of the true ones (0.98 "
+            "to 1.02). The row below each mode gives the same for "
+            "`standard_error_paper`.",
             head,
             points,
         ),

@@ -129,14 +129,15 @@ def tables():
     rows = [row for name in CASES for row in _rows(name, blocks)]
     return [
         Table(
-            f"Errors of real life, {N_BLOCKS} blocks of each kind",
-            "Deformations of second and third degree that each model of the low "
-            "flight, or each photograph, has for itself (RMS at the edge, total), "
-            "t-distributed errors of measuring (3 degrees of freedom), and given "
-            "coordinates that share errors. Claimed over true error of the new points "
-            "(0.90 to 1.10; without disturbance 0.97 to 1.03), the share of points in "
-            "their 95 % ellipse (0.93 to 0.97), and the true error of the way that "
-            '`method = "auto"` takes over that of the better one (at most 1.03).',
+            f"Realistic disturbances, {N_BLOCKS} blocks of each kind",
+            "Deformations of second and third degree of each single model of the low "
+            "flight, or of each photograph (RMS at the edge, total), t-distributed "
+            "measuring errors (3 degrees of freedom), and given coordinates that share "
+            "errors. The table gives the ratio of claimed to true error of the new "
+            "points (0.90 to 1.10; without disturbance 0.97 to 1.03), the share of "
+            "points in their 95 % ellipse (0.93 to 0.97), and the true error of the "
+            'method that `method = "auto"` selects divided by that of the better one '
+            "(at most 1.03).",
             (
                 "disturbed",
                 "way",

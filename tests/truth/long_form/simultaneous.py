@@ -76,12 +76,13 @@ def tables():
             f"Simultaneous adjustment, {N_BLOCKS} blocks of the preset neukirchen",
             "Root mean square of the total errors of all points: 2.7 ± 0.1 cm with "
             "affine models; an independent simulation of the same area has 2.73. "
-            "Helmert models with one common affinity per flight are to be within 3 % "
-            "of helmert models of film without affinity. Then, where the models take "
-            "the film up, the mean squared error over its covariance, divided by 2 "
-            "(0.97 to 1.03), the share of points in their 95 % ellipse (0.940 to "
-            "0.960), and the claimed over the true error (0.98 to 1.02).",
-            ("film affinity", "models", "error [cm]", "of helmert without", *HEAD),
+            "Helmert models with one common affinity per flight must be within 3 % "
+            "of helmert models of film without affinity. If the models absorb the "
+            "film affinity, the table also gives the mean squared error over its "
+            "covariance, divided by 2 (0.97 to 1.03), the share of points in their "
+            "95 % ellipse (0.940 to 0.960), and the ratio of claimed to true error "
+            "(0.98 to 1.02).",
+            ("film affinity", "models", "error [cm]", "to helmert without", *HEAD),
             [_row(name, case, blocks) for name, case in CASES.items()],
         )
     ]

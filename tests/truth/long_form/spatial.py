@@ -54,8 +54,8 @@ def tables():
         Table(
             "Heights of spatial models",
             "Squared error over its variance, and share within 1.96 "
-            "`standard_error_height`. Of machine coordinates the error of z is known "
-            "from the residuals of some models only.",
+            "`standard_error_height`. With machine coordinates the error of z is "
+            "estimated from the residuals of only a few models.",
             ("measured", "squared error", "within 95 %"),
             heights,
         ),
