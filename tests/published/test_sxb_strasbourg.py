@@ -208,7 +208,7 @@ def test_readme_tells_what_the_propagation_claims(result):
     poor = np.median(np.diagonal(values[is_poor], axis1=1, axis2=2), axis=0)
     assert np.sqrt(poor[2]) == pytest.approx(25.0, abs=0.5)
     tests = {test.name: test for test in result.claim.tests}
-    section = README.read_text(encoding="utf-8").split("the propagation claims\n")[1]
+    section = README.read_text(encoding="utf-8").split("## Propagated precision\n")[1]
     rows = re.findall(r"\| (.+?) \| ([\d.]+) cm \| ([\d.]+) cm \| ([\d.]+) \|", section)
     names = {"residuals at the control": "residuals of the low flight"}
     assert len(rows) == 3
