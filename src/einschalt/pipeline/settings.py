@@ -125,25 +125,25 @@ class Settings(BaseModel):
 
     method: Literal["two_step", "simultaneous", "auto"] = Field(
         "two_step",
-        description="The two-step way of 1971, or all models of all flights in one "
-        "adjustment; auto computes both, and takes the one that the measurements "
-        "support best.",
+        description="The two-step method of 1971, or all models of all flights in "
+        "one adjustment; auto computes both, and selects the one that the "
+        "measurements support best.",
     )
     coverage_mean: Literal["all", "most_central"] = Field(
         "all",
-        description="Values that make a point's mean: of every model, or per coverage "
-        "of the most central one (1971).",
+        description="Values that form the mean of a point: from every model, or per "
+        "coverage from the most central one (1971).",
     )
     weighting: Literal["auto", "plain", "weighted", "rigorous"] = Field(
         "auto",
-        description="Mean of a point's values: arithmetic, with weights 1 / M², or of "
-        "least variance by their propagated covariances; auto is the last where these "
-        "are known and coverage_mean is all, otherwise the first.",
+        description="Mean of a point's values: arithmetic, with weights 1 / M², or "
+        "with least variance by their propagated covariances; auto is the last if "
+        "these are known and coverage_mean is all, otherwise the first.",
     )
     outliers: Literal["keep", "snoop", "huber", "tukey"] = Field(
         "keep",
-        description="Gross errors of the low flight: named only, taken out one by one, "
-        "or given less weight by a robust norm.",
+        description="Gross errors of the low flight: only reported, removed one by "
+        "one, or given less weight by a robust norm.",
     )
     screening: Literal["propagated", "practice_1968", "off"] = Field(
         "propagated",
@@ -155,38 +155,38 @@ class Settings(BaseModel):
         ge=1,
         le=100,
         strict=True,
-        description="Maximum number of iterations of the low flight, each time onto "
-        "the coordinates that it gave, with control held.",
+        description="Maximum number of iterations: the low flight is transformed "
+        "again onto its own improved coordinates, with control held.",
     )
     model_deformation: Literal["modelled", "tested", "ignored"] = Field(
         "modelled",
-        description="Deformations of models are modelled where a test finds them, only "
-        "tested, or neither: those that each model has for itself, and with method "
-        "simultaneous those that all models of a flight share.",
+        description="Deformations of models: modelled if a test finds them, only "
+        "tested, or neither; those of single models, and with method simultaneous "
+        "also those that all models of a flight share.",
     )
     earth_curvature: Literal["treated", "ignored"] = Field(
         "treated",
-        description="Curvature of the Earth and scale of the map in models; ignored "
-        "where their coordinates were corrected for it before.",
+        description="Curvature of the Earth and scale of the map in models; use "
+        "ignored if their coordinates were already corrected for it.",
     )
     variance_components: Literal["given", "estimated"] = Field(
         "given",
-        description="With method simultaneous: errors of control and flights as they "
-        "were given, or as the residuals show them.",
+        description="With method simultaneous: errors of control and flights as "
+        "given, or as estimated from the residuals.",
     )
     significance: Probability = Field(
         GROSS_ERROR_SIGNIFICANCE,
         gt=0.0,
         lt=1.0,
-        description="Probability with which a model or point without gross errors is "
-        "suspect.",
+        description="Probability that a model or point without gross errors is "
+        "reported as suspect.",
     )
     residual_distribution: Literal[
         "none", "natural_neighbour", "inverse_distance", "multiquadric"
     ] = Field(
         "none",
-        description="Distribute the residuals of control points to the points between "
-        "them, for a cadastre that must fit.",
+        description="Distribute the residuals of control points to the points "
+        "between them, if these must fit an existing cadastre.",
     )
     tolerance: Annotated[
         str | float,
@@ -203,8 +203,7 @@ class Settings(BaseModel):
         0.95,
         gt=0.0,
         lt=1.0,
-        description="Probability with which the confidence ellipses hold the true "
-        "point.",
+        description="Probability that a confidence ellipse contains the true point.",
     )
 
     crs_accuracy_m: Annotated[
@@ -213,8 +212,8 @@ class Settings(BaseModel):
         None,
         gt=0.0,
         le=100.0,
-        description="Worst accuracy of an operation between reference systems, metres; "
-        "a quarter of the standard error of the points where left out.",
+        description="Worst accuracy of an operation between reference systems, "
+        "metres; if omitted, a quarter of the standard error of the points.",
     )
     crs_operation: Annotated[str, Expected("a text, such as EPSG:1619")] = Field(
         "",
@@ -227,17 +226,17 @@ class Settings(BaseModel):
         None,
         ge=1900.0,
         le=2100.0,
-        description="Epoch for which the coordinates hold, a decimal year: where their "
-        "frame moves against that of the block, as ITRF2014 does.",
+        description="Epoch of the coordinates, a decimal year: if their frame moves "
+        "relative to that of the block, as ITRF2014 does.",
     )
     output_crs: Annotated[str, Expected("a text, such as EPSG:25833")] = Field(
         "",
-        description="Reference system of the results, where it is not that of the "
-        "block.",
+        description="Reference system of the results, if it is not that of the block.",
     )
     grids: Annotated[str, Expected("a text: the path of a folder")] = Field(
         "",
-        description="Folder with grids of the reference systems, beside those of PROJ.",
+        description="Folder with grids of the reference systems, in addition to "
+        "those of PROJ.",
     )
 
     def __init__(self, **fields: Any) -> None:

@@ -43,7 +43,7 @@ def batch(
     *,
     workers: Annotated[
         int | None,
-        typer.Option(show_default="one per core", help="Processes at the same time."),
+        typer.Option(show_default="one per core", help="Number of parallel processes."),
     ] = None,
     memory: Annotated[
         float | None,
@@ -56,7 +56,7 @@ def batch(
         typer.Option(
             show_default="no limit",
             help="Seconds that a block may take; after that it fails, and the others "
-            "go on.",
+            "continue.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -68,7 +68,7 @@ def batch(
     ] = None,
     resume: _flag(
         "--resume",
-        "Go on with an interrupted run; what it has seen fail is not tried again.",
+        "Continue an interrupted run; blocks that failed in it are not tried again.",
     ) = False,
     only_failed: _flag(
         "--only-failed", "Compute only blocks that failed or were left half-done."
@@ -82,14 +82,13 @@ def batch(
 ):
     """Compute every block below a folder, and report the outcome of each.
 
-    Writes one folder per block, named after it, with the files that densify writes,
-    and blocks.csv, blocks.parquet and blocks.html: one row per block. A block whose
-    result is there is skipped, unless its tables, its settings or the version of the
-    program have changed; where a folder holds anything but its result, it fails. A
-    block that fails does not stop the others.
+    Writes one folder per block, named after it, with the files that densify writes, and
+    blocks.csv, blocks.parquet and blocks.html: one row per block. A block that already
+    has a result is skipped, unless its tables, its settings or the version of the
+    program have changed; if its folder contains anything else, the block fails. A block
+    that fails does not stop the others.
 
-    Exit status: 0 when every block that was asked for has its result, 1 when some
-    failed, 2 when the call is wrong or the folder cannot be written, 130 when
-    interrupted; with --strict 3 when none failed, but something contradicts the stated
-    precision of some.
+    Exit status: 0 when every requested block has its result, 1 when some failed, 2 when
+    the call is wrong or the folder cannot be written, 130 when interrupted; with
+    --strict 3 when none failed, but something contradicts the stated precision of some.
     """

@@ -39,7 +39,7 @@ def check(
 ):
     """Report everything that is wrong with a block's input.
 
-    On a terminal as a table; in a pipe one line for each problem, which begins with
-    problem, model (it cannot be used, the others can) or note. The exit status is 2
-    where anything is wrong.
+    Prints a table on a terminal; in a pipe one line for each problem, which begins with
+    problem, model (it cannot be used, the others can) or note. The exit status is 2 if
+    anything is wrong.
     """

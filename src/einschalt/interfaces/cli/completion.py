@@ -21,8 +21,8 @@ def completion(
         typer.Argument(metavar="SHELL", help="bash, zsh or fish."),
     ],
 ):
-    """Print what a shell needs to complete commands and options.
+    """Print a shell script that completes commands and options.
 
-    What is completed comes from the commands themselves: nothing has to be done again
-    after an update.
+    Completions come from the commands themselves: nothing has to be repeated after an
+    update.
     """

@@ -31,8 +31,8 @@ def convert(
         Path,
         typer.Argument(
             metavar="OUT",
-            help="A folder for control_points.csv, image_points.csv …; of markers also "
-            "gcp_list.txt; of a table a .csv or .parquet.",
+            help="A folder for control_points.csv, image_points.csv …; for markers "
+            "also gcp_list.txt; for a table a .csv or .parquet.",
         ),
     ],
     kind: Annotated[
@@ -41,31 +41,33 @@ def convert(
             "--format",
             metavar="<name>",
             show_default="by name and content",
-            help="Of a file of another program, such as ign-opk; also one of your own.",
+            help="Format of a file of another program, such as ign-opk; also one of "
+            "your own.",
         ),
     ] = None,
     sheet: Annotated[
-        str | None, typer.Option(show_default="the only one", help="Of a workbook.")
+        str | None,
+        typer.Option(show_default="the only one", help="Sheet of a workbook."),
     ] = None,
     layer: Annotated[
-        str | None, typer.Option(show_default="the only one", help="Of a GeoPackage.")
+        str | None,
+        typer.Option(show_default="the only one", help="Layer of a GeoPackage."),
     ] = None,
     crs: Annotated[
         str | None,
         typer.Option(
-            show_default="not known", help="Of the coordinates, if no file says."
+            show_default="not known",
+            help="System of the coordinates, if no file states it.",
         ),
     ] = None,
     decimal: Annotated[
         Literal[",", "."] | None,
-        typer.Option(
-            show_default="by the table", help="What commas in its numbers are."
-        ),
+        typer.Option(show_default="by the table", help="Decimal sign of the numbers."),
     ] = None,
 ):
-    """Write what another program has measured as plain tables.
+    """Convert the measurements of another program to plain tables.
 
-    Names of columns, kinds of points, decimal commas and encodings are understood as
-    check does, and said. Coordinates stay in their system, pixels as they were counted.
-    Nothing is written over.
+    Names of columns, kinds of points, decimal commas and encodings are interpreted as
+    by check, and reported. Coordinates remain in their system, pixels as they were
+    counted. Existing files are not overwritten.
     """

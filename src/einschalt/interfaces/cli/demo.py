@@ -12,7 +12,7 @@ EXAMPLES = ("einschalt demo", "einschalt demo --output somewhere")
 @done_in_work
 def demo(
     output: Annotated[
-        str, output_option("Folder that gets a folder for each block.")
+        str, output_option("Folder in which a folder for each block is written.")
     ] = "out",
     *,
     overwrite: Overwrite = False,

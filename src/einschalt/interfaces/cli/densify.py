@@ -27,14 +27,14 @@ def densify(
         float | None,
         typer.Option(
             show_default="a round factor that makes them visible",
-            help="How much larger the ellipses are drawn in block.gpkg.",
+            help="Factor by which the ellipses are enlarged in block.gpkg.",
         ),
     ] = None,
     pdf: Annotated[
         Literal["a4", "letter"] | None,
         typer.Option(
             show_default="report.html alone",
-            help="Print the report on this paper as well, into report.pdf; it takes an "
+            help="Also print the report to report.pdf, in this paper size; needs an "
             "installed Chromium.",
         ),
     ] = None,
@@ -48,14 +48,14 @@ def densify(
     strict: Strict = False,
     quiet: Quiet = False,
 ):
-    """Compute a block's points, and how good they are.
+    """Compute the points of a block, and their precision.
 
     Writes points, models, residuals, orientations (each .csv and .parquet),
     failures.csv, block.gpkg, report.html, summary.txt, assessment.json and
-    provenance.json. Results of the same block are replaced; a folder with anything else
-    is refused.
+    provenance.json. Results of the same block are replaced; a folder with any other
+    content is rejected.
 
-    Exit status: 0 when the work was done (failed models are reported), 2 when input or
-    call are wrong, 130 when interrupted; with --strict 3 when all was written, but
-    something contradicts the stated precision.
+    Exit status: 0 when the work was done (failed models are reported), 2 when the input
+    or the call is wrong, 130 when interrupted; with --strict 3 when everything was
+    written, but something contradicts the stated precision.
     """

@@ -129,7 +129,7 @@ def _with_habits(run, command):
 def _language_option():
     """The option ``--language`` of commands that know more than one."""
     option = typer.Option(
-        show_default="that of the locale", help="Language of what users read."
+        show_default="that of the locale", help="Language of output, reports and help."
     )
     annotation = Annotated[Literal[LANGUAGES] | None, option]
     kind = inspect.Parameter.KEYWORD_ONLY

@@ -28,5 +28,5 @@ def explain(
     """Explain a term of the field, a finding or a column.
 
     Terms come from the glossary, columns from the schemas that check the tables, and
-    findings with what may be done about them from what words them in a summary.
+    findings, with their remedies, from the texts of the summary.
     """

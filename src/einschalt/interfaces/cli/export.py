@@ -36,7 +36,8 @@ def export(
             "--to",
             metavar="FILES...",
             show_default=False,
-            help="Files to be written, one after the other; the suffix says what.",
+            help="Files to be written, one after the other; the suffix determines "
+            "the format.",
         ),
     ] = None,
     overwrite: Overwrite = False,

@@ -23,7 +23,10 @@ def _asked(kind, text, *names):
 @done_in_work
 def init(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Of the block; made if need be.")
+        Path,
+        typer.Argument(
+            metavar="FOLDER", help="Folder of the block; created if necessary."
+        ),
     ],
     more: Annotated[
         list[Path] | None, typer.Argument(metavar="FILES", hidden=True)
@@ -43,12 +46,12 @@ def init(
     schema: Annotated[
         bool,
         typer.Option(
-            "--schema", help="Write block.schema.json beside, for editors of TOML."
+            "--schema", help="Also write block.schema.json, for TOML editors."
         ),
     ] = False,
     yes: Annotated[
         bool,
-        typer.Option("--yes", "-y", help="Ask nothing: take what is suggested."),
+        typer.Option("--yes", "-y", help="Ask nothing: accept all suggestions."),
     ] = False,
     crs: _asked(str, "System of the coordinates, such as EPSG:31255.") = None,
     name: _asked(str, "Name of the block.") = None,
@@ -57,21 +60,23 @@ def init(
     high_m_g_um: _asked(
         float, "TOTAL error of one setting of the high flight [µm]."
     ) = None,
-    low_m_g_um: _asked(float, "The same of the low flight [µm].") = None,
-    principal_distance_mm: _asked(float, "Of flights with image points [mm].") = None,
+    low_m_g_um: _asked(float, "The same for the low flight [µm].") = None,
+    principal_distance_mm: _asked(
+        float, "Principal distance of flights with image points [mm]."
+    ) = None,
     control_error_m: _asked(
         float, "TOTAL standard error of the control points [m]."
     ) = None,
     easting: _asked(str, "Column that is the easting of the ground points.") = None,
     northing: _asked(str, "Column that is the northing.") = None,
     decimal: _asked(
-        Literal[",", "."], "What a comma or point in the numbers is, if it is unclear."
+        Literal[",", "."], "Decimal sign of the numbers, if it is ambiguous."
     ) = None,
 ):
-    """Write a first block.toml, of what files hold.
+    """Write a first block.toml from the contents of files.
 
-    Looks at the files, says what each of them is and why, and asks on a terminal what
-    they cannot tell. Elsewhere it ends with status 2 and names the option; --yes takes
-    what is suggested. An option goes before what the files say. No file is changed,
-    and none is written over.
+    Reads the files, reports what each of them contains and why, and asks on a terminal
+    for missing information. Otherwise it ends with status 2 and names the option; --yes
+    accepts all suggestions. Options take precedence over the files. No file is changed
+    or overwritten.
     """

@@ -33,18 +33,18 @@ COMPLETION = "_EINSCHALT_COMPLETE"
 COMMANDS = mark_each(
     {
         "demo": "Compute the example blocks, simulated and real.",
-        "init": "Write a first block.toml, of what files hold.",
-        "densify": "Compute a block's points, and how good they are.",
-        "serve": "Work on a page in the browser, on this computer alone.",
+        "init": "Write a first block.toml from the contents of files.",
+        "densify": "Compute the points of a block, and their precision.",
+        "serve": "Work on a page in the browser, on this computer only.",
         "batch": "Compute every block below a folder, and report the outcome of each.",
         "check": "Report everything that is wrong with a block's input.",
         "plan": "Predict the precision of a flight before it is flown.",
-        "convert": "Write what another program has measured as plain tables.",
+        "convert": "Convert the measurements of another program to plain tables.",
         "simulate": "Simulate a block whose true coordinates are known.",
         "transform": "Fit one transformation per model, and transform points.",
         "export": "Write a result for CAD, Excel, GIS and other adjustments.",
         "explain": "Explain a term of the field, a finding or a column.",
-        "completion": "Print what a shell needs to complete commands and options.",
+        "completion": "Print a shell script that completes commands and options.",
         "publish": "Publish a result for PROJ, GDAL and QGIS.",
         "orient": "Orient image pairs, and report those near a dangerous surface.",
     }
@@ -159,7 +159,7 @@ def einschalt(
         typer.Option(
             LANGUAGE,
             show_default="that of the locale",
-            help="Language of what users read.",
+            help="Language of output, reports and help.",
         ),
     ] = None,
 ):
@@ -167,12 +167,12 @@ def einschalt(
 
     Exit status: 0 when the work was done (failed models are reported), 1 when a batch
     has failed blocks, 2 when the input or the call is wrong, 3 with --strict when
-    something contradicts the stated precision, 130 when interrupted, 128 and its
-    number when another signal ends it.
+    something contradicts the stated precision, 130 when interrupted, 128 plus the
+    number of the signal when another signal ends it.
 
-    Options of lengths take units, as --spacing 250m or --target 5cm; a number alone has
-    the unit that the option names. With --json a command prints one JSON object
-    (command, status, problems, paths, figures), and its text on standard error.
+    Options for lengths accept units, as in --spacing 250m or --target 5cm; a number
+    alone has the unit that the option names. With --json a command prints one JSON
+    object (command, status, problems, paths, figures), and its text on standard error.
     """
 
 

@@ -26,7 +26,7 @@ def output_option(text):
     )
 
 
-def overwrite_option(text="Replace what lies there, inputs excepted."):
+def overwrite_option(text="Replace existing files, except inputs."):
     """Option ``--overwrite`` of a command."""
     return typer.Option("--overwrite", help=text)
 
@@ -54,7 +54,7 @@ SourceCRS = Annotated[
     str | None,
     typer.Option(
         show_default=False,
-        help="System of the model coordinates, where they are those of an old frame.",
+        help="System of the model coordinates, if they are those of an old frame.",
     ),
 ]
 Strict = Annotated[

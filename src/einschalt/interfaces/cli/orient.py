@@ -32,9 +32,9 @@ def orient(
         Path | None,
         typer.Argument(
             metavar="TABLE",
-            help="Y-parallaxes: model_id, point_id, x, y, z, y_parallax [mm]; or image "
-            "coordinates: model_id, point_id, x_left, y_left, x_right, y_right [mm]. "
-            "CSV or Parquet; without model_id it is one model.",
+            help="Y-parallaxes: model_id, point_id, x, y, z, y_parallax [mm]; or "
+            "image coordinates: model_id, point_id, x_left, y_left, x_right, y_right "
+            "[mm]. CSV or Parquet; without model_id all points form one model.",
         ),
     ] = None,
     case: Annotated[
@@ -49,46 +49,51 @@ def orient(
     ) = None,
     method: _parallaxes(
         Literal["least_squares", "krames", "gruber"],
-        "how the elements are found (default: least_squares).",
+        "method for the elements (default: least_squares).",
     ) = None,
     principal_distance: _images(
-        float, "principal distance [mm]; for terrain that of the camera to be flown."
+        float, "principal distance [mm]; for terrain that of the planned camera."
     ) = None,
     estimator: _images(
         Literal["rigorous", "determinants"],
-        "what is made smallest (default: rigorous).",
+        "what is minimised (default: rigorous).",
     ) = None,
     camera: _images(
-        Path, "a camera.toml, in place of --principal-distance: TABLE in its pixels."
+        Path,
+        "a camera.toml, instead of --principal-distance; TABLE is then in its pixels.",
     ) = None,
     outliers: _images(
         Literal["keep", "snoop", "huber", "tukey"],
-        "keep points that contradict their model, take them out, or give them less "
+        "keep points that contradict their model, remove them, or give them less "
         "weight (default: keep).",
     ) = None,
     terrain: _terrain(
         Path, "instead of TABLE: model_id, h1 … h6, heights in standard points [m]."
     ) = None,
-    scale_number: _terrain(float, "of the image scale in points 1 and 2.") = None,
-    flying_height: _terrain(float, "above the points 1 and 2 [m].") = None,
-    altitude: _terrain(float, "of the flight, in the system of heights [m].") = None,
+    scale_number: _terrain(float, "scale number in points 1 and 2.") = None,
+    flying_height: _terrain(float, "flying height above points 1 and 2 [m].") = None,
+    altitude: _terrain(
+        float, "altitude of the flight, in the height system of the table [m]."
+    ) = None,
     image_format: _terrain(float, "side of the image [mm] (default: 230).") = None,
-    forward_overlap: _terrain(float, "0 to 1 (default: 0.6).") = None,
+    forward_overlap: _terrain(float, "forward overlap, 0 to 1 (default: 0.6).") = None,
     wing: _terrain(
-        float, "points 3 to 6 from the base in the image [mm] (default: 100)."
+        float,
+        "distance of points 3 to 6 from the base in the image [mm] (default: 100).",
     ) = None,
     overwrite: Overwrite = False,
 ):
     """Orient image pairs, and report those near a dangerous surface.
 
-    With --base from y-parallaxes, y of the moved bundle less y of the fixed one; with
+    With --base from y-parallaxes (y of the moved bundle minus y of the fixed one); with
     --principal-distance from image coordinates; with --terrain before the flight, from
     the heights below the two projection centres (h1, h2) and in the wings beside them
     (h3, h5 beside h1; h4, h6 beside h2).
 
     Writes parameters, cofactors, residuals, contradiction (of parallaxes), model_points
     and model_precision (of images), dangerous_surface and failures, each .csv and
-    .parquet, summary.txt, provenance.json, residual_parallaxes.svg, and of the first
-    six-point models Krames' construction. Results of the same tables are replaced; a
-    folder with anything else is refused. Models that fail do not stop the others.
+    .parquet, summary.txt, provenance.json, residual_parallaxes.svg, and Krames'
+    construction for the first six-point models. Results of the same tables are
+    replaced; a folder with any other content is rejected. Models that fail do not stop
+    the others.
     """

@@ -78,8 +78,8 @@ def plan(
     edge: Annotated[
         Edge,
         typer.Option(
-            help="Where the edge of a model is: by the rule of 1971, or in its "
-            "geometry with points evenly spread or on a lattice."
+            help="Definition of the edge of a model: by the rule of 1971, or by its "
+            "geometry with points evenly distributed or on a lattice."
         ),
     ] = "kovarik",
     camera: Annotated[
@@ -102,33 +102,33 @@ def plan(
     target: Annotated[
         float | None,
         typer.Option(
-            help="Wanted total error [m]: gives the cheapest flights that reach it."
+            help="Required total error [m]: finds the cheapest flights that reach it."
         ),
     ] = None,
     where: Annotated[
         Literal["everywhere", "edge", "centre"],
-        typer.Option(help="Target: place in the models where it holds."),
+        typer.Option(help="Target: where in the models it must be reached."),
     ] = "everywhere",
     by: Annotated[
         Literal["expected", "paper"],
-        typer.Option(help="Target: by what is to be expected, or the paper's formula."),
+        typer.Option(
+            help="Target: judged by the expected precision, or by the paper's formula."
+        ),
     ] = "expected",
     costs: Annotated[
         str,
         typer.Option(
             metavar="NAME=COST,…",
-            help="Target: your prices in any currency: of an image flown, a model "
-            "oriented, a point set once, a control point surveyed; plans are ranked by "
-            "them. What is not named has the default.",
+            help="Target: prices in any currency, per image flown, model oriented, "
+            "setting of a point, and control point surveyed; plans are ranked by "
+            "cost. Prices that are not given have the default.",
         ),
     ] = "image=10,model=20,setting=0.5,control_point=100",
     high_over_low: _values(
-        "Target: scale number of the high flight over the low one's"
+        "Target: ratio of the scale numbers of high and low flight"
     ) = None,
-    n_settings: _values("Target: how often points are set") = None,
-    n_coverages: _values("Target, expect: how often the flights cover the area") = (
-        None
-    ),
+    n_settings: _values("Target: number of settings of each point") = None,
+    n_coverages: _values("Target, expect: number of coverages of the area") = None,
     control_per_model: _values(
         "Target, expect: control in each high-flight model, 5 or 9"
     ) = None,
@@ -139,7 +139,7 @@ def plan(
         float | None,
         typer.Option(
             show_default="120 for UAVs, else none",
-            help="Target: both flights stay below it, above ground [m].",
+            help="Target: maximum height of both flights above ground [m].",
         ),
     ] = None,
     expect: Annotated[
@@ -163,20 +163,22 @@ def plan(
     ] = None,
     area_layer: optional("Area", str, "layer of a GeoPackage with several.") = None,
     crs: optional(
-        "Area", str, "plane system of the plan, such as EPSG:31255; that of the area."
+        "Area",
+        str,
+        "plane system of the plan, such as EPSG:31255; if omitted, that of the area.",
     ) = None,
     ground_heights: Annotated[
         Path | None,
         typer.Option(
             help="Area: heights of the terrain, GeoTIFF or XYZ or a table easting, "
-            "northing, height; gives altitudes, and says where overlaps end."
+            "northing, height; gives altitudes, and reports where overlaps are lost."
         ),
     ] = None,
     terrain: Annotated[
         Path | None,
         typer.Option(
-            help="Table model_id, h1 … h6, heights in the standard points [m]: says "
-            "which models come near a dangerous surface."
+            help="Table model_id, h1 … h6, heights in the standard points [m]: "
+            "reports which models come near a dangerous surface."
         ),
     ] = None,
     output: Annotated[
@@ -199,11 +201,12 @@ def plan(
 ):
     """Predict the precision of a flight before it is flown.
 
-    Tables of points in a model, of the transformation's error, and of the total error
-    in the middle and at the edge of models, after Kovarik 1971; and the scale beyond
-    which a lower flight loses accuracy. Defaults come from the camera preset.
+    Prints tables of the number of points in a model, of the error of the
+    transformation, and of the total error in the middle and at the edge of models,
+    after Kovarik 1971; and the scale beyond which a lower flight loses accuracy.
+    Defaults come from the camera preset.
 
-    With --target the cheapest flights that reach a precision; with --expect the
-    precision of one block with all that its points share; with --terrain dangerous
-    surfaces as well.
+    With --target it finds the cheapest flights that reach a precision; with --expect it
+    predicts the precision of one block, including errors that its points share; with
+    --terrain it also reports dangerous surfaces.
     """

@@ -41,7 +41,7 @@ def publish(
     ],
     output: Annotated[
         Path | None,
-        output_option("Folder for the publication; RESULT/NAME where left out."),
+        output_option("Folder for the publication; if omitted, RESULT/NAME."),
     ] = None,
     crs: CRS = None,
     source_crs: SourceCRS = None,
@@ -49,8 +49,8 @@ def publish(
         str | None,
         typer.Option(
             show_default="where they are written",
-            help="Folder in which the files will stand when they are used; empty where "
-            "PROJ searches for them.",
+            help="Folder in which the files will be when they are used; empty for "
+            "PROJ's own search path.",
         ),
     ] = None,
     proj_db: Annotated[
@@ -69,6 +69,6 @@ def publish(
     Writes operations.csv (each transformation as PROJ string and WKT, with accuracy and
     area), NAME.json (triangles, PROJ's tinshift) or NAME.tif (grid of shifts, GTG),
     NAME.db (auxiliary PROJ database), NAME.wkt (the frame), left_out.csv, README.md
-    (how to use it, and how good it is) and provenance.json.
-    PROJ runs every form there and back before it is published.
+    (how to use it, and its accuracy) and provenance.json. Every form is run in PROJ,
+    forwards and backwards, before it is published.
     """

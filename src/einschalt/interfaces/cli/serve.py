@@ -21,8 +21,9 @@ def serve(
         Path,
         typer.Argument(
             metavar="FOLDER",
-            show_default="the present folder",
-            help="What the page may open, and where results go: nothing outside of it.",
+            show_default="the current folder",
+            help="Folder that the page may open, and in which results are written: "
+            "nothing outside it.",
         ),
     ] = Path(),
     port: Annotated[
@@ -33,7 +34,9 @@ def serve(
     ] = 0,
     host: Annotated[
         Literal["127.0.0.1", "::1"],
-        typer.Option(help="Name of this computer; no other can reach the page."),
+        typer.Option(
+            help="Name of this computer; no other computer can reach the page."
+        ),
     ] = "127.0.0.1",
     browser: Annotated[
         bool,
@@ -41,13 +44,15 @@ def serve(
     ] = True,
     most_upload: Annotated[
         float,
-        typer.Option(min=1.0, help="What may be dropped into the page, in all [MB]."),
+        typer.Option(
+            min=1.0, help="Maximum total size of files dropped into the page [MB]."
+        ),
     ] = 1000.0,
 ):
-    """Work on a page in the browser, on this computer alone.
+    """Work on a page in the browser, on this computer only.
 
     Opens blocks below a folder, or files that are dropped into the page; checks and
     computes them, shows and compares reports, plans flights, and runs batches. The
-    address that is printed has a key, without which nobody sees the page. Needs the
+    printed address contains a key, without which nobody can open the page. Needs the
     extra serve: pip install 'einschalt[serve]'.
     """

@@ -54,18 +54,20 @@ def simulate(
     ) = None,
     forward_overlap: _geometry(float, "of consecutive images, 0 to 1.") = None,
     side_overlap: _geometry(float, "of neighbouring strips, 0 to 1.") = None,
-    n_coverages: _geometry(int, "how often each flight covers the block.") = None,
-    n_check: _geometry(int, "new points with given coordinates, to check.") = None,
+    n_coverages: _geometry(int, "number of coverages of each flight.") = None,
+    n_check: _geometry(
+        int, "number of new points with given coordinates, as check points."
+    ) = None,
     measurement: _geometry(
         Measurement,
-        "what the tables hold: coordinates of oriented models, these with "
+        "contents of the tables: coordinates of oriented models, these with "
         "y-parallaxes, or image coordinates.",
     ) = None,
     transformation: _geometry(Transformation, "how models are fitted.") = None,
     control_standard_error: _noise(float, "of given coordinates, total [m].") = None,
     high_m_g_um: _noise(float, "of a measured point, total, in the image [µm].") = None,
     low_m_g_um: _noise(float, "the same for the low flight [µm].") = None,
-    film_affinity: _noise(float, "scale along the strip less that across.") = None,
+    film_affinity: _noise(float, "scale along the strip minus that across.") = None,
     gross_errors: _noise(float, "share of measured points, both flights.") = None,
     gross_error_um: _noise(float, "size of a gross error in the image [µm].") = None,
     network_strain: _noise(float, "largest strain of given coordinates [m].") = None,
@@ -73,14 +75,15 @@ def simulate(
         int | None,
         typer.Option(
             show_default=False,
-            help="Repetitions: simulate and compute so many blocks, and set the "
-            "claimed precision against the true one.",
+            help="Repetitions: number of blocks to simulate and compute, to compare "
+            "claimed and true precision.",
         ),
     ] = None,
     workers: Annotated[
         int | None,
         typer.Option(
-            show_default="one per core", help="Repetitions: processes at a time."
+            show_default="one per core",
+            help="Repetitions: number of parallel processes.",
         ),
     ] = None,
     scheduler: Annotated[
@@ -91,13 +94,13 @@ def simulate(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, overwrite_option("Replace a block, or repetitions, that stand there.")
+        bool, overwrite_option("Replace an existing block, or existing repetitions.")
     ] = False,
 ):
     """Simulate a block whose true coordinates are known.
 
-    Writes a block folder that check and densify read, and truth.csv beside it. What
-    is left out of geometry and noise is that of the preset. With --repeat nothing but
-    repetitions.csv is written: for each seed the true error of the new points, and the
-    error that is claimed.
+    Writes a block folder that check and densify read, and truth.csv beside it. Options
+    of geometry and noise that are omitted are those of the preset. With --repeat only
+    repetitions.csv is written: for each seed the true and the claimed error of the new
+    points.
     """

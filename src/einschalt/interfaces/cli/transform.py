@@ -31,7 +31,7 @@ def transform(
         typer.Argument(
             metavar="MODEL_POINTS",
             help="Table (CSV or Parquet): model_id, point_id, x, y, and z for "
-            "helmert_3d; also weight. Without model_id it is one model.",
+            "helmert_3d; also weight. Without model_id all points form one model.",
         ),
     ],
     ground_points: Annotated[
@@ -58,7 +58,7 @@ def transform(
         Literal["none", "triangles", "collocation", "natural_neighbour"],
         typer.Option(
             help="Distribution of the residuals: none; linear in triangles of "
-            "identical points, which then go where they were measured; or by a grid of "
+            "identical points, which are then reproduced exactly; or by a grid of "
             "shifts, from collocation (without noise) or natural neighbours.",
         ),
     ] = "none",
@@ -90,8 +90,8 @@ def transform(
         typer.Option(
             metavar="<name>",
             show_default=False,
-            help="Publish it for PROJ under this name, in a folder of this name in "
-            "that of the results (see einschalt publish).",
+            help="Publish the transformation for PROJ under this name, in a "
+            "subfolder of this name (see einschalt publish).",
         ),
     ] = None,
     crs: CRS = None,
@@ -102,7 +102,7 @@ def transform(
 
     Writes parameters, models, residuals, failures, points and identical_points, each
     .csv and .parquet, with --distribute also left_out and triangles or distribution,
-    and provenance.json. Results of the same tables are replaced; a folder with anything
-    else is refused.
-    Residuals are transformed minus given. Models that fail do not stop the others.
+    and provenance.json. Results of the same tables are replaced; a folder with any
+    other content is rejected. Residuals are transformed minus given. Models that fail
+    do not stop the others.
     """
