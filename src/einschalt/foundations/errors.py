@@ -22,7 +22,7 @@ NAMED = ("file", "point", "model")
 
 
 class EinschaltError(Exception):
-    """A fault that the user can mend.
+    """An error that the user can correct.
 
     Parameters
     ----------

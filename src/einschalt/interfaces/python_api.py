@@ -148,7 +148,7 @@ class DensificationResult(results.DensificationResult):
         )
 
     def report(self, path: StrPath, *, overwrite: bool = False) -> None:
-        """Write the report alone: one HTML page that needs nothing else.
+        """Write the report alone: one self-contained HTML page.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class DensificationResult(results.DensificationResult):
         return publish_densification(self, name, folder, **options)
 
     def export(self, *files: StrPath, overwrite: bool = False) -> list[Exported]:
-        """Write the result for other programs, the kind of each file by its suffix.
+        """Write the result for other programs; the suffix of a file gives its format.
 
         Parameters
         ----------
@@ -265,7 +265,7 @@ def read_points(
     decimal: Literal[",", "."] | None = None,
     crs: str | None = None,
 ) -> pd.DataFrame:
-    """Read ground points from a table, a sheet or a layer, whatever its words are.
+    """Read ground points from a table, a sheet or a layer, by any known column names.
 
     Parameters
     ----------
@@ -397,7 +397,7 @@ def densify_many(
     overwrite: bool = False,
     progress: Callable[[Any], object] | None = None,
 ) -> pd.DataFrame:
-    """Compute many blocks, each in a process of its own, and write their results.
+    """Compute many blocks, each in a separate process, and write their results.
 
     Parameters
     ----------
@@ -525,7 +525,7 @@ def simulate_block(
     geometry: BlockGeometry | None = None,
     noise: BlockNoise | None = None,
 ) -> SimulatedBlock:
-    """Simulate a block whose truth is known.
+    """Simulate a block with known truth.
 
     Parameters
     ----------

@@ -41,74 +41,76 @@ class Settings(BaseModel):
     Attributes
     ----------
     method : {"two_step", "simultaneous", "auto"}
-        The two-step way of Kovarik 1971, or all models of all flights and the control
-        in one adjustment. Earlier versions called the former "pipeline"; that word is
-        still understood, with a DeprecationWarning.
+        The two-step method of Kovarik 1971, or all models of all flights and the
+        control in one adjustment. Earlier versions called the former "pipeline"; that
+        word is still accepted, with a DeprecationWarning.
     coverage_mean : {"all", "most_central"}
-        Which models give a point's coordinates: every model that holds it, or, as in
+        Which models give a point's coordinates: every model that contains it, or, as in
         1971, per coverage the model in which ``max(|u|, |v|)`` is smallest, u and v
         being the position in the model's extent.
     weighting : {"auto", "plain", "weighted", "rigorous"}
-        Arithmetic mean; weights 1 / M² with the M of the error budget; or, where the
+        Arithmetic mean; weights 1 / M² with the M of the error budget; or, if the
         size of every error is known, the mean of least variance by the propagated
         covariances of a point's values, which a badly determined model does not spoil.
-        "auto" is "rigorous" where it can be and all models count, otherwise "plain".
+        "auto" is "rigorous" if that is possible and all models are used, otherwise
+        "plain".
     outliers : {"keep", "snoop", "huber", "tukey"}
-        What happens to gross errors: they are only named; the worst of each low-flight
-        model is taken out until none is left; or a robust norm gives them less weight.
-        Unless they are kept, measurements of either flight take no part that contradict
-        the other models of their flight when these are adjusted simultaneously, and
-        the value of a suspect does not enter the mean of its point where another model
-        has one that is not suspect.
+        Treatment of gross errors: they are only reported; the worst of each low-flight
+        model is removed until none is left; or a robust norm gives them less weight.
+        Unless they are kept, measurements of either flight that contradict the other
+        models of their flight in a simultaneous adjustment take no part, and the value
+        of a suspect does not enter the mean of its point if another model has a value
+        that is not suspect.
     screening : {"propagated", "practice_1968", "off"}
-        How a point is found whose coverages differ by more than they may: by the
-        propagated precision of the difference, or, as in the double coverages of 1968,
-        by three standard errors that come from all differences. A suspect keeps the
-        values of its coverages beside their mean.
+        Limit for the differences of a point's coverages: from the propagated precision
+        of the difference, or, as in the double coverages of 1968, three standard errors
+        estimated from all differences. A suspect keeps the values of its coverages
+        beside their mean.
     iterations : int
-        Maximum number of iterations: the low flight is transformed onto the coordinates
-        that it gave, with control points held, until nothing moves by 1 mm.
+        Maximum number of iterations: the low flight is transformed again onto its own
+        improved coordinates, with control points held, until nothing moves by 1 mm.
     model_deformation : {"modelled", "tested", "ignored"}
-        Whether deformations of models are modelled where a test finds them, only
-        tested, or neither: those that each model has for itself, and with
-        ``method = "simultaneous"`` those that all models of a flight share.
+        Whether deformations of models are modelled if a test finds them, only tested,
+        or neither: those of single models, and with ``method = "simultaneous"`` also
+        those that all models of a flight share.
     earth_curvature : {"treated", "ignored"}
-        Whether spatial models are brought onto the curved Earth and to the scale of the
-        map, where the block has a system of the Earth, and plane ones to its scale
-        where that changes across them by enough for a millimetre; "ignored" where the
-        program that measured them has corrected them for it, or they are maps.
+        Whether models are corrected for the curvature of the Earth and the scale of the
+        map, if the block has a projected system: spatial models always, plane ones for
+        the scale if its change across them amounts to a millimetre. Use "ignored" if
+        the measuring program has already corrected them, or if they are maps.
     variance_components : {"given", "estimated"}
-        With ``method = "simultaneous"``: whether control and flights have the errors
-        that were given, or those that their residuals show.
+        With ``method = "simultaneous"``: whether the errors of control and flights are
+        those given, or are estimated from their residuals.
     significance : float
-        Probability with which a model without gross errors has a suspect residual, and
-        with which a point without gross errors is suspected for its coverages.
+        Probability that a model without gross errors has a suspect residual, and
+        that a point without gross errors is suspected because of its coverages.
     residual_distribution : {"none", "natural_neighbour", "inverse_distance", \
             "multiquadric"}
-        How the residuals of control points are distributed to the points between, for
-        a cadastre that must fit: control then keeps its given coordinates.
+        How the residuals of control points are distributed to the points between, if
+        these must fit an existing cadastre: control then keeps its given coordinates.
 
     tolerance : {"none", "vermv_1994", "vermv_2010", "vermv_2016"} or float
-        Standard error, TOTAL [m], that a point may have: of an Austrian surveying
-        ordinance, or any other. Every point then passes or fails.
+        Largest standard error, TOTAL [m], that a point may have: that of an Austrian
+        surveying ordinance, or any other. Every point then passes or fails.
     confidence : float
-        Probability with which the ellipses of the points hold the true point; 0.393
-        gives the mean error ellipse.
+        Probability that the ellipse of a point contains the true point; 0.393 gives
+        the mean error ellipse.
 
     crs_accuracy_m : float, optional
-        Worst accuracy [m] of an operation that brings points into the system of the
-        block; a quarter of their standard error where left out.
+        Worst accuracy [m] of an operation that transforms points to the system of the
+        block; by default a quarter of their standard error.
     crs_operation : str
         The operation to be used whatever its accuracy: its name in PROJ, a part of it,
-        or its EPSG code; of several ways between systems those of each, parted by ";".
+        or its EPSG code; for several pairs of systems that of each, separated by ";".
     crs_epoch : float, optional
-        Epoch for which the coordinates hold, a decimal year such as 2020.5: for
-        operations between frames that move against each other, as ITRF2014 and the
-        systems that are fixed to a plate.
+        Epoch of the coordinates, a decimal year such as 2020.5: for operations between
+        frames that move relative to each other, as ITRF2014 and the systems that are
+        fixed to a plate.
     output_crs : str
-        System in which results are told, where it is not that of the block.
+        System of the results, if it is not that of the block.
     grids : str
-        Folder with grids for PROJ, beside its own; from the folder of the block.
+        Folder with grids for PROJ, in addition to its own; relative to the folder of
+        the block.
 
     Raises
     ------
@@ -268,14 +270,14 @@ class Settings(BaseModel):
         return float(metres)
 
     def weighting_with(self, covariances_are_known: bool) -> str:
-        """Weights of the values of a point, where covariances are known or not."""
+        """Weights of the values of a point, with or without known covariances."""
         if self.weighting != "auto":
             return self.weighting
         is_best = covariances_are_known and self.coverage_mean == "all"
         return "rigorous" if is_best else "plain"
 
     def updated(self, given: Mapping[str, Any]) -> Self:
-        """Give the settings with some fields replaced, checked as on construction."""
+        """Return the settings with some fields replaced, checked as on construction."""
         return type(self)(**{**self.model_dump(), **given})
 
 

@@ -43,7 +43,7 @@ SMALLEST_DISTANCE_MM, LARGEST_DISTANCE_MM = 1.0, 5000.0
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A calibrated camera; made by ``from_opencv``, ``from_metashape`` or ``from_mm``.
+    """A calibrated camera, from ``from_opencv``, ``from_metashape`` or ``from_mm``.
 
     Coordinates that are "scaled" are multiples of the principal distance, from the
     principal point, y up.

@@ -43,7 +43,7 @@ def test_a_column_is_explained_under_any_of_its_names():
     assert "control_points: ground coordinate to the east [metres], needed: yes" in said
     assert "English: easting, east" in said
     total = explanation_of("standard_error_total")
-    assert "neighbours (result): of both differences, TOTAL [m]" in total
+    assert "neighbours (result): standard error of both differences, TOTAL [m]" in total
     assert "kontrollpunkt" in explanation_of("role")
     with pytest.raises(SettingsError, match="'easing' is no column; expected easting"):
         explanation_of("easing")

@@ -108,10 +108,11 @@ ALL = "all"
 HEAD = mark("""\
 # Files and columns
 
-Written by `einschalt check --explain all`, from the schemas that check the tables; a
-single column is explained by `einschalt check --explain NAME`. How other names, units
-and encodings are understood: [tables.md](tables.md). Lengths on the ground are metres.
-TOTAL errors are the root of both variances in plan; others are of one coordinate.
+This page is written by `einschalt check --explain all`, from the schemas that check
+the tables; `einschalt check --explain NAME` explains a single column. Other names,
+units and encodings are described in [tables.md](tables.md). Lengths on the ground are
+in metres. A TOTAL error is the root of the sum of both variances in plan; other errors
+are those of one coordinate.
 """)
 
 

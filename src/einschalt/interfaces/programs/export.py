@@ -58,7 +58,7 @@ class Exported:
 def export(
     result: "DensificationResult | StrPath", *files: StrPath, overwrite: bool = False
 ) -> list[Exported]:
-    """Write a result for other programs: one file for each, its kind by the suffix.
+    """Write a result for other programs; the suffix of each file gives its format.
 
     Parameters
     ----------

@@ -174,7 +174,7 @@ class Examination(PrecisionTables):
 
     @cached_property
     def repeated_settings(self):
-        """What points that were set several times say of m_g, a DataFrame."""
+        """m_g from points that were set several times, a DataFrame."""
         return m_g_of_repeated_settings(self)
 
 

@@ -30,7 +30,7 @@ from einschalt.theory.measuring_error import m_g_of_mean
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Flight:
-    """One flight: its measurements and what is known of them.
+    """One flight: its measurements and their properties.
 
     Exactly one of ``model_points`` (machine coordinates) and ``image_points`` (image
     coordinates, with ``models`` and ``camera`` or ``principal_distance_mm``) is given.
@@ -112,7 +112,7 @@ class Flight:
 
     @property
     def is_oriented_numerically(self) -> bool:
-        """Whether stage 2 has anything to do for this flight."""
+        """Whether this flight needs stage 2."""
         return self.has_images or self.y_parallaxes is not None
 
     @property
@@ -121,7 +121,7 @@ class Flight:
         return self.to_fit(self.model_points)
 
     def to_fit(self, model_points: pd.DataFrame) -> pd.DataFrame:
-        """Model points of this flight in metres where the scale is held, else as is."""
+        """Model points of this flight, in metres if the scale is held, else as is."""
         if self.transformation != "rigid":
             return model_points
         factor = METRES_PER_UNIT[self.model_unit]

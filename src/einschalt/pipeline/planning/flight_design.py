@@ -33,7 +33,7 @@ MOST_WORK = 2.5e7
 
 @dataclass(frozen=True, kw_only=True)
 class FlightDesign:
-    """Two flights that are planned: what is to be decided, and what is at hand."""
+    """Two planned flights: the choices of the planner and the given conditions."""
 
     scale_number: float  # of the low flight
     spacing: float  # mean distance of points [m]

@@ -144,7 +144,7 @@ def plan_precision(
     forward_overlap: float = 0.6,
     side_overlap: float = 0.3,
 ) -> "pd.DataFrame":
-    """Tabulate the precision to expect of a flight: the diagrams of Kovarik 1971.
+    """Tabulate the expected precision of a flight: the diagrams of Kovarik 1971.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ AT_THE_BORDER = 1.5
 
 @dataclass(frozen=True, kw_only=True)
 class PlanChoices:
-    """What a planner is free to choose; every value is combined with every other."""
+    """Choices of the planner; every value is combined with every other."""
 
     # scale_number, spacing, m_g_um: of the low flight; m_g of ONE setting
     scale_number: tuple[float, ...]
@@ -132,7 +132,7 @@ ALLOWED_WHERE_GIVEN = {
 
 @dataclass(frozen=True, kw_only=True)
 class PlanFrame:
-    """What is at hand: camera, transformation, control, and what things cost."""
+    """Given conditions of a plan: camera, transformation, control and costs."""
 
     kind: str = "affine"  # "affine", "helmert", "rigid"
     image_format: float | tuple[float, float] = 0.23  # [m]

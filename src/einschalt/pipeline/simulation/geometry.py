@@ -211,7 +211,7 @@ far apart as the models are wide. Raise side_overlap to 0.0435 or more.
 
     @property
     def neat_model(self) -> tuple[float, float]:
-        """Extent of the part of a model that no neighbour holds, image plane [m]."""
+        """Extent of the part of a model that is in no neighbour, image plane [m]."""
         return self.image_base, self.image_strip_distance
 
     @property

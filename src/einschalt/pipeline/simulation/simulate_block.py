@@ -103,7 +103,7 @@ def simulate_block(
     geometry: BlockGeometry | None = None,
     noise: BlockNoise | None = None,
 ) -> SimulatedBlock:
-    """Simulate the two flights of a block over points whose truth is known.
+    """Simulate the two flights of a block over points with known truth.
 
     Parameters
     ----------

@@ -84,7 +84,7 @@ def orient_from_images(
     estimator: Literal["rigorous", "determinants"] = "rigorous",
     outliers: Literal["keep", "snoop", "huber", "tukey"] = "keep",
 ) -> ImageOrientation:
-    """Orient every stereo pair from its image coordinates; no start value is needed.
+    """Orient every stereo pair from its image coordinates, without starting values.
 
     Parameters
     ----------

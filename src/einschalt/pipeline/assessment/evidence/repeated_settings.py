@@ -1,4 +1,4 @@
-"""What points that were set several times say of m_g, beside the m_g that was given."""
+"""m_g estimated from points that were set several times, beside the given m_g."""
 
 import numpy as np
 import pandas as pd
