@@ -152,6 +152,13 @@ def test_texts_that_results_keep_are_recognised():
     with written_in("de"):
         assert retold(kept) == "1 gemeinsamer Punkt, affine braucht aber 3"
         assert retold("points P 1.5") == "points P 1.5"  # no message
+        told = retold("Plan with --crs EPSG:31255, or reproject the raster")
+        assert told.startswith("Mit --crs EPSG:31255 planen")
+        asked = (
+            "1:8000 after 1:17000, 2 coverages, 250.5 m, 1 setting of 5 µm, 5 control"
+        )
+        told = retold(f"{asked} points per model")
+        assert told.startswith("1:8000 nach 1:17\u202f000, 2 Überdeckungen, 250,5 m")
 
 
 def test_what_is_to_be_typed_stays_as_the_program_reads_it():

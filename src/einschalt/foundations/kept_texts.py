@@ -41,9 +41,12 @@ JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) 
 LETTERS = {True: 4, False: 12}
 TYPED = "Write "
 LENGTH = re.compile(r"\d+(\.\d+)? (km|m|cm|mm|µm)")
-# what is quoted stands in a file, or is to be found as it is written
-QUOTED = re.compile(r"'\{(\w+)\}'")
-QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?")
+# what is quoted stands in a file as it is written, or is to be typed as it is read, or
+# it is a name
+AS_TYPED = re.compile(
+    r"""(?:['"]|EPSG:|--[\w-]+ |= |\b(?:point|image|name|block|column|row) )\{(\w+)\}"""
+)
+QUANTITY = re.compile(r"[+-]?\d+(\.\d+)?( (km|m|cm|mm|µm|%))?|1:\d+")
 
 
 def kept(message: str, **values) -> str:
@@ -92,10 +95,10 @@ def _recognised(name, text):
     filled = str if text.startswith(TYPED) else _again
     if limits := RANGE.fullmatch(text):
         return _range_text(**limits.groupdict())
-    for pattern, message, quoted in _patterns(name):
+    for pattern, message, typed in _patterns(name):
         if found := pattern.fullmatch(text):
             parts = {
-                place: part if place in quoted else filled(part)
+                place: part if place in typed else filled(part)
                 for place, part in found.groupdict().items()
             }
             numbered = sorted(place for place in parts if place.startswith("_"))
@@ -129,7 +132,7 @@ def _patterns(name):
         (
             _pattern(english),
             german,
-            _quoted(english),
+            _as_typed(english),
             len(re.sub(r"\{.*?\}", "", english)),
         )
         for english, german in catalogue(name)._catalog.items()
@@ -139,8 +142,8 @@ def _patterns(name):
     return [entry[:-1] for entry in known]
 
 
-def _quoted(message):
-    return {_group(place) for place in QUOTED.findall(message)}
+def _as_typed(message):
+    return {_group(place) for place in AS_TYPED.findall(message)}
 
 
 def _group(place):

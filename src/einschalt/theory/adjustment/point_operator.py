@@ -16,7 +16,7 @@ from operator import matmul
 import numpy as np
 from scipy import sparse
 
-from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.batches import over_segments, segment_sum
 from einschalt.foundations.kernels import compiled
 
 GROUND_NAMES = ("easting", "northing", "height")
@@ -263,16 +263,21 @@ class PointOperator:
         """
         matrix, each = self.matrix, self.axes.each(standard_errors)
         if not sparse.issparse(matrix):
+            if self.axes is Axes.COMPLEX:
+                variances = _squares(matrix) @ np.square(each)
+                return _of_real_axes(variances[..., None])
             scaled = matrix * each.ravel()
             every = np.arange(self.n_points)
             return self._products_of(scaled, np.column_stack([every, every]))
         size = (self.axes.value, self.axes.value)
         blocks = sparse.bsr_array(matrix, blocksize=size)
-        scaled = blocks.data * each[blocks.indices][:, None, :]
-        if self.axes is Axes.COMPLEX:
-            squares = np.abs(scaled) ** 2
-            return _of_real_axes(segment_sum(squares, blocks.indptr))
-        return segment_sum(scaled @ np.swapaxes(scaled, 1, 2), blocks.indptr)
+        start = blocks.indptr.astype(np.int64)
+        found = np.zeros((len(start) - 1, *size), dtype=blocks.dtype)
+        variances = np.square(each)
+        over_segments(
+            _sum_of_products, start, blocks.indices, blocks.data, variances, found
+        )
+        return _of_real_axes(found) if self.axes is Axes.COMPLEX else found
 
     def covariances_between(self, pairs, standard_errors):
         """Covariances between pairs of points, (n_pairs, 2), from independent errors.
@@ -385,11 +390,30 @@ def _applied(matrix, columns):
     return matrix @ columns
 
 
+def _squares(numbers):
+    """Squares of the lengths of complex numbers; a root of them is not drawn."""
+    if np.iscomplexobj(numbers):
+        return np.square(numbers.real) + np.square(numbers.imag)
+    return np.square(numbers)
+
+
 def _of_real_axes(scalar):
     """Covariance of easting and northing from that of E + iN."""
     same, cross = np.real(scalar[:, 0, 0]), np.imag(scalar[:, 0, 0])
     rows = np.stack([same, -cross], -1), np.stack([cross, same], -1)
     return np.stack(rows, -2)
+
+
+@compiled
+def _sum_of_products(first, last, start, columns, blocks, variances, out):
+    n_axes = out.shape[1]
+    for row in range(first, last):
+        for k in range(start[row], start[row + 1]):
+            for a in range(n_axes):
+                for b in range(n_axes):
+                    for c in range(n_axes):
+                        product = blocks[k, a, c] * np.conj(blocks[k, b, c])
+                        out[row, a, b] += variances[columns[k], c] * product
 
 
 @compiled

@@ -12,6 +12,7 @@ LOWEST, HIGHEST = -500.0, 9000.0  # metres: of land on the Earth
 FEWEST = 4  # heights in an area
 MARGIN = 0.15  # of the area's extent, in which heights beside it are kept
 MOST_KEPT = 250_000
+MOST_IN_REACH = 300  # cells of which a mean or a peak is taken
 FARTHEST_CELLS = 3.0  # from a place to the next height, in spacings of the heights
 
 
@@ -22,6 +23,9 @@ class GroundHeights:
     plane: np.ndarray  # (n, 2): easting, northing [m]
     height: np.ndarray  # (n,): NaN where the file says that there is none [m]
     source: str
+    # (n, 2): lowest and highest of those that each height is the mean of; None where
+    # every height stands for itself [m]
+    extremes: np.ndarray | None = None
 
     def over(self, area) -> "GroundHeights":
         """Return what lies in an area; a sentence where something is missing there.
@@ -54,8 +58,44 @@ class GroundHeights:
         # those beside it as well, where they are sound: cameras look there, too
         is_sound = (self.height >= LOWEST) & (self.height <= HIGHEST)
         kept = np.flatnonzero(is_in | (is_near & is_sound))
-        kept = kept[:: max(1, len(kept) // MOST_KEPT)]
-        return GroundHeights(self.plane[kept], self.height[kept], self.source)
+        near = GroundHeights(self.plane[kept], self.height[kept], self.source)
+        if len(kept) <= MOST_KEPT:
+            return near
+        sides = np.ptp(near.plane, axis=0)
+        least = sides.max() / MOST_KEPT  # where they lie in one line
+        return near.in_cells(max(float(np.sqrt(sides.prod() / MOST_KEPT)), least))
+
+    def in_cells(self, side) -> "GroundHeights":
+        """Return one place for each square of a lattice, ``side`` [m] wide.
+
+        It has the mean of its places and heights, and remembers their extremes: peaks
+        count however coarse the lattice is.
+        """
+        low = self.plane.min(axis=0)
+        column, row = np.floor((self.plane - low) / side).astype(np.int64).T
+        cell = row * (column.max() + 1) + column
+        n_held = np.bincount(cell)
+        place = np.cumsum(n_held > 0)[cell] - 1
+        n_held = n_held[n_held > 0]
+        east, north, height = (
+            np.bincount(place, values) / n_held
+            for values in (*(self.plane - low).T, self.height)
+        )
+        lowest, highest = np.full(len(n_held), np.inf), np.full(len(n_held), -np.inf)
+        np.minimum.at(lowest, place, self._extremes[:, 0])
+        np.maximum.at(highest, place, self._extremes[:, 1])
+        return GroundHeights(
+            np.column_stack([east, north]) + low,
+            height,
+            self.source,
+            np.column_stack([lowest, highest]),
+        )
+
+    @property
+    def _extremes(self):
+        if self.extremes is not None:
+            return self.extremes
+        return np.column_stack([self.height, self.height])
 
     def _require_land(self, height):
         worst = height[np.argmax(np.abs(height - (LOWEST + HIGHEST) / 2.0))]
@@ -94,21 +134,23 @@ class GroundHeights:
 
     def mean_around(self, ground, reach):
         """Mean height within a reach [m] of places (n, 2); the nearest where none."""
-        return self._around(ground, reach, np.mean)
+        heights = self._coarse_for(reach)
+        return heights._around(ground, reach, heights.height, np.mean)
 
     def highest_around(self, ground, reach):
         """Highest height within a reach [m] of places (n, 2)."""
-        return self._around(ground, reach, np.max)
+        heights = self._coarse_for(reach)
+        return heights._around(ground, reach, heights._extremes[:, 1], np.max)
 
-    def _around(self, ground, reach, of):
-        from scipy.spatial import KDTree  # noqa: PLC0415 - loaded when asked for
+    def _coarse_for(self, reach):
+        """The same in cells of which some hundred lie in a reach."""
+        side = reach * np.sqrt(np.pi / MOST_IN_REACH)
+        return self.in_cells(side) if side > self.spacing else self
 
+    def _around(self, ground, reach, height, of):
         ground = np.asarray(ground, dtype=float)
-        nearest = self.height[self._tree.query(ground)[1]]
-        # so many that some hundred lie in reach
-        step = max(1, int(np.pi * reach**2 / max(self.spacing, 1e-3) ** 2 / 300))
-        tree, height = KDTree(self.plane[::step]), self.height[::step]
-        held = tree.query_ball_point(ground, reach)
+        nearest = height[self._tree.query(ground)[1]]
+        held = self._tree.query_ball_point(ground, reach)
         return np.array(
             [
                 of(height[around]) if around else alone
@@ -119,4 +161,4 @@ class GroundHeights:
     @property
     def range(self):
         """Lowest and highest [m]."""
-        return float(self.height.min()), float(self.height.max())
+        return float(self._extremes[:, 0].min()), float(self._extremes[:, 1].max())

@@ -1,0 +1,63 @@
+"""Terrain below a planned flight: large grids, and what is said of them."""
+
+import numpy as np
+import pytest
+import shapely
+
+from einschalt.pipeline.planning.area.flight_area import FlightArea
+from einschalt.pipeline.planning.area.ground_heights import GroundHeights
+
+ORIGIN = np.array([4e5, 5.3e6])
+CELL = 10.0
+
+
+def grid(n, height_at):
+    """Heights on a square grid, row by row as rasters have them."""
+    side = np.arange(n) * CELL
+    x, y = np.meshgrid(side, side[::-1])
+    plane = np.column_stack([x.ravel(), y.ravel()])
+    return GroundHeights(plane + ORIGIN, height_at(*plane.T), "dem.tif")
+
+
+def square(n):
+    low, high = ORIGIN - CELL / 2, ORIGIN + (n - 0.5) * CELL
+    return FlightArea(shapely.box(*low, *high), "EPSG:32633")
+
+
+def hills(x, y):
+    return 500.0 + 200.0 * np.sin(x / 700.0) * np.cos(y / 900.0)
+
+
+@pytest.mark.parametrize("n", [400, 1000, 1024])
+def test_a_large_raster_covers_its_area_and_keeps_its_peaks(n):
+    """Every k-th cell of rows as long as a multiple of k would be a stripe."""
+    heights = grid(n, hills)
+    peak = (n // 2) * n + n // 3
+    heights.height[peak] = 2000.0  # one cell
+    heights.height[0] = 100.0
+    over = heights.over(square(n))
+    places = ORIGIN + np.random.default_rng(1).uniform(0, (n - 1) * CELL, (2000, 2))
+    over.require_cover(places)
+    assert over.range == (100.0, 2000.0)
+    for reach in (50.0, 300.0, 1500.0):
+        (highest,) = over.highest_around(heights.plane[[peak]], reach)
+        assert highest == 2000.0
+    away = places[np.abs(places - heights.plane[peak]).max(axis=1) > 2000.0]
+    away = away[np.abs(away - heights.plane[0]).max(axis=1) > 2000.0]
+    mean = over.mean_around(away, 300.0)
+    x, y = (away - ORIGIN).T
+    # of such waves a mean within a circle keeps 2 J1(k r) / (k r)
+    kept = 1.0 - (300.0 * np.hypot(1 / 700.0, 1 / 900.0)) ** 2 / 8.0
+    inside = ((away - ORIGIN > 300.0) & (away - ORIGIN < (n - 31) * CELL)).all(axis=1)
+    error = (mean - 500.0)[inside] - kept * (hills(x, y) - 500.0)[inside]
+    assert np.abs(error).max() < 3.0
+
+
+def test_heights_that_all_lie_in_one_cell_or_line_are_brought_together():
+    line = np.column_stack([np.arange(1000.0), np.zeros(1000)])
+    coarse = GroundHeights(line, np.arange(1000.0), "line.csv").in_cells(100.0)
+    assert len(coarse.plane) == 10
+    np.testing.assert_allclose(coarse.height, coarse.plane[:, 0])
+    np.testing.assert_array_equal(coarse.extremes[3], [300.0, 399.0])
+    twice = coarse.in_cells(500.0)
+    np.testing.assert_array_equal(twice.extremes, [[0.0, 499.0], [500.0, 999.0]])
