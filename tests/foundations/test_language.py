@@ -154,11 +154,10 @@ def test_texts_that_results_keep_are_recognised():
         assert retold("points P 1.5") == "points P 1.5"  # no message
         told = retold("Plan with --crs EPSG:31255, or reproject the raster")
         assert told.startswith("Mit --crs EPSG:31255 planen")
-        asked = (
-            "1:8000 after 1:17000, 2 coverages, 250.5 m, 1 setting of 5 µm, 5 control"
-        )
-        told = retold(f"{asked} points per model")
-        assert told.startswith("1:8000 nach 1:17\u202f000, 2 Überdeckungen, 250,5 m")
+        asked = "low flight 1:8000, high flight 1:17000, 2 coverages, 250.5 m, 1"
+        told = retold(f"{asked} pointing of 5 µm, 5 control points per model")
+        assert told.startswith("Tiefflug 1:8000, Hochflug 1:17\u202f000, 2 Überd")
+        assert "250,5 m" in told
 
 
 def test_what_is_to_be_typed_stays_as_the_program_reads_it():
@@ -171,7 +170,7 @@ def test_what_is_to_be_typed_stays_as_the_program_reads_it():
         # nor does what stands in a file look otherwise
         asked = (
             "y '13.000': is it 13.000 or 13000? The table has decimal commas, and its "
-            "points may part thousands"
+            "points may separate thousands"
         )
         assert retold(asked).startswith("y „13.000“: ist das ")
 

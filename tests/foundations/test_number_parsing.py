@@ -34,7 +34,7 @@ MEND = "Give a value or delete the row"
         (
             "12,345",
             "'12,345' has a comma",
-            "Write 12.345, or 12345 where the comma parts thousands",
+            "Write 12.345, or 12345 where the comma separates thousands",
         ),
         ("12,345.6", "'12,345.6' has separators of thousands", "Write 12345.6"),
         ("1,234,567", "'1,234,567' has separators of thousands", "Write 1234567"),

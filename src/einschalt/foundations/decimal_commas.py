@@ -75,7 +75,7 @@ def _of_most(name, texts, is_certain):
 
 
 def point_of_two_meanings(columns):
-    """Column, place and text of a point that may part thousands; None without one.
+    """Column, place and text of a point that may separate thousands; None without one.
 
     ``columns`` as :func:`meaning_of_commas` takes them, of a table with decimal commas.
     Another number of the column that only a decimal point can part, such as ``0.5``,

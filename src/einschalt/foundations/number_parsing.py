@@ -93,7 +93,7 @@ def _separators(text):
     rest = text[grouped.end() :] if grouped else ""
     if grouped and not rest and grouped.group(2) == "," and not grouped.group(3):
         plain = text.replace(",", "")
-        mend = f"Write {point}, or {plain} where the comma parts thousands"
+        mend = f"Write {point}, or {plain} where the comma separates thousands"
         return f"{text!r} has a comma", mend
     if text.count(",") == 1 and is_number(point):
         return f"{text!r} has a decimal comma", f"Write {point}"

@@ -111,7 +111,7 @@ def _chosen(candidates, way, demand):
             f"{asked} is none of the operations",
             expected=_said(candidates),
             remedy="Write one of these names, or its EPSG code; of several ways, such "
-            f"as to output_crs, those of each, parted by {SEVERAL!r}",
+            f"as to output_crs, those of each, separated by {SEVERAL!r}",
         )
     if not usable:
         raise ProjectionError(

@@ -103,7 +103,7 @@ def test_a_target_gives_plans_that_were_checked(invoke, tmp_path):
     )
     assert shown.exit_code == 0, shown.stderr
     assert "reach 6.0 cm" in shown.stdout
-    assert "Checked by propagation on a layout" in shown.stdout
+    assert "Checked by propagation on a layout" in " ".join(shown.stdout.split())
     files = {file.name for file in (tmp_path / "plan").iterdir()}
     assert {"plans.csv", "plans.parquet", "plans.png", "plans.svg"} <= files
     assert {"precision_map.png", "expected_points.csv", "summary.txt"} <= files

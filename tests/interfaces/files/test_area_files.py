@@ -72,7 +72,7 @@ def test_degrees_are_brought_into_utm_or_the_system_of_the_plan(tmp_path):
     assert area.square_km == pytest.approx(7.46 * 5.56, rel=0.01)
     area = read_area(path, crs="EPSG:31255")
     assert area.crs == "EPSG:31255"
-    assert "was brought from" in area.notes[0]
+    assert "was transformed from" in area.notes[0]
     with pytest.raises(EinschaltError, match="a plane system in metres"):
         read_area(path, crs="EPSG:4326")
     with pytest.raises(EinschaltError, match="a corner is 505000, 5304000"):

@@ -164,8 +164,9 @@ def test_control_of_another_system_is_reprojected_and_said(small_block):
     assert block.control_points.index.tolist() == plain.index.tolist()
     (note,) = block.notes
     assert note == (
-        "control_points.csv: 8 points brought from MGI / Austria GK M31 (EPSG:31258) "
-        "to MGI / Austria GK Central (EPSG:31255) by change of map projection (0 m)"
+        "control_points.csv: 8 points transformed from MGI / Austria GK M31 "
+        "(EPSG:31258) to MGI / Austria GK Central (EPSG:31255) by change of map "
+        "projection (0 m)"
     )
 
 

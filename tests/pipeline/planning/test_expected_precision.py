@@ -66,7 +66,12 @@ def test_shifting_the_second_coverage_gains(expected):
 def test_summary_says_both_and_where_it_comes_from(expected):
     text = expected.summary()
     assert text.startswith("Expected precision of")
-    for part in ("one model, edge", "rule of 1971", "It comes from control", "1:15000"):
+    for part in (
+        "one model, edge",
+        "rule of 1971",
+        "Contributions: control",
+        "1:15000",
+    ):
         assert part in text
 
 

@@ -177,7 +177,9 @@ def _target(drawn, crs):
     source = read_source_crs(drawn.crs)
     if crs is not None:
         read_crs(crs)
-        said = f"The area was brought from {label_of(drawn.crs)} to {label_of(crs)}."
+        said = (
+            f"The area was transformed from {label_of(drawn.crs)} to {label_of(crs)}."
+        )
         is_same = read_crs(crs) == source
         return (drawn.crs, []) if is_same else (crs, [said])
     try:

@@ -80,7 +80,7 @@ def _refuse_header(names, line, separator, where):
     if len(names) == 1 and len(line.split()) > 1:
         raise FileError(
             f"the header is {shortened(line.strip(), 80)!r}",
-            expected="columns parted by commas, semicolons or tabs",
-            remedy="Part the columns by commas",
+            expected="columns separated by commas, semicolons or tabs",
+            remedy="Separate the columns by commas",
             **where,
         )

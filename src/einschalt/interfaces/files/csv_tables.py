@@ -277,7 +277,7 @@ class _Rows:
                 remedy = "Write decimal points, not commas, and quote texts with commas"
         return TableError(
             f"the row has {n_values} values, the header {n_columns}",
-            expected=f"{n_columns} values parted by {self._name}",
+            expected=f"{n_columns} values separated by {self._name}",
             remedy=remedy,
             file=self.source,
             row=line,
@@ -291,7 +291,7 @@ class _Rows:
         if "field larger" in str(error):
             return TableError(
                 f"a value has more than {LONGEST_VALUE} characters",
-                expected=f"values parted by {self._name}",
+                expected=f"values separated by {self._name}",
                 remedy="Look for a quote that opens and is not closed, or shorten it",
                 file=self.source,
                 row=line,
@@ -306,7 +306,7 @@ class _Rows:
             )
         return TableError(
             "a closing quote is followed by more text",
-            expected=f"quotes around whole values, parted by {self._name}",
+            expected=f"quotes around whole values, separated by {self._name}",
             remedy="Delete the quotes, or double the one inside the value",
             file=self.source,
             row=line,

@@ -356,7 +356,7 @@ def write_odm(path, markers):
     """Write a ``gcp_list.txt``; points without coordinates have no row in it.
 
     Check points are marked as ODM's users do. A FileError where a name has blanks,
-    which part the columns, where the system is unknown, or a height.
+    which separate the columns, where the system is unknown, or a height.
     """
     if markers.crs is None:
         raise FileError(
@@ -386,7 +386,7 @@ def write_odm(path, markers):
     if len(odd):
         raise FileError(
             f"the names {' and '.join(map(repr, odd.iloc[0]))} have blanks",
-            expected="names without blanks, which part the columns of the list",
+            expected="names without blanks, which separate the columns of the list",
             remedy="Rename them, or convert into a folder",
             file=path,
         )

@@ -89,7 +89,7 @@ def other_system(toml, crs, name):
         file = toml.sections[name].file
         problem = SettingsError(
             "[block] crs is missing",
-            expected=f"a system into which {file} is brought",
+            expected=f"a system into which {file} is transformed",
             remedy=f"Add crs = … to [block], or take it out of [{name}]",
             file=toml.source,
             section="block",
@@ -172,7 +172,7 @@ def bring(frame, checked, systems, demand, *, grids=None, source=""):
         columns["height"] = np.where(lacks_height, np.nan, columns["height"])
     columns |= _turned_errors(checked, points, own, operation, grids)
     way = f"from {system_label(systems[0])} to {system_label(systems[1])}"
-    note = f"{source}: {len(frame)} points brought {way} by {operation}"
+    note = f"{source}: {len(frame)} points transformed {way} by {operation}"
     if operation.grids:
         note += f" with {' and '.join(name for name, _ in operation.grids)}"
     if better is not None:

@@ -137,16 +137,16 @@ def _numbers(texts, index):
 
 
 def _refuse_thousands(frame, texts, source):
-    """Refuse points that may part thousands, where commas are decimal."""
+    """Refuse points that may separate thousands, where commas are decimal."""
     found = point_of_two_meanings(texts)
     if found is None:
         return
     name, place, text = found
     raise TableError(
         f"{name} '{text}': is it {text} or {text.replace(POINT, '')}? The table has "
-        "decimal commas, and its points may part thousands",
+        "decimal commas, and its points may separate thousands",
         expected="decimal commas alone",
-        remedy="Take the points out if they part thousands; otherwise write commas "
+        remedy="Take the points out if they separate thousands; otherwise write commas "
         "for them",
         file=source,
         row=_line(frame, place),
@@ -158,7 +158,7 @@ def _few_points(frame, commas, source):
         f"{commas.column} '{commas.text}' has a point where most numbers of the column "
         f"have decimal commas, in {count(commas.n_points, 'row')}",
         expected="one decimal sign in a column",
-        remedy="Write a comma for it, or take it out if it parts thousands",
+        remedy="Write a comma for it, or take it out if it separates thousands",
         file=source,
         row=_line(frame, commas.place),
     )

@@ -63,7 +63,7 @@ class CheckedPlan(Result):
             lines.append(wrapped(said, first="  ", indent="    "))
         dropped = (
             wrapped(
-                translated("Not kept: {plan}", plan=retold(text)),
+                translated("Misses the target: {plan}", plan=retold(text)),
                 first="  ",
                 indent="    ",
             )

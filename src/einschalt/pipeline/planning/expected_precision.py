@@ -405,7 +405,7 @@ def _summary(expected):
             typesetting.table(rows, header=header),
             _prose(translated(HOW_EXPECTED, m_0=length(figures.m_0))),
             "",
-            _prose(translated("It comes from {parts}.", parts=parts)),
+            _prose(translated("Contributions: {parts}.", parts=parts)),
             _prose(_layout_text(expected)),
         ]
     )

@@ -355,9 +355,9 @@ def describe_plan(plan) -> str:
     ``plan`` is a row of ``PlanSearch.plans``.
     """
     return translated(
-        "{low} after {high}, {n_coverages:coverage|coverages}, {spacing} m, "
-        "{n_settings:setting|settings} of {m_g} µm, {n_control} control points per "
-        "model",
+        "low flight {low}, high flight {high}, {n_coverages:coverage|coverages}, "
+        "{spacing} m, {n_settings:pointing|pointings each} of {m_g} µm, {n_control} "
+        "control points per model",
         low=scale(plan["scale_number"]),
         high=scale(plan["high_scale_number"]),
         n_coverages=int(plan["n_coverages"]),

@@ -47,7 +47,7 @@ ITEM_TEXT = mark_each(
     {
         "image": "photographs",
         "model": "models",
-        "setting": "settings of a point",
+        "setting": "pointings at a point",
         "control_point": "control points",
     }
 )
