@@ -160,6 +160,17 @@ def test_texts_that_results_keep_are_recognised():
         assert "250,5 m" in told
 
 
+def test_choices_and_lists_are_told_word_by_word():
+    with written_in("de"):
+        assert retold("two_step, simultaneous or auto").endswith(
+            "simultaneous oder auto"
+        )
+        told = retold("holds control points, image points, and no model points")
+        assert told == "enthält Passpunkte, Bildpunkte, aber keine Modellpunkte"
+        # what has no entry is not told in two languages
+        assert retold("the sky or the sea") == "the sky or the sea"
+
+
 def test_what_is_to_be_typed_stays_as_the_program_reads_it():
     """A German who is told to write 10 009,370 has written that already."""
     with written_in("de"):
@@ -207,16 +218,18 @@ def test_an_unknown_language_is_refused():
 
 
 FLOORS = ("foundations", "theory", "stages", "pipeline", "interfaces")
-A_WORD = re.compile(r"[a-z]{2,} [a-z]{2,}|^[a-z]{4,}$")
+A_WORD = re.compile(r"[a-z] [a-z']|^[a-z]{4,}$")
 PRINTS = {"print_out", "print_error"}
 
 
+def modules_of(place):
+    """A module, or all modules of a folder."""
+    path = SOURCE / place
+    return [path] if place.endswith(".py") else sorted(path.rglob("*.py"))
+
+
 def nodes_of(place):
-    """Nodes of a module, or of all modules of a folder."""
-    paths = [SOURCE / place]
-    if not place.endswith(".py"):
-        paths = sorted((SOURCE / place).rglob("*.py"))
-    for path in paths:
+    for path in modules_of(place):
         yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
 
 
@@ -227,12 +240,48 @@ def text_of(node):
     return node.value if is_text else ""
 
 
+# what makes an error of a damaged file; its first argument is the file
+REFUSALS = {"damaged", "_damaged"}
+
+
 def texts_of_errors(place):
-    for node in nodes_of(place):
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "")[-5:] == "Error":
-            said = [k.value for k in node.keywords if k.arg in ("expected", "remedy")]
-            texts = map(text_of, [*node.args[:1], *said])
+    for path in modules_of(place):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        named = assigned(tree)
+        for call in ast.walk(tree):
+            name = getattr(call.func, "id", "") if isinstance(call, ast.Call) else ""
+            if name in REFUSALS:
+                said = call.args[1:]
+            elif name.endswith("Error"):
+                said = call.args[:1]
+            else:
+                continue
+            said += [k.value for k in call.keywords if k.arg in ("expected", "remedy")]
+            texts = [text for node in said for text in texts_in(node, named)]
             yield from (text for text in texts if A_WORD.search(text))
+
+
+def assigned(tree):
+    """Values of each name of a module."""
+    values = {}
+    for node in ast.walk(tree):
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            pairs = [(target, node.value)]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = zip(target.elts, node.value.elts, strict=False)
+            for one, value in pairs:
+                if isinstance(one, ast.Name):
+                    values.setdefault(one.id, []).append(value)
+    return values
+
+
+def texts_in(node, named):
+    """Texts of an expression: of both branches, and of what a name stands for."""
+    if isinstance(node, ast.IfExp):
+        return [*texts_in(node.body, named), *texts_in(node.orelse, named)]
+    if isinstance(node, ast.Name):
+        return [text_of(value) for value in named.get(node.id, ())]
+    return [text_of(node)]
 
 
 @pytest.mark.parametrize("floor", FLOORS)

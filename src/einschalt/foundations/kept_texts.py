@@ -34,6 +34,8 @@ AND_MORE = re.compile(r"(.+) and (\d+) more")
 RANGE = re.compile(
     r"(?P<whole>a whole number, )?(?P<low>[-\d.e]+) to (?P<high>[-\d.e]+)(?P<unit> .+)?"
 )
+# words that may be chosen, as " or ".join writes
+CHOICE = re.compile(r"(\S+(?: or \S+|, \S+)*) or (\S+)")
 # where a text was put together of messages; it is told itself
 EXPECTED = mark("; expected ")
 JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
@@ -95,6 +97,9 @@ def _recognised(name, text):
     filled = str if text.startswith(TYPED) else _again
     if limits := RANGE.fullmatch(text):
         return _range_text(**limits.groupdict())
+    if words := CHOICE.fullmatch(text):
+        message = mark("{names} or {last}")
+        return translated(message, names=retold(words[1]), last=words[2])
     for pattern, message, typed in _patterns(name):
         if found := pattern.fullmatch(text):
             parts = {
@@ -122,7 +127,10 @@ def _again(part):
         return numbers_set(part)
     if found := AND_MORE.fullmatch(part):
         return translated("{names} and {rest} more", names=found[1], rest=int(found[2]))
-    return retold(part) if " " in part else part  # a word alone is a name
+    if " " not in part:  # a name
+        return part
+    listed = [_recognised(language(), one) for one in part.split(", ")]
+    return ", ".join(listed) if all(listed) else retold(part)
 
 
 @cache

@@ -22,10 +22,10 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.projections import code_of, read_source_crs
 from einschalt.foundations.tables import listed
-from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import (
     companions,
@@ -86,11 +86,11 @@ def read_metashape(path, source=None) -> Markers:
             xy = (_number(place.get(axis), source) for axis in "xy")
             rows.append((images[image], labels[name], *xy))
     if n_predicted:
-        predicted = count(n_predicted, "position")
+        predicted = kept("{n:position|positions}", n=n_predicted)
         notes.append(f"{source}: {predicted} predicted and not measured, left out")
     n_off = sum(point[-1] == "check" for point in points)
     if n_off:
-        said = count(n_off, "marker")
+        said = kept("{n:marker|markers}", n=n_off)
         notes.append(f"{source}: {said} not enabled, taken for check points")
     return _markers(points, rows, _crs_of_chunk(chunk, source), notes, source)
 
@@ -122,7 +122,7 @@ def _chunk(data, source):
     chunks = list(ET.fromstring(data).iter("chunk"))
     if len(chunks) != 1:
         raise FileError(
-            f"holds {count(len(chunks), 'chunk')}",
+            f"holds {kept('{n:chunk|chunks}', n=len(chunks))}",
             expected="one chunk with markers",
             remedy="Export the markers of one chunk",
             file=source,
@@ -184,7 +184,7 @@ def read_odm(path, source=None) -> Markers:
     if not data.endswith((b"\n", b"\r")):
         notes.append(f"{source}: ends without a line break: is its last line whole?")
     if n_check:
-        said = count(n_check, "point")
+        said = kept("{n:point|points}", n=n_check)
         notes.append(f"{source}: {said} marked {CHECK_MARK}, taken for check points")
     return _markers(list(points.values()), rows, crs, notes, source)
 
@@ -370,8 +370,9 @@ def write_odm(path, markers):
     )
     flat = table.loc[table["z"].isna(), "point_id"].unique()
     if len(flat):
+        points = kept("{n:point|points}", n=len(flat))
         raise FileError(
-            f"{count(len(flat), 'point')} without height: {name_some(flat, 8)}",
+            f"{points} without height: {name_some(flat, 8)}",
             expected="X Y Z of every point",
             remedy="Add the heights, or convert into a folder",
             file=path,

@@ -283,11 +283,12 @@ def _with_geometry(frame, layer, meant, schema, source):
         meant = type(meant)(tuple(frame.columns), rest, meant.is_german)
     frame = frame.drop(columns=[n for n in names if n in frame])
     frame = frame.assign(**dict(zip(names, xyz.T, strict=False)))
-    said_of = "coordinates"
+    note = f"{source}: coordinates of the geometry"
     lacks_height = "height" in schema.names and "height" not in frame
     if lacks_height and np.isfinite(xyz[:, 2]).any():
-        frame, said_of = frame.assign(height=xyz[:, 2]), "coordinates and heights"
-    return frame, meant, f"{source}: {said_of} of the geometry"
+        frame = frame.assign(height=xyz[:, 2])
+        note = f"{source}: coordinates and heights of the geometry"
+    return frame, meant, note
 
 
 def _refuse_others(frame, xyz, names, source):

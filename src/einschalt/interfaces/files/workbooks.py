@@ -114,9 +114,9 @@ def _sheet(path, schema, said, source):
         return next(iter(sheets.values())), next(iter(sheets)), None
     fitting = [n for n, cells in sheets.items() if _has_header(cells, schema, said)]
     if len(fitting) == 1:
-        note = f"{source}: sheet '{fitting[0]}' alone has the columns of a table of "
-        words = schema.name.replace("_", " ")
-        return sheets[fitting[0]], fitting[0], f"{note}{words}"
+        sheet, words = fitting[0], schema.name.replace("_", " ")
+        note = f"{source}: sheet '{sheet}' alone has the columns of a table of {words}"
+        return sheets[sheet], sheet, note
     raise FileError(
         f"holds {len(sheets)} sheets, of which {name_some(fitting) or 'none'} could be "
         "meant",
@@ -182,8 +182,9 @@ def sound_copy(data, suffix, source):
     if not data.startswith(ZIP):
         is_old = data.startswith(OLE)
         found = "is an old or an encrypted workbook" if is_old else "is no workbook"
-        remedy = f"Save it as {suffix} without a password" if is_old else "Export it"
-        raise FileError(found, expected=suffix, remedy=f"{remedy} again", file=source)
+        save = f"Save it as {suffix} without a password again"
+        remedy = save if is_old else "Export it again"
+        raise FileError(found, expected=suffix, remedy=remedy, file=source)
     copy = io.BytesIO()
     try:
         with (

@@ -6,12 +6,12 @@ import pandas as pd
 from einschalt.foundations.rotations import angles_from_rotation
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.programs.foreign import (
-    UNSEEN,
     Foreign,
     damaged,
     lines_of,
     numbers_of,
     orientations,
+    unseen,
 )
 from einschalt.interfaces.programs.pat_b import read_photos
 
@@ -35,7 +35,7 @@ def read_control(file) -> Foreign:
     table = pd.DataFrame({"point_id": [line.words[1] for line in lines]})
     table[["easting", "northing", "height"]] = values
     table["role"] = [ROLES[line.words[0].upper()] for line in lines]
-    return Foreign({"control_points": table}, None, (f"{file.source}: {UNSEEN}",))
+    return Foreign({"control_points": table}, None, (unseen(file.source),))
 
 
 def read_images(file) -> Foreign:
@@ -64,7 +64,7 @@ def read_result(file) -> Foreign:
         values = numbers_of(points, file.source, 2, 5, ITERA)
         table[["easting", "northing", "height"]] = values
         tables["control_points"] = table.assign(role="new")
-    return Foreign(tables, None, (f"{file.source}: {UNSEEN}",))
+    return Foreign(tables, None, (unseen(file.source),))
 
 
 def _about(axis, angle):

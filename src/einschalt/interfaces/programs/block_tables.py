@@ -12,8 +12,8 @@ from pathlib import Path
 import pandas as pd
 
 from einschalt.foundations.errors import FileError, name_some
+from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.tables import PLAN_ERRORS
-from einschalt.foundations.typesetting import count
 from einschalt.interfaces.files import block_folder, camera_toml, marker_files
 from einschalt.interfaces.files.block_parts import Readers
 from einschalt.interfaces.files.tables_by_suffix import understand_table
@@ -89,7 +89,7 @@ def table_of(foreign, schema, source) -> ReadTable:
         is_new = (frame["role"] == NEW).to_numpy(dtype=bool)
         frame = frame[~is_new]
         if is_new.any():
-            left_out = count(int(is_new.sum()), "new point")
+            left_out = kept("{n:new point|new points}", n=int(is_new.sum()))
             notes.append(f"{source}: {left_out} left out of control")
     own = frame[[name for name in frame if name in _known(schema)]]
     own, left_out = _without_partial_errors(own)
@@ -126,7 +126,7 @@ def read_camera(path, source=None):
         return camera_toml.read_camera(path, source)
     if len(found.cameras) != 1:
         raise FileError(
-            f"holds {count(len(found.cameras), 'camera')}",
+            f"holds {kept('{n:camera|cameras}', n=len(found.cameras))}",
             expected="one camera",
             remedy="Write them with einschalt convert, and name one camera.toml",
             file=source,

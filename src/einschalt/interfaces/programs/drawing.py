@@ -199,12 +199,8 @@ def _broken(error, file):
     said = str(error)
     line = LINE.search(said)
     said = said if not isinstance(error, OSError) else "is no DXF"
-    return damaged(
-        file.source,
-        f"is no whole DXF: {shortened(said, 80)}",
-        EXPECTED,
-        int(line[1]) if line else None,
-    )
+    found = f"is no whole DXF: {shortened(said, 80)}" if said else "is no whole DXF"
+    return damaged(file.source, found, EXPECTED, int(line[1]) if line else None)
 
 
 def _of_reference(entity):

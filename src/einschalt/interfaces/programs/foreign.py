@@ -13,9 +13,7 @@ from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.tables import listed
 from einschalt.interfaces.files.text_encodings import read_table_text
 
-# of files that come after the manual alone
 MOST_SAID = 200  # characters of what a file is found to say
-UNSEEN = "read after the manual; no file of the program itself was seen"
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +38,11 @@ class Line:
     row: int
     words: list
     text: str
+
+
+def unseen(source):
+    """Note on a file whose format comes from the manual alone."""
+    return f"{source}: read after the manual; no file of the program itself was seen"
 
 
 def damaged(source, found, expected="whole data", row=None):

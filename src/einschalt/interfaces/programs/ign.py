@@ -28,7 +28,7 @@ UNITS |= {"radian": 1.0, "rad": 1.0}
 
 def read_opk(file) -> Foreign:
     """Read exterior orientations; angles are degrees unless the header says grades."""
-    lines, unit, said, crs = [], UNITS["degre"], "degrees", None
+    lines, unit, said, crs = [], UNITS["degre"], "", None
     for line in lines_of(file):
         key, colon, value = line.text.partition(":")
         if colon and not is_number(line.words[-1]):
@@ -51,7 +51,8 @@ def read_opk(file) -> Foreign:
     )
     cameras = [line.words[7] if len(line.words) > 7 else "" for line in lines]
     table = table.assign(camera=cameras) if any(cameras) else table
-    note = f"{file.source}: angles read as {said}"
+    degrees = f"{file.source}: angles read as degrees"
+    note = f"{file.source}: angles read as {said}" if said else degrees
     return Foreign({"orientations": table}, crs, (note,))
 
 

@@ -5,12 +5,12 @@ import pandas as pd
 
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.programs.foreign import (
-    UNSEEN,
     Foreign,
     damaged,
     lines_of,
     numbers_of,
     orientations,
+    unseen,
 )
 
 EXPECTED = "blocks $PHOTO … $END, with $PHOTO_NUM, $EXT_ORI and $PHOTO_POINTS"
@@ -47,7 +47,7 @@ def read_project(file) -> Foreign:
         tables["control_points"] = table
     if not tables:
         raise damaged(file.source, "holds no photos and no control points", EXPECTED)
-    notes = [f"{file.source}: {UNSEEN}"]
+    notes = [unseen(file.source)]
     if unit:
         notes.append(f"{file.source}: image coordinates in {unit}")
     return Foreign(tables, None, tuple(notes))

@@ -12,7 +12,6 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError
 from einschalt.foundations.rotations import angles_from_rotation, are_rotations
 from einschalt.interfaces.programs.foreign import (
-    UNSEEN,
     Foreign,
     damaged,
     is_finite,
@@ -20,6 +19,7 @@ from einschalt.interfaces.programs.foreign import (
     numbers_of,
     orientations,
     require_rows,
+    unseen,
 )
 
 END = "-99"
@@ -90,7 +90,7 @@ def read_control(file) -> Foreign:
         height = {name: value[0] for name, value in upright.items()}
         table["height"] = table["point_id"].map(height)
     lost = [name for name in upright if name not in plan]
-    notes = [f"{file.source}: {UNSEEN}"]
+    notes = [unseen(file.source)]
     if lost:
         notes.append(f"{file.source}: {len(lost)} points with heights alone, left out")
     return Foreign({"control_points": table}, None, tuple(notes))
@@ -121,7 +121,7 @@ def read_photos(file, factor=MM_PER_UM, expected=IMAGES) -> Foreign:
     table = pd.DataFrame({"image_id": [photo for photo, _ in rows]})
     table["point_id"] = [line.words[0] for line in measured]
     table[["x", "y"]] = xy
-    return Foreign({"image_points": table}, None, (f"{file.source}: {UNSEEN}",))
+    return Foreign({"image_points": table}, None, (unseen(file.source),))
 
 
 def read_orientations(file) -> Foreign:
@@ -150,7 +150,7 @@ def read_orientations(file) -> Foreign:
     # a11 … a33 turn a vector of the image into the frame of the ground
     angles = angles_from_rotation(np.swapaxes(matrices, 1, 2))
     table = orientations(names, values[:, :3], angles)
-    return Foreign({"orientations": table}, None, (f"{file.source}: {UNSEEN}",))
+    return Foreign({"orientations": table}, None, (unseen(file.source),))
 
 
 def _require_rotations(matrices, rows, source):

@@ -249,13 +249,15 @@ def _distances(principal_distance):
 def _check_unit(frame, distance):
     values = frame[COORDINATES].to_numpy(dtype=float)
     sizes = np.abs(values).max(axis=1)
-    found = f"image coordinates up to {sizes.max():.4g} with a principal distance of "
-    found += f"{distance:g}"
+    largest, distance_mm = f"{sizes.max():.4g}", f"{distance:g}"
+    found = (
+        f"image coordinates up to {largest} with a principal distance of {distance_mm}"
+    )
     expected = "millimetres, from the principal point"
     if np.median(sizes) > WIDEST_FIELD * distance:
         remedy = "Did you give pixels? Convert them by Camera, or give --camera"
     elif values.min() >= 0.0 and sizes.max() > distance:
-        found += ", none of them negative"
+        found = f"{found}, none of them negative"
         remedy = "Is the origin in a corner? Subtract the principal point"
     elif 0.0 < sizes.max() < NARROWEST_FIELD * distance:
         remedy = "Did you give metres? Multiply them by 1000"

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import FileError, OutputError, name_some
-from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.kept_texts import kept, retold
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.projections import code_of, label_of, read_source_crs
-from einschalt.foundations.typesetting import count
 from einschalt.interfaces.cli.exits import print_error, print_out
 from einschalt.interfaces.cli.outcome import report
 from einschalt.interfaces.files import marker_files
@@ -140,7 +139,7 @@ def _print_notes(notes):
 def _convert_table(found, given, output):
     if len(found) > 1:
         raise FileError(
-            f"holds {count(len(found), 'table')}",
+            f"holds {kept('{n:table|tables}', n=len(found))}",
             expected="one table",
             remedy="Say which by --sheet or --layer",
             file=given.name,

@@ -197,13 +197,14 @@ def _is_one_model(frame):
 def _refuse_other_kind(frame, schema, file_name):
     """Refuse a table of image coordinates for parallaxes, or the other way round."""
     kinds = {
-        Y_PARALLAXES: ("y-parallaxes", "Give --base for them"),
-        IMAGE_PAIRS: ("image coordinates", "Give --principal-distance or --camera"),
+        Y_PARALLAXES: (f"{file_name} holds y-parallaxes", "Give --base for them"),
+        IMAGE_PAIRS: (
+            f"{file_name} holds image coordinates",
+            "Give --principal-distance or --camera",
+        ),
     }
     if set(schema.number_names) <= set(frame):
         return
-    for kind, (what, remedy) in kinds.items():
+    for kind, (found, remedy) in kinds.items():
         if set(kind.number_names) <= set(frame):
-            raise SettingsError(
-                f"{file_name} holds {what}", expected=WAYS, remedy=remedy
-            )
+            raise SettingsError(found, expected=WAYS, remedy=remedy)
