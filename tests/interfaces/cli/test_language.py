@@ -52,7 +52,7 @@ def test_workers_write_in_the_language_of_the_batch(make_block, tmp_path):
 def test_errors_are_told_in_german_and_reported_in_english(invoke, tmp_path):
     shown = invoke("densify", tmp_path, "--output", tmp_path / "o", "--language", "de")
     assert shown.exit_code == 2
-    assert "der Ordner enthält kein block.toml; erwartet ein Ordner mit" in shown.stderr
+    assert "Ordner enthält kein block.toml; erwartet: ein Ordner mit" in shown.stderr
     shown = invoke("check", tmp_path / "nowhere", "--language", "de", "--json")
     assert '"found": "there is no such folder or file"' in shown.stdout
 
@@ -68,7 +68,7 @@ def test_plans_are_told_in_german(invoke):
     assert "Neupunkten: " in shown.stdout
     assert "Passpunkte mit halb so großem Fehler" in shown.stdout
     shown = invoke("plan", "--target", "5", "--m-g-um", "0.001", "--language", "de")
-    assert "erwartet 0,05 bis 500 Mikrometer im Bild" in shown.stderr
+    assert "erwartet: 0,05 bis 500 Mikrometer im Bild" in shown.stderr
 
 
 def test_a_new_block_is_commented_in_german(invoke, block_folder, tmp_path):
@@ -166,4 +166,4 @@ def test_transformations_are_told_in_german(invoke, tmp_path):
     assert "Transformation helmert von 1 von 1 Modellen, 4 Punkte" in shown.stdout
     assert "Anmerkung: old.csv hat keine Spalte model_id" in shown.stderr
     shown = invoke("--language", "de", "publish", tmp_path / "out", "--as", "1")
-    assert "der Name einer Veröffentlichung ist '1'; erwartet ein" in shown.stderr
+    assert "der Name einer Veröffentlichung ist '1'; erwartet: ein" in shown.stderr

@@ -66,10 +66,10 @@ def test_break_even_leaves_half_of_the_variance():
     )
 
 
-def test_text_says_what_pays(expected):
+def test_text_says_what_is_worth_it(expected):
     text = " ".join(describe_effort(expected).split())
-    assert "What more would gain" in text
-    assert "denser points do not" in text
+    assert "Gain of further effort" in text
+    assert "Not worth it: more pointings in the low flight, denser points." in text
     one = replace(expected, design=replace(DESIGN, n_coverages=4, control_per_model=9))
     said = describe_effort(one)
     assert "one coverage more" not in said

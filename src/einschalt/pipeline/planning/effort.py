@@ -1,4 +1,4 @@
-"""What more effort would gain in a planned block, and where it stops paying."""
+"""What more effort would gain in a planned block, and up to where it is worth it."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pandas as pd
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.kept_texts import retold
-from einschalt.foundations.language import translated
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import fixed, number, wrapped
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.theory.planning.expected_precision import (
@@ -17,6 +17,11 @@ from einschalt.theory.planning.expected_precision import (
 )
 
 MOST_COVERAGES = 4
+WORTH_IT = mark(
+    "Worth it, until the rest of the error is as large as the part that it reduces: "
+    "{efforts}."
+)
+NOT_WORTH_IT = mark("Not worth it: {efforts}.")
 TWICE = 0.5**0.5  # of twice as many settings or points
 
 
@@ -74,7 +79,7 @@ def effort_gains(expected) -> pd.DataFrame:
 
 
 def describe_effort(expected) -> str:
-    """Write what more effort would gain, and up to where it pays."""
+    """Write what more effort would gain, and up to where it is worth it."""
     rows = [
         [
             retold(row.effort),
@@ -86,40 +91,48 @@ def describe_effort(expected) -> str:
     design = expected.design
     flights = flights_of(design)
     limits = break_even(expected_parts(flights, design.model), flights)
-    said = translated(
-        "An effort pays until the rest of the error is as large as what it reduces: "
-        "{settings}, {coverages}, {points}.",
-        settings=_settings(limits),
-        coverages=_coverages(limits, design),
-        points=_points(limits, design),
-    )
-    header = [translated("What more would gain (closed estimate)"), "cm", "%"]
+    worth, not_worth = _worth(limits, design)
+    said = [
+        translated(message, efforts=", ".join(efforts))
+        for message, efforts in ((WORTH_IT, worth), (NOT_WORTH_IT, not_worth))
+        if efforts
+    ]
+    header = [translated("Gain of further effort (closed estimate)"), "cm", "%"]
     text = typesetting.table(rows, header=header, align="lrr")
-    return f"{text}\n{wrapped(said, first='  ', indent='    ')}"
+    return f"{text}\n{wrapped(' '.join(said), first='  ', indent='    ')}"
+
+
+def _worth(limits, design):
+    """List what is worth an effort, with its limits, and what is not."""
+    efforts = (_settings(limits), _coverages(limits, design), _points(limits, design))
+    return [
+        [text for is_worth, text in efforts if is_worth is wanted]
+        for wanted in (True, False)
+    ]
 
 
 def _settings(limits):
     if limits.settings <= 1.0:
-        return translated("more settings in the low flight do not")
+        return False, translated("more pointings in the low flight")
     if np.isinf(limits.settings):
-        return translated("settings in the low flight up to any number times as many")
-    return translated(
-        "settings in the low flight up to {ratio} times as many",
+        return True, translated("any number of pointings in the low flight")
+    return True, translated(
+        "up to {ratio} times as many pointings in the low flight",
         ratio=number(limits.settings),
     )
 
 
 def _coverages(limits, design):
     if limits.n_coverages <= design.n_coverages:
-        return translated("more coverages do not")
+        return False, translated("more coverages")
     if np.isinf(limits.n_coverages):
-        return translated("coverages up to any number")
-    return translated("coverages up to {most}", most=number(limits.n_coverages))
+        return True, translated("any number of coverages")
+    return True, translated("up to {most} coverages", most=number(limits.n_coverages))
 
 
 def _points(limits, design):
     if limits.spacing >= design.spacing:
-        return translated("denser points do not")
-    return translated(
+        return False, translated("denser points")
+    return True, translated(
         "points down to {spacing} m apart", spacing=number(limits.spacing)
     )
