@@ -207,7 +207,7 @@ def meaning_of(column, table=""):
     """Unit and meaning of a column; None where nobody has said it.
 
     >>> meaning_of("standard_error_total", "neighbours")
-    ('m', 'of both differences, TOTAL')
+    ('m', 'standard error of both differences, TOTAL')
     """
     found = PARTICULAR.get((table, column)) or MEANINGS.get(column)
     if found is None and column.startswith("standard_error_"):
