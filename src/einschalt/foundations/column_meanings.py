@@ -155,7 +155,7 @@ _MODELS = {
     "is_ambiguous": ("", "whether another orientation fits as well"),
     "verdict": ("", "verdict on the dangerous surface: safe, weak, critical"),
     "inflation": ("", "tilt error relative to flat terrain"),
-    "reason": ("", "why not"),
+    "reason": ("", "why it was not used or not judged; empty where it was"),
     "stage": ("", "stage at which it failed"),
     "remedy": ("", "what can be done about it"),
     **dict.fromkeys(("a0", "b0"), ("m", "shift: E = a0 + a1 x + a2 y, N = b0 + …")),

@@ -165,7 +165,8 @@ def plan(
     crs: optional(
         "Area",
         str,
-        "plane system of the plan, such as EPSG:31255; if omitted, that of the area.",
+        "plane system of the plan, such as EPSG:31255; if omitted, that of the area, "
+        "or its UTM zone where the area is in degrees.",
     ) = None,
     ground_heights: Annotated[
         Path | None,
