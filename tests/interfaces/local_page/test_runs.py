@@ -4,11 +4,13 @@ import json
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
 from einschalt.interfaces.files.output_folder import write_folder
 from einschalt.interfaces.local_page import run_process, runs
+from einschalt.pipeline.progress import Stage
 
 
 def waited_for(visitor, number, *, until):
@@ -24,6 +26,17 @@ def waited_for(visitor, number, *, until):
 
 def has_ended(_state):
     return False
+
+
+@pytest.fixture
+def runs_wait(monkeypatch):
+    """Runs wait in the midst of their work until they are ended."""
+    monkeypatch.setattr(runs, "MODULE", "waiting_run")
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+
+
+def is_computing(state):
+    return state["stage"] not in ("starting", str(Stage.READING))
 
 
 def test_a_block_is_computed_and_its_report_shown(visit, root, small_block):
@@ -58,12 +71,12 @@ def test_a_block_is_computed_and_its_report_shown(visit, root, small_block):
     assert visitor.get("/report?path=new/out").status == 404
 
 
-def test_a_cancelled_run_leaves_nothing(visit, root, small_block):
+def test_a_cancelled_run_leaves_nothing(visit, root, small_block, runs_wait):
     small_block.path.rename(root / "block")
     visitor = visit(root)
     before = sorted(root.rglob("*"))
     visitor.post("/start", {"path": "block", "output": "new/out"})
-    waited_for(visitor, 1, until=lambda state: state["stage"] != "starting")
+    waited_for(visitor, 1, until=is_computing)
     visitor.post("/run/1/cancel")
     state = waited_for(visitor, 1, until=has_ended)
     assert state["state"] == "cancelled"
@@ -71,13 +84,13 @@ def test_a_cancelled_run_leaves_nothing(visit, root, small_block):
     assert "nothing was written" in visitor.get("/run/1").text
 
 
-def test_a_run_that_is_ended_leaves_nothing(visit, root, small_block, monkeypatch):
+def test_a_run_that_is_ended_leaves_nothing(visit, root, small_block, runs_wait):
     small_block.path.rename(root / "block")
     visitor = visit(root)
     before = sorted(root.rglob("*"))
     visitor.post("/start", {"path": "block", "output": "out"})
     run = visitor.session.runs.get(1)
-    waited_for(visitor, 1, until=lambda state: state["stage"] != "starting")
+    waited_for(visitor, 1, until=is_computing)
     os.kill(run._process.pid, signal.SIGKILL)
     state = waited_for(visitor, 1, until=has_ended)
     assert state["state"] == "failed"
