@@ -72,7 +72,7 @@ def estimate_for(tables, sample, terms=()):
 
 def _estimated(tables, sample, adjust, *observed):
     try:
-        plain = adjust(*observed)
+        plain = adjust(*observed, is_rough=True)
         own = estimate_own_deformation(plain)
         if not is_detected(own):
             return own

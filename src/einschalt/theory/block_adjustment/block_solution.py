@@ -86,7 +86,7 @@ class BlockSolution(AdjustedBlock):
         if not is_rough:
             return adjust(observations, self.terms, self.ordering)
         start = self.common, self.affinities[self.ordering.order]
-        return adjust(observations, self.terms, self.ordering, start, ROUGHLY)
+        return adjust(observations, self.terms, self.ordering, start, is_rough=True)
 
     @property
     def linear(self):
@@ -185,24 +185,24 @@ def _to_measured(frames, n_unknowns, is_affine):
 
 
 def adjust(
-    observations, terms=(), ordering=None, start=None, settled=SETTLED
+    observations, terms=(), ordering=None, start=None, *, is_rough=False
 ) -> BlockSolution:
     """Adjust all models of a block with its control.
 
     The block is determined (see :mod:`.determinacy`); ``terms`` are deformations that
     the models of a flight share; an ``ordering`` comes from an earlier adjustment of
     the same models and points, and so does a ``start``: common parameters, and
-    affinities in the order of elimination. Passes end where the common parameters move
-    no point further than ``settled`` times the size of a model. Raises
-    UndeterminedTermsError where the points of the models do not determine the terms.
+    affinities in the order of elimination. A rough solution is for sums over the
+    block. Raises UndeterminedTermsError where the points of the models do not determine
+    the terms.
     """
-    task = _Task(observations, terms, ordering)
+    task = _Task(observations, terms, ordering, is_rough=is_rough)
     common, used = np.zeros(len(task.deformation.names)), None
     if start is not None:
         common, used = start
     passed = task.pass_with(common, used)
     for _ in range(MOST_PASSES):
-        is_settled = task.is_settled(passed.common - common, settled)
+        is_settled = task.is_settled(passed.common - common)
         if is_settled and task.is_oriented(passed, used):
             break
         common, used = passed.common, passed.affinities
@@ -229,7 +229,7 @@ class _Pass:
 class _Task(BlockInOrder):
     """A plane block that is adjusted, in the order of elimination."""
 
-    def __init__(self, observations, terms, ordering):
+    def __init__(self, observations, terms, ordering, *, is_rough=False):
         if ordering is None:
             n_models, n_points = observations.n_models, observations.n_points
             incidence = incidence_of(
@@ -245,6 +245,7 @@ class _Task(BlockInOrder):
         self._control = self.control_from(self._origin)
         self._xy = observations.xy.take(self.rows, axis=0)
         self._terms = tuple(terms)
+        self._is_rough = is_rough
         self.deformation = deformation_of(observations, self._terms)
         self._bent = None
         if observations.bent is not None:
@@ -276,8 +277,9 @@ class _Task(BlockInOrder):
         change = (passed.affinities - used)[self.incidence.model][:, :, 1:]
         return np.abs(change @ self._orientation).max() <= SETTLED_ON_GROUND
 
-    def is_settled(self, step, settled):
+    def is_settled(self, step):
         """Whether a step of the common parameters moves nothing any more."""
+        settled = ROUGHLY if self._is_rough else SETTLED
         reach = np.abs(self._columns).max(axis=(0, 1), initial=0.0)
         return (np.abs(step) * reach <= settled * self.deformation.extent).all()
 
@@ -343,10 +345,11 @@ class _Task(BlockInOrder):
             )
         on_ground = affinities[self.incidence.model][:, :, 1:] @ self._columns
         held = channels.split(np.zeros((n_points, 2, n_terms)))
-        answer = solver.project(channels.split(-on_ground), held)
+        right = channels.split(-on_ground), held
+        answer = solver.project(*right, is_rough=self._is_rough)
         residuals = channels.join(answer.residuals)
         weighted = on_ground * self.weights[:, None, None]
-        normals = np.einsum("ncj,nck->jk", weighted, residuals)
+        normals = np.tensordot(weighted, residuals, axes=((0, 1), (0, 1)))
         whole = np.einsum("ncj,ncj->j", weighted, on_ground)
         return Bordered(
             _inverse_of_common((normals + normals.T) / 2.0, whole),

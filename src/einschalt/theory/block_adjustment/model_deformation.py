@@ -13,7 +13,6 @@ from scipy.special import fdtrc
 
 from einschalt.foundations.kernels import compiled
 from einschalt.theory.block_adjustment.block_solution import (
-    ROUGHLY,
     UndeterminedTermsError,
     adjust,
 )
@@ -67,7 +66,7 @@ def examine_deformation(solution, flight) -> DeformationTest:
     try:
         # its sum of squares is least: it changes by the square of what is left
         terms = (*others, own)
-        larger = adjust(observations, terms, solution.ordering, settled=ROUGHLY)
+        larger = adjust(observations, terms, solution.ordering, is_rough=True)
     except UndeterminedTermsError:  # the points of the models cannot tell terms apart
         return nothing
     if not larger.sum_of_squares > 0.0:

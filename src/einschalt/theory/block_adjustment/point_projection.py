@@ -34,7 +34,7 @@ def project_points(system, parameters, right, found):
         _project,
         incidence.point_start,
         (incidence.model, incidence.rows),
-        (_as_parts(design, parts), _as_parts(parameters, parts), n_used),
+        (_as_parts(design, parts), parameters.view(np.float64), n_used),
         (system.weights, system.control_weight, system.is_fixed, system.inverse),
         (shift.view(np.float64), control.view(np.float64)),
         (points.view(np.float64), residuals.view(np.float64)),
@@ -49,83 +49,94 @@ def _as_parts(array, parts):
 
 @compiled
 def _project(first, last, start, fan, transformation, prior, right, found, ranks):
-    # loops over the length of a tuple are unrolled
+    # loops over the length of a tuple are unrolled; those over right sides are the
+    # innermost ones, of numbers that lie together: several at once
     d, parts = len(ranks[0]), len(ranks[1])
     model, rows = fan
     design, parameters, n_used = transformation
     weights, control_weight, is_fixed, inverse = prior
     (shift, control), (points, residuals) = right, found
     is_shifted = shift.size > 0
+    width = control.shape[2]
     most = 0
     for p in range(first, last):
         most = max(most, start[p + 1] - start[p])
-    high, low = np.empty((most, d, parts)), np.empty((most, d, parts))
-    total, mean = np.empty((d, parts)), np.empty((d, parts))
+    high, low = np.empty((most, d, width)), np.empty((most, d, width))
+    total, mean = np.empty((d, width)), np.empty((d, width))
     for p in range(first, last):
         begin, n = start[p], start[p + 1] - start[p]
-        for r in range(parameters.shape[2]):
-            j = r * parts
+        for c in range(d):
+            for j in range(width):
+                value = control_weight[p, c, 0] * control[p, 0, j]
+                for e in range(1, d):
+                    value += control_weight[p, c, e] * control[p, e, j]
+                total[c, j] = value
+        for k in range(n):
+            row = rows[begin + k]
+            m = model[row]
             for c in range(d):
-                for part in range(parts):
-                    value = control_weight[p, c, 0] * control[p, 0, j + part]
-                    for e in range(1, d):
-                        value += control_weight[p, c, e] * control[p, e, j + part]
-                    total[c, part] = value
-            for k in range(n):
-                row = rows[begin + k]
-                m = model[row]
-                for c in range(d):
-                    real, rest, imaginary, lost = 0.0, 0.0, 0.0, 0.0
-                    for a in range(n_used):
-                        g, x = design[row, c, a, 0], parameters[m, a, r, 0]
-                        real, rest = add_product(real, rest, g, x)
-                        if parts == 2:
-                            h, y = design[row, c, a, 1], parameters[m, a, r, 1]
+                for j in range(width):
+                    high[k, c, j], low[k, c, j] = 0.0, 0.0
+                for a in range(n_used):
+                    g = design[row, c, a, 0]
+                    if parts == 1:
+                        for j in range(width):
+                            high[k, c, j], low[k, c, j] = add_product(
+                                high[k, c, j], low[k, c, j], g, parameters[m, a, j]
+                            )
+                    else:
+                        h = design[row, c, a, 1]
+                        for j in range(0, width, 2):
+                            x, y = parameters[m, a, j], parameters[m, a, j + 1]
+                            real, rest = high[k, c, j], low[k, c, j]
+                            real, rest = add_product(real, rest, g, x)
                             real, rest = add_product(real, rest, -h, y)
-                            imaginary, lost = add_product(imaginary, lost, g, y)
-                            imaginary, lost = add_product(imaginary, lost, h, x)
-                    high[k, c, 0], low[k, c, 0] = real, rest
-                    if parts == 2:
-                        high[k, c, 1], low[k, c, 1] = imaginary, lost
-                    for part in range(parts):
-                        fitted = high[k, c, part]
-                        if is_shifted:
-                            fitted -= shift[row, c, j + part]
-                        total[c, part] += weights[row, c] * fitted
+                            high[k, c, j], low[k, c, j] = real, rest
+                            real, rest = high[k, c, j + 1], low[k, c, j + 1]
+                            real, rest = add_product(real, rest, g, y)
+                            real, rest = add_product(real, rest, h, x)
+                            high[k, c, j + 1], low[k, c, j + 1] = real, rest
+                w = weights[row, c]
+                if is_shifted:
+                    for j in range(width):
+                        total[c, j] += w * (high[k, c, j] - shift[row, c, j])
+                else:
+                    for j in range(width):
+                        total[c, j] += w * high[k, c, j]
+        for c in range(d):
+            for j in range(width):
+                value = inverse[p, c, 0] * total[0, j]
+                for e in range(1, d):
+                    value += inverse[p, c, e] * total[e, j]
+                mean[c, j] = control[p, c, j] if is_fixed[p] else value
+                points[p, c, j] = mean[c, j]
+        for c in range(d):
+            for j in range(width):
+                value = 0.0
+                for e in range(d):
+                    away = control[p, e, j] - mean[e, j]
+                    value += control_weight[p, c, e] * away
+                total[c, j] = value
+        for k in range(n):
+            row = rows[begin + k]
             for c in range(d):
-                for part in range(parts):
-                    value = inverse[p, c, 0] * total[0, part]
-                    for e in range(1, d):
-                        value += inverse[p, c, e] * total[e, part]
-                    mean[c, part] = control[p, c, j + part] if is_fixed[p] else value
-                    points[p, c, j + part] = mean[c, part]
+                w = weights[row, c]
+                for j in range(width):
+                    residual = (high[k, c, j] - mean[c, j]) + low[k, c, j]
+                    if is_shifted:
+                        residual -= shift[row, c, j]
+                    high[k, c, j] = residual
+                    total[c, j] += w * residual
+        for c in range(d):
+            for j in range(width):
+                # 0 where the point is held: so is its inverse
+                value = inverse[p, c, 0] * total[0, j]
+                for e in range(1, d):
+                    value += inverse[p, c, e] * total[e, j]
+                mean[c, j] = value
+                points[p, c, j] += value
+        for k in range(n):
+            row = rows[begin + k]
             for c in range(d):
-                for part in range(parts):
-                    value = 0.0
-                    for e in range(d):
-                        away = control[p, e, j + part] - mean[e, part]
-                        value += control_weight[p, c, e] * away
-                    total[c, part] = value
-            for k in range(n):
-                row = rows[begin + k]
-                for c in range(d):
-                    for part in range(parts):
-                        residual = (high[k, c, part] - mean[c, part]) + low[k, c, part]
-                        if is_shifted:
-                            residual -= shift[row, c, j + part]
-                        high[k, c, part] = residual
-                        total[c, part] += weights[row, c] * residual
-            for c in range(d):
-                for part in range(parts):
-                    # 0 where the point is held: so is its inverse
-                    value = inverse[p, c, 0] * total[0, part]
-                    for e in range(1, d):
-                        value += inverse[p, c, e] * total[e, part]
-                    mean[c, part] = value
-                    points[p, c, j + part] += value
-            for k in range(n):
-                row = rows[begin + k]
-                for c in range(d):
-                    for part in range(parts):
-                        residual = high[k, c, part] - mean[c, part]
-                        residuals[row, c, j + part] = residual
+                for j in range(width):
+                    residuals[row, c, j] = high[k, c, j] - mean[c, j]

@@ -114,25 +114,29 @@ class SpatialSolution(AdjustedBlock):
         return jacobian @ self._step_cofactors @ np.swapaxes(jacobian, 1, 2)
 
 
-def adjust_spatially(observations, start=None) -> SpatialSolution:
+def adjust_spatially(observations, start=None, *, is_rough=False) -> SpatialSolution:
     """Adjust all spatial models of a determined block with its control.
 
-    Without a ``start`` the models must stand upright but for some degrees. Raises
-    NoConvergenceError.
+    Without a ``start`` the models must stand upright but for some degrees. A rough
+    solution is for sums over the block. Raises NoConvergenceError.
     """
     plan = observations.in_plan(is_affine=True)
     incidence = incidence_of(plan.model, plan.point, plan.n_models, plan.n_points)
     if start is None:
         start = place_models(observations)
     chained = plan.xy - start.centroid[plan.model][:, :2]
-    return _Task(observations, order_block(incidence, chained)).solve(start)
+    task = _Task(observations, order_block(incidence, chained))
+    return task.solve(start, ROUGHLY if is_rough else SETTLED)
 
 
-def adjust_models(observations, terms=()):
-    """Adjust in plan, with what models share, or in space, as they were observed."""
+def adjust_models(observations, terms=(), *, is_rough=False):
+    """Adjust in plan, with what models share, or in space, as they were observed.
+
+    A rough solution is for sums over the block.
+    """
     if observations.is_in_space:
-        return adjust_spatially(observations)
-    return adjust(observations, terms)
+        return adjust_spatially(observations, is_rough=is_rough)
+    return adjust(observations, terms, is_rough=is_rough)
 
 
 class _Task(BlockInOrder):
