@@ -5,6 +5,7 @@ and writes what it found into the page.
 """
 
 import base64
+import csv
 import hashlib
 import json
 import re
@@ -19,6 +20,7 @@ import pytest
 from tests.changed_results import judged_before
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.reports import pdf_printer
 from einschalt.interfaces.reports.html_report import render
 from einschalt.interfaces.reports.pdf_printer import BROWSERS, OPTIONS, pdf_of
@@ -171,6 +173,70 @@ def test_bars_of_the_residuals_lead_to_their_points(seen, result):
         r"\d+ points? with a residual of \d\.\d\d to \d\.\d\d standard deviations",
         seen[0]["clicked"],
     )
+
+
+GERMAN = """
+const tried = async () => {
+  while (!document.documentElement.dataset.ready) {
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  const { map, tables, selection } = globalThis.einschaltReport;
+  const field = document.querySelector("#plot-residuals .range input");
+  const brushed = (text) => {
+    field.value = text;
+    selection.clear();
+    document.querySelector("#plot-residuals .range button").click();
+    return map.said.textContent;
+  };
+  map._hover(map.view.width / 2, map.view.height / 2);
+  return {
+    csv: tables.points.csv(),
+    columns: tables.points.columns.map(({ isNumber }) => Boolean(isNumber)),
+    typed: ["6,0", "6.0", "-0,5", "\\u22120.5"].map(typedFigure),
+    none: brushed(""), comma: brushed("1,5"), point: brushed("1.5"),
+    word: brushed("x"),
+    readout: map.readout.textContent,
+  };
+};
+tried().catch(String).then((found) => parent.postMessage(JSON.stringify(found), "*"));
+"""
+
+
+@pytest.fixture(scope="module")
+def german(good_result, tmp_path_factory):
+    """What the German page says of itself."""
+    if BROWSER is None:
+        pytest.skip("no Chromium is installed")
+    folder = tmp_path_factory.mktemp("german")
+    with written_in("de"):
+        html = render(good_result)
+    return looked_at(html, folder, 1280, GERMAN)[0]
+
+
+def test_a_typed_figure_has_either_decimal_sign(german):
+    assert german["typed"] == [6, 6, -0.5, -0.5]
+    assert german["comma"] == german["point"] != german["none"]
+    # what is no figure highlights nothing
+    assert german["word"] not in (german["none"], german["comma"])
+
+
+def test_a_german_csv_is_as_german_spreadsheets_read_it(german, good_result):
+    text = german["csv"].removeprefix("\ufeff")
+    rows = list(csv.reader(text.splitlines(), delimiter=";"))
+    assert len(rows) == len(good_result.points) + 1
+    assert {len(row) for row in rows} == {len(german["columns"])}
+    figures = [
+        cell
+        for row in rows[1:]
+        for cell, is_figure in zip(row, german["columns"], strict=True)
+        if is_figure and cell
+    ]
+    assert any("," in cell for cell in figures)
+    assert [cell for cell in figures if not re.fullmatch(r"-?\d+(,\d+)?", cell)] == []
+
+
+def test_the_readout_of_the_map_is_german(german):
+    assert re.fullmatch(r"Rechtswert \S+\s+Hochwert \S+", german["readout"])
 
 
 def test_the_dark_form_is_dark(seen):

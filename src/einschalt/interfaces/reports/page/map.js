@@ -213,7 +213,7 @@ class BlockMap {
       // of many points the page holds the signs of some: they count as well
       const held = layer.name === "apart" || layer.name === "ellipses" ? this.points.share : 1;
       const part = layer.drawn && layer.drawn.length ? layer.all / held / layer.drawn.length : 1;
-      const text = part > 1.05 ? translated("{layer}, 1 in {n}", { layer: layer.title, n: localized(`${Number(part.toPrecision(2))}`) }) : layer.title;
+      const text = part >= 1.5 ? translated("{layer}, 1 in {n}", { layer: layer.title, n: count(Math.round(part)) }) : layer.title;
       if (layer.label.textContent !== text) layer.label.textContent = text;
     }
   }
@@ -226,7 +226,7 @@ class BlockMap {
 
   _hover(x, y) {
     const found = isNumber(x) ? this._near(x, y) : -1;
-    if (isNumber(x)) this.readout.textContent = `E ${coordinateText(this.view.east(x))}  N ${coordinateText(this.view.north(y))}`;
+    if (isNumber(x)) this.readout.textContent = translated("E {east}  N {north}", { east: coordinateText(this.view.east(x)), north: coordinateText(this.view.north(y)) });
     if (found === this.hovered) return;
     this.hovered = found;
     this._tip(found >= 0 ? found : this.selection.point);

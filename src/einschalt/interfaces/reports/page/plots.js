@@ -130,10 +130,10 @@ function brush(axes, n, choose) {
 
 /** The same by the keyboard: from and to. */
 function rangeFields(host, { low, width, n, unit, perUnit }, choose) {
-  const field = (title) => element("input", { type: "number", step: "any", "aria-label": title, placeholder: title });
+  const field = (title) => element("input", { type: "text", inputmode: "decimal", pattern: "[\\-−]?[0-9]*[.,]?[0-9]+", "aria-label": title, placeholder: title });
   const from = field(translated("from [{unit}]", { unit })), to = field(translated("to [{unit}]", { unit }));
-  const bin = (text, otherwise) => text === "" ? otherwise : Math.min(Math.max(Math.floor((Number(text) * perUnit - low) / width), 0), n - 1);
-  const act = () => choose(bin(from.value, 0), bin(to.value, n - 1));
+  const bin = (text, otherwise) => text === "" ? otherwise : Math.min(Math.max(Math.floor((typedFigure(text) * perUnit - low) / width), 0), n - 1);
+  const act = () => { if (from.reportValidity() && to.reportValidity()) choose(bin(from.value, 0), bin(to.value, n - 1)); };
   host.append(element("p", { class: "range" }, translated("Highlight points"), " ", from, " ", to, " ",
     element("button", { type: "button", class: "quiet", onclick: act }, translated("Highlight"))));
 }

@@ -149,10 +149,12 @@ class Table {
     const plain = (column, i) => {
       const text = column.text(i);
       if (!column.isNumber) return cell(tamed(text));
-      return text === MISSING ? "" : plainFigure(text);
+      return text === MISSING ? "" : localized(plainFigure(text));
     };
-    const lines = [this.columns.map((column) => cell(column.title)).join(",")];
-    for (const i of this.order) lines.push(this.columns.map((column) => plain(column, i)).join(","));
+    // where figures have a comma, spreadsheets part cells by a semicolon
+    const between = words.decimal === "," ? ";" : ",";
+    const lines = [this.columns.map((column) => cell(column.title)).join(between)];
+    for (const i of this.order) lines.push(this.columns.map((column) => plain(column, i)).join(between));
     return `\ufeff${lines.join("\r\n")}\r\n`;
   }
 

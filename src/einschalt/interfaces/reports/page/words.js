@@ -21,6 +21,9 @@ const localized = (text) => (words.decimal === "." ? text : text.replace(".", wo
 /** The same with a decimal point, as numbers are read. */
 const plainFigure = (text) => text.replaceAll("\u202f", "").replace(words.decimal, ".").replaceAll("−", "-");
 
+/** A figure as users type it: comma and point are decimal signs in every language. */
+const typedFigure = (text) => Number(text.replace(",", ".").replace("−", "-"));
+
 /** Roles and flights are data; the page shows them in its language. */
 const roleText = (role) => ({ new: translated("new"), control: translated("control"), check: translated("check") })[role] ?? role;
 
