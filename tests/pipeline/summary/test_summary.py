@@ -121,7 +121,15 @@ def test_verdict_says_what_to_mend_first(faulty_result):
 
 def test_every_cause_has_words(faulty_result):
     explained = {f.explained_by for f in faulty_result.assessment.findings} - {""}
-    assert explained <= CAUSES.keys() == {"exchanged_names", "measurements_given_twice"}
+    assert (
+        explained
+        <= CAUSES.keys()
+        == {
+            "exchanged_names",
+            "measurements_given_twice",
+            "lone_wrong_check_point",
+        }
+    )
 
 
 def test_table_of_flights_counts_usable_models(faulty_result):

@@ -25,6 +25,7 @@ OF_POINTS = {
 OF_BLOCK = {
     "adjustment_that_misfits",
     "claim_that_does_not_stand",
+    "lone_wrong_check_point",
     "check_points_beyond_claim",
     "control_points_beyond_claim",
     "contradicted_propagation",
@@ -52,7 +53,7 @@ def with_causes(findings, exchanges, *, is_coupled) -> tuple[Finding, ...]:
     Where ``is_coupled``, every model reaches every point, as in one adjustment that
     keeps gross errors: consequences are then not bound to the points of the model.
     """
-    findings = _without_what_copies_make(findings)
+    findings = _with_lone_point(_without_what_copies_make(findings))
     if not exchanges:
         return findings
     points = {point for exchange in exchanges for point in exchange.model_points}
@@ -84,6 +85,19 @@ def _without_what_copies_make(findings):
         return tuple(findings)
     return tuple(
         replace(found, explained_by=cause) if found.code in OF_COPIES else found
+        for found in findings
+    )
+
+
+def _with_lone_point(findings):
+    """Mark the differences at all check points where a single one makes them."""
+    cause = "lone_wrong_check_point"
+    if all(found.code != cause for found in findings):
+        return findings
+    return tuple(
+        replace(found, explained_by=cause)
+        if found.code == "check_points_beyond_claim" and not found.explained_by
+        else found
         for found in findings
     )
 

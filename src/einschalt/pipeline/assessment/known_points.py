@@ -1,6 +1,6 @@
 """What points with given coordinates say of the claimed figure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -113,6 +113,41 @@ def contradicting_points(examined) -> np.ndarray:
     p_value = np.exp(-squares / determinant / 2.0)
     family = np.array([0, len(p_value)])
     return known.point_ids[is_rejected_by_holm(p_value, family, FINDING_SIGNIFICANCE)]
+
+
+def lone_contradiction(examined) -> KnownPoints | None:
+    """The other check points, where a single one makes their differences too large.
+
+    None unless one point alone contradicts the claim, the others do not, and they are
+    so much nearer that chance would not make them so if all points were as far off as
+    the root mean square with it; nor where control that may be wrong moves the block
+    there. It may be wrong there all the same: no figure gets smaller by this.
+    """
+    known, names = examined.known_check, contradicting_points(examined)
+    if not known.are_beyond or len(names) != 1 or _is_near_doubt(examined, names[0]):
+        return None
+    is_other = known.point_ids != names[0]
+    others = replace(
+        known,
+        point_ids=known.point_ids[is_other],
+        differences=known.differences[is_other],
+        degrees=known.degrees * np.mean(is_other),
+    )
+    beside = replace(others, claimed=known.rms)
+    return others if beside.are_too_small and not others.are_beyond else None
+
+
+def _is_near_doubt(examined, name):
+    """Whether a point shares a high model with control that others do not confirm."""
+    high = examined.oriented_high_points
+    if high is None:
+        return False
+    model = pd.MultiIndex.from_frame(high[["coverage", "model_id"]])
+    is_there = model.isin(model[high["point_id"] == name])
+    control = examined.block.control_points
+    control = control.loc[control["role"] != "check", "point_id"]
+    doubtful = set(control) - set(examined.left_out_differences.index)
+    return not doubtful.isdisjoint(high.loc[is_there, "point_id"])
 
 
 def _degrees(examined, point_ids, claimed):

@@ -25,6 +25,7 @@ TITLES = mark_each(
         "drift_without_control": "drift without control",
         "iterations_that_spoil": "harmful iterations",
         "drift_that_nothing_tells": "undetectable drift",
+        "lone_wrong_check_point": "one check point far off",
         "check_points_beyond_claim": "check points worse than stated",
         "check_points_better_than_claim": "check points better than stated",
         "control_against_block": "control points against the block",

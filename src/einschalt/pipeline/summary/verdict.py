@@ -29,6 +29,7 @@ BETTER = mark("the two steps are better: {figure} (--method two_step)")
 CAUSES = mark_each(
     {
         "exchanged_names": "correct the exchanged names first",
+        "lone_wrong_check_point": "check the one check point that is far off first",
         "measurements_given_twice": "remove the measurements given twice first",
     }
 )

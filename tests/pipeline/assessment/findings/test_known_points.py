@@ -7,6 +7,9 @@ from tests.changed_results import changed
 
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings import known_points as judges
+from einschalt.pipeline.densify import densify
+
+PLACE = "point_id"
 
 
 def with_differences(result, east=1.0, north=1.0, shift=0.0):
@@ -32,6 +35,69 @@ def test_check_points_worse_than_the_claim(good_result):
     assert found.facts["ratio"] == pytest.approx(found.observed / found.expected)
     assert found.probability < 0.001
     assert judges.check_points_better_than_claim(moved.examination) is None
+
+
+def with_moved_check_points(result, *rows, by=1.0):
+    points = result.points.copy()
+    check = points.index[points["role"] == "check"]
+    points.loc[check[list(rows)], "difference_easting"] += by
+    return changed(result, points=points), list(points.loc[check[list(rows)], PLACE])
+
+
+def test_a_lone_wrong_check_point_is_named_and_makes_no_figure_smaller(good_result):
+    moved, names = with_moved_check_points(good_result, 2)
+    examined = moved.examination
+    found = judges.lone_wrong_check_point(examined)
+    assert list(found.names) == names
+    others = found.facts["rms_of_others"]
+    assert others < 0.1 < found.facts["rms"]
+    assert examined.known_check.are_beyond
+    beyond = judges.check_points_beyond_claim(examined)
+    assert beyond.names[0] == names[0]
+    assert beyond.facts["median"] < others < beyond.facts["largest"]
+
+
+@pytest.mark.parametrize("rows", [(1, 2), (0, 1, 2, 3, 4, 5)])
+def test_several_wrong_check_points_are_no_lone_one(good_result, rows):
+    moved, _ = with_moved_check_points(good_result, *rows)
+    assert judges.check_points_beyond_claim(moved.examination) is not None
+    assert judges.lone_wrong_check_point(moved.examination) is None
+
+
+def test_no_check_point_is_the_lone_one_where_wrong_control_is_near(good_result):
+    """A right check point in a block that wrong control moves."""
+    control = good_result.block.control_points.copy()
+    row = control.index[control["role"] == "control"][3]
+    control.loc[row, "easting"] += 0.8
+    spoilt = densify(replace(good_result.block, control_points=control))
+    assert spoilt.control_left_out["is_suspect"].any()
+    high = spoilt.examination.oriented_high_points
+    wrong = high["point_id"] == control.loc[row, "point_id"]
+    models = set(high.loc[wrong, "model_id"])
+    points = spoilt.points
+    check = points.index[points["role"] == "check"]
+    near = high.loc[high["model_id"].isin(models), "point_id"]
+    rows = [k for k, r in enumerate(check) if points.loc[r, PLACE] in set(near)]
+    moved, _ = with_moved_check_points(spoilt, rows[0])
+    assert moved.examination.known_check.are_beyond
+    assert judges.lone_wrong_check_point(moved.examination) is None
+
+
+@pytest.mark.parametrize(("n_kept", "is_named"), [(2, False), (4, True)])
+def test_one_other_check_point_is_too_few(good_result, n_kept, is_named):
+    moved, _ = with_moved_check_points(good_result, 0)
+    points = moved.points
+    check = points.index[points["role"] == "check"]
+    fewer = changed(moved, points=points.drop(check[n_kept:]))
+    assert fewer.examination.known_check.are_beyond
+    found = judges.lone_wrong_check_point(fewer.examination)
+    assert (found is not None) == is_named
+
+
+def test_where_the_others_are_beyond_as_well_none_is_lone(good_result):
+    worse = with_differences(good_result, 3.0, 3.0)
+    moved, _ = with_moved_check_points(worse, 2)
+    assert judges.lone_wrong_check_point(moved.examination) is None
 
 
 def test_check_points_better_than_the_claim(good_result):

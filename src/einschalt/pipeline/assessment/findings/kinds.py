@@ -4,7 +4,8 @@ from einschalt.pipeline.assessment.finding import Finding, Gravity, Subject
 
 BLOCK, FLIGHT, MODELS, POINTS, CONTROL, MEASUREMENTS = Subject
 NOTE, WARNING, GRAVE = Gravity
-# by code, the gravest first: what is lost, what is wrong, what is weak, not checked
+# by code, the gravest first: what is lost, what is wrong, what is weak, not checked;
+# single wrong points before what they make of a block
 KINDS = {
     "exchanged_names": (MEASUREMENTS, GRAVE),
     "measurements_given_twice": (MEASUREMENTS, GRAVE),
@@ -20,19 +21,20 @@ KINDS = {
     "orientations_with_large_sigma_0": (MODELS, WARNING),
     "corrections_that_spoil": (FLIGHT, GRAVE),
     "models_upside_down": (MODELS, GRAVE),
+    "lone_wrong_check_point": (POINTS, GRAVE),
+    "control_against_block": (CONTROL, GRAVE),
+    "control_set_aside": (CONTROL, WARNING),
+    "control_that_contradicts": (CONTROL, WARNING),
     "claim_that_does_not_stand": (BLOCK, GRAVE),
+    "check_points_beyond_claim": (BLOCK, GRAVE),
     "adjustment_that_misfits": (BLOCK, GRAVE),
     "deformed_models": (BLOCK, GRAVE),
     "block_that_shrinks": (BLOCK, GRAVE),
     "drift_without_control": (BLOCK, GRAVE),
     "iterations_that_spoil": (BLOCK, WARNING),
     "drift_that_nothing_tells": (BLOCK, WARNING),
-    "check_points_beyond_claim": (BLOCK, GRAVE),
     "check_points_better_than_claim": (BLOCK, NOTE),
-    "control_against_block": (CONTROL, GRAVE),
-    "control_set_aside": (CONTROL, WARNING),
     "control_points_beyond_claim": (CONTROL, WARNING),
-    "control_that_contradicts": (CONTROL, WARNING),
     "shifted_block": (BLOCK, GRAVE),
     "heights_out_of_scale": (FLIGHT, GRAVE),
     "broken_heights": (CONTROL, GRAVE),

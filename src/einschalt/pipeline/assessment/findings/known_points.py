@@ -4,6 +4,10 @@ import numpy as np
 
 from einschalt.pipeline.assessment.finding import Gravity
 from einschalt.pipeline.assessment.findings.kinds import finding
+from einschalt.pipeline.assessment.known_points import (
+    contradicting_points,
+    lone_contradiction,
+)
 from einschalt.theory.adjustment.global_tests import (
     mean_differs_from_zero,
     mean_p_values,
@@ -22,8 +26,43 @@ def check_points_beyond_claim(examined):
     known = examined.known_check
     if not known.are_beyond:
         return None
+    miss = np.hypot(*known.differences.T)
     compared = _compared("check points", known)
-    return finding("check_points_beyond_claim", remedy="trust_check_points", **compared)
+    compared["facts"] |= {
+        "median": float(np.nanmedian(miss)),
+        "largest": float(np.nanmax(miss)),
+    }
+    return finding(
+        "check_points_beyond_claim",
+        names=known.point_ids[np.argsort(-miss, kind="stable")],
+        remedy="trust_check_points",
+        **compared,
+    )
+
+
+def lone_wrong_check_point(examined):
+    """A single check point that makes the differences of all of them too large."""
+    others = lone_contradiction(examined)
+    if others is None:
+        return None
+    known, (name,) = examined.known_check, contradicting_points(examined)
+    miss = float(np.hypot(*known.differences[known.point_ids == name][0]))
+    return finding(
+        "lone_wrong_check_point",
+        names=(name,),
+        statistic="difference at a check point",
+        observed=miss,
+        expected=known.claimed,
+        remedy="check_lone_point",
+        facts={
+            "largest": miss,
+            "n_points": known.count,
+            "rms": known.rms,
+            "n_others": others.count,
+            "rms_of_others": others.rms,
+            "claimed": known.claimed,
+        },
+    )
 
 
 def check_points_better_than_claim(examined):
@@ -100,6 +139,7 @@ def _shifted(role, known, shift):
 
 
 TWO_STEP = SIMULTANEOUS = (
+    lone_wrong_check_point,
     check_points_beyond_claim,
     check_points_better_than_claim,
     control_points_beyond_claim,

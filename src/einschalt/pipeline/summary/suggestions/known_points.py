@@ -10,6 +10,10 @@ REMEDIES = mark_each(
         "trust_check_points": (
             "Rely on them rather than on the budget; part of it is their own error"
         ),
+        "check_lone_point": (
+            "Check its coordinates, its name and its measurements first; until then "
+            "the block may be as wrong there"
+        ),
         "give_smaller_errors": (
             "The stated precision is too cautious: m_g_um or the stated standard "
             "errors are too large"
@@ -30,6 +34,16 @@ OF_CHECK = mark(
     "The differences at {n_points:count check point} are {rms:length} (total, RMS), "
     "{ratio:factor} the expected {claimed:length}"
 )
+BEYOND = mark(
+    "The differences at {n_points:count check point} are {rms:length} (total, RMS; "
+    "median {median:length}), {ratio:factor} the expected {claimed:length}; largest at "
+    "{worst} ({largest:length})"
+)
+LONE = mark(
+    "Check point {point} differs by {largest:length}: without it the differences at "
+    "{n_others:count check point} are {rms_of_others:length} (total, RMS), with it "
+    "{rms:length}, expected {claimed:length}"
+)
 OF_CONTROL = mark(
     "The differences at {n_points:count control point} are {rms:length} (total, RMS), "
     "{ratio:factor} the expected {claimed:length}; largest at {worst}"
@@ -48,6 +62,16 @@ SHIFTS = mark_each(
 )
 
 
+def check_points_beyond_claim(finding):
+    """Their differences beside the claim, and the largest."""
+    return filled(BEYOND, finding, worst=names(finding.names[:1]))
+
+
+def lone_wrong_check_point(finding):
+    """Which check point it is, and what the others say."""
+    return filled(LONE, finding, point=names(finding.names))
+
+
 def control_points_beyond_claim(finding):
     """Their differences beside the claim, and where they are largest."""
     return filled(OF_CONTROL, finding, worst=names(finding.names[:MOST_NAMED]))
@@ -59,7 +83,8 @@ def shifted_block(finding):
 
 
 WORDS = {
-    "check_points_beyond_claim": OF_CHECK,
+    "check_points_beyond_claim": check_points_beyond_claim,
+    "lone_wrong_check_point": lone_wrong_check_point,
     "check_points_better_than_claim": OF_CHECK,
     "control_points_beyond_claim": control_points_beyond_claim,
     "shifted_block": shifted_block,
