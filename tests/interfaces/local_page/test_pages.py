@@ -123,7 +123,7 @@ def test_a_drone_above_its_limit_is_told(visit, root):
 
 @pytest.mark.parametrize(
     "asked",
-    ["spacing=nan", "spacing=1e999", "camera=<b>", "scale_number=-1", "m_g_um="],
+    ["spacing=1e9", "camera=<b>", "scale_number=-1", "m_g_um=", "m_g_um= "],
 )
 def test_sliders_take_nothing_beyond_their_ranges(asked):
     fields = dict([asked.split("=")])
@@ -132,6 +132,18 @@ def test_sliders_take_nothing_beyond_their_ranges(asked):
         assert slider.least <= values[slider.name] <= slider.most
     answer = plan_pages.figures_of(fields)
     assert answer["is_plan"] or "points lie in a" in answer["said"]
+
+
+@pytest.mark.parametrize("typed", ["abc", "nan", "1e999", "1,5,0", "1.234,5"])
+def test_what_is_no_number_is_not_taken_for_the_usual_value(visit, root, typed):
+    for page in ("plan", "plan/figures", "plan/map"):
+        answer = visit(root).get(f"/{page}?spacing={typed}")
+        assert "is not a number" in answer.text, page
+
+
+def test_sliders_take_either_decimal_sign():
+    comma, point = ({"m_g_um": typed} for typed in ("7,5", "7.5"))
+    assert plan_pages._values(comma) == plan_pages._values(point)
 
 
 def test_the_usual_flight_of_every_camera_is_within_its_sliders():

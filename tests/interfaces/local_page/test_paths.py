@@ -38,6 +38,18 @@ def test_a_name_that_is_too_long_is_not_there(visitor):
     assert visitor.get(f"/block?path={'x' * 5000}").status == 404
 
 
+@pytest.mark.parametrize("output", ["x" * 400, "a/" * 3000, "block/block.toml/out"])
+def test_results_go_only_where_the_system_can_make_a_folder(
+    visit, root, make_block, output
+):
+    make_block(root / "block")
+    visitor = visit(root)
+    answer = visitor.post("/start", {"path": "block", "output": output})
+    assert answer.status == 400
+    assert "cannot be the name of a file or folder" in answer.text
+    assert visitor.session.runs.all == {}
+
+
 def test_links_out_of_the_folder_are_not_listed(visitor):
     assert "link" not in visitor.get("/").text.partition("In the folder")[2]
 

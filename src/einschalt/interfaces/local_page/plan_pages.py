@@ -5,12 +5,14 @@ from math import isfinite
 
 from starlette.responses import JSONResponse
 
+from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import EinschaltError
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.number_parsing import is_number
 from einschalt.foundations.typesetting import length, number
 from einschalt.interfaces.local_page.drawings import precision_map
 from einschalt.interfaces.local_page.pages import messages_of, page, said, worked
+from einschalt.interfaces.local_page.refusals import RefusedError
 from einschalt.pipeline.planning.cameras import CAMERAS
 from einschalt.pipeline.planning.check import design_of
 from einschalt.pipeline.planning.expected_precision import expect_precision
@@ -90,12 +92,24 @@ def _values(asked):
     camera = camera if camera in CAMERAS else CAMERA
     values = {}
     for slider in sliders_of(camera):
-        text = asked.get(slider.name, "")
-        value = float(text) if is_number(text) else slider.usual
-        value = value if isfinite(value) else slider.usual
+        value = _value(slider, asked.get(slider.name, ""))
         values[slider.name] = min(max(value, slider.least), slider.most)
     values["control_per_model"] = 9 if asked.get("control_per_model") == "9" else 5
     return camera, values
+
+
+def _value(slider, text):
+    """What a slider was set to, with either decimal sign; the usual one if nothing."""
+    if not text.strip():
+        return slider.usual
+    number_text = text.replace(",", ".")
+    if not is_number(number_text) or not isfinite(float(number_text)):
+        raise RefusedError(
+            f"{slider.name} = {shortened(text)!r} is not a number",
+            expected="a number",
+            remedy="Set the slider again",
+        )
+    return float(number_text)
 
 
 def _plan(camera, values):

@@ -7,7 +7,11 @@ from pathlib import Path, PureWindowsPath
 from einschalt.foundations.display_names import shortened
 from einschalt.interfaces.files.block_toml import BLOCK_FILE
 from einschalt.interfaces.files.written_files import PROVENANCE, evidence_of
-from einschalt.interfaces.local_page.refusals import MissingError, OutsideError
+from einschalt.interfaces.local_page.refusals import (
+    MissingError,
+    OutsideError,
+    RefusedError,
+)
 
 REPORT = "report.html"
 MOST_ENTRIES = 400  # of a folder that are shown
@@ -34,11 +38,13 @@ class Root:
         """Path that a page names from the root, links followed.
 
         OutsideError where it is absolute, hidden, or leads out; MissingError where
-        nothing is there, unless it is to be made.
+        nothing is there, unless it is to be made; RefusedError where it cannot be made.
         """
         path = Path(os.path.realpath(self.path.joinpath(*_parts_of(text))))
         self.require_inside(path, text)
-        if not is_new and not _is_there(path):
+        if is_new:
+            _require_possible(path, text)
+        elif not _is_there(path):
             raise MissingError(
                 f"there is no {shortened(text)}",
                 expected="a file or folder that is there",
@@ -116,6 +122,20 @@ def _is_there(path):
         return path.exists()
     except OSError:  # such as a name that is too long
         return False
+
+
+def _require_possible(path, text):
+    """Refuse what the system takes for no name of a file or folder."""
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return
+    except OSError as error:  # a name that is too long, a file where a folder must be
+        raise RefusedError(
+            f"{shortened(text)} cannot be the name of a file or folder",
+            expected="a short name, with no file where a folder must be",
+            remedy="Give another name",
+        ) from error
 
 
 def _parts_of(text):
