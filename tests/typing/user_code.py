@@ -35,7 +35,7 @@ def compute(folder: Path) -> pd.DataFrame:
         return result.neighbour_precision(pairs).head(len(covariances))
     axes = result.plot.precision(result.plot.map(layers=["models", "ellipses"]))
     axes.set_title(repr(result.plot))
-    result.report(folder / "report.html", overwrite=True)
+    result.report(folder / "report.html", overwrite=True, language="de")
     result.write(folder / "printed", report=True, paper="a4")
     n_places = len(result.to_geodataframe())
     seconds = assert_type(result.seconds, float)

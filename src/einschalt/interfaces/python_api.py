@@ -24,6 +24,8 @@ from einschalt.foundations.errors import (
     name_some,
     raise_problems,
 )
+from einschalt.foundations.language import language as active_language
+from einschalt.foundations.language import written_in
 from einschalt.foundations.projections import read_source_crs
 from einschalt.foundations.tables import CONTROL_POINTS, check_table
 from einschalt.interfaces.files.block_writing import write_block
@@ -147,7 +149,9 @@ class DensificationResult(results.DensificationResult):
             overwrite=overwrite,
         )
 
-    def report(self, path: StrPath, *, overwrite: bool = False) -> None:
+    def report(
+        self, path: StrPath, *, overwrite: bool = False, language: str | None = None
+    ) -> None:
         """Write the report alone: one self-contained HTML page.
 
         Parameters
@@ -156,13 +160,18 @@ class DensificationResult(results.DensificationResult):
             Of the page.
         overwrite : bool, optional
             Replace a file that is there; never what the block was read from.
+        language : str, optional
+            "en" or "de"; left out, the one of ``written_in``, else English.
 
         Raises
         ------
         FileError
             A file is there, or it cannot be written.
+        SettingsError
+            There is no such language.
         """
-        write_report(self, as_path("path", path), overwrite=overwrite)
+        with written_in(language or active_language()):
+            write_report(self, as_path("path", path), overwrite=overwrite)
 
     def to_geodataframe(self) -> "geopandas.GeoDataFrame":
         """Points with their geometry and reference system, for geopandas.

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.changed_results import changed, judged_before
+from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
 import einschalt as es
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.files.result_folder import render, write_report
 from einschalt.interfaces.notebook.cards import block_card, result_card
 from einschalt.interfaces.notebook.geodataframe import points_with_geometry
@@ -49,6 +51,31 @@ def test_the_card_of_a_block_counts_what_was_measured(demo_block):
     assert f">{low.n_models}</td>" in card
     assert ">1:8000</td>" in card
     assert "EPSG:31255" in card
+
+
+def test_cards_and_the_report_alone_are_german_where_it_is_asked_for(
+    faulty_result, demo_block, tmp_path
+):
+    design = es.FlightDesign(scale_number=8000, spacing=300, m_g_um=5)
+    expected = es.expect_precision(design)
+    with written_in("de"):
+        cards = (
+            result_card(faulty_result),
+            block_card(demo_block),
+            expected._repr_html_(),
+        )
+    for card in cards:
+        text = DATA.sub("", re.sub(r"<[^>]+>", " ", card))
+        assert ENGLISH.findall(text) == []
+        assert not re.search(r"\d\.\d", text)
+    result = es.densify(demo_block)
+    for language in ("en", "de"):
+        path = tmp_path / f"{language}.html"
+        result.report(path, language=language)
+        assert f'<html lang="{language}">' in path.read_text(encoding="utf-8")
+    with pytest.raises(es.EinschaltError, match="language = 'fr'; expected en or de"):
+        result.report(tmp_path / "fr.html", language="fr")
+    assert not (tmp_path / "fr.html").exists()
 
 
 def test_representations_are_a_line(good_result, demo_block):

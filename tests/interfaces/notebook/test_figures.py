@@ -8,11 +8,21 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 from tests.changed_results import judged_before
+from tests.interfaces.reports.test_planning_figures import AXES
+from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
 import einschalt as es
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.foundations.language import written_in
+from einschalt.interfaces.notebook.maps import LAYERS
 from einschalt.interfaces.notebook.result_plots import ResultPlots
+from einschalt.interfaces.reports.planning_figures import diagrams_figure
+from einschalt.interfaces.reports.plans_figure import plans_figure
+from einschalt.interfaces.reports.precision_map_figure import precision_map_figure
 from einschalt.pipeline.densify import densify
+from einschalt.pipeline.planning.arguments import planned_model
+from einschalt.pipeline.planning.check import check_plans
+from einschalt.pipeline.planning.precision_table import precision_table
 from einschalt.pipeline.settings import Settings
 from einschalt.pipeline.simulation.simulate_block import PRESETS, simulate_block
 
@@ -74,6 +84,62 @@ def test_each_is_drawn_on_the_axes_that_are_given(result, request):
         assert x
         assert y
     assert set(NAMES) - drawn == HAS_NONE_OF[result]
+
+
+def all_texts(figure):
+    """Everything that a figure says, figures at its axes too, once it is drawn."""
+    figure.canvas.draw()
+    texts = (one.get_text() for one in figure.findobj(plt.Text) if one.get_visible())
+    return [text for text in texts if re.search("[A-Za-z0-9]", text)]
+
+
+def not_german(texts):
+    """Texts with English words or decimal points."""
+    said = (DATA.sub("", text).strip() for text in texts)
+    return [text for text in said if ENGLISH.search(text) or re.search(r"\d\.\d", text)]
+
+
+@pytest.mark.parametrize("result", HAS_NONE_OF)
+def test_each_is_german_where_german_is_asked_for(result, request):
+    plot = ResultPlots(request.getfixturevalue(result))
+    for name in NAMES:
+        if name in HAS_NONE_OF[result]:
+            continue
+        options = {"layers": LAYERS} if name == "map" else {}
+        english = all_texts(getattr(plot, name)(**options).figure)
+        with written_in("de"):
+            ax = getattr(plot, name)(**options)
+        # the figure is drawn when German is over, as a notebook does
+        german = all_texts(ax.figure)
+        assert not not_german(german)
+        assert len(german) == len(english)
+        words = {text for text in english if re.search("[a-z]{3}.* .*[a-z]{3}", text)}
+        assert not {DATA.sub("", text) for text in words & {*german}} - {""}
+        plt.close("all")
+
+
+def test_figures_of_plans_are_german_where_german_is_asked_for():
+    design = es.FlightDesign(
+        scale_number=8000, spacing=300, m_g_um=5, width=3000, height=3000
+    )
+    expected = es.expect_precision(design)
+    choices = es.PlanChoices(scale_number=(6000, 9000), spacing=(300,), m_g_um=(10,))
+    found = es.find_plans(0.05, choices)
+    checked = check_plans(found, es.PlanFrame(), most=3)
+    table = precision_table(
+        AXES, planned_model("affine", "kovarik", 0.23, 0.6, 0.3), 0.152
+    )
+    with written_in("de"):
+        figures = [
+            expected.plot.map().figure,
+            expected.plot.profile().figure,
+            expected.plot.sources().figure,
+            found.plot.costs().figure,
+            plans_figure(found, checked),
+            precision_map_figure(expected, expected),
+            diagrams_figure(table),
+        ]
+    assert [text for one in figures for text in not_german(all_texts(one))] == []
 
 
 def test_without_axes_there_is_a_new_figure(good_result):

@@ -6,8 +6,10 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pandas as pd
 import pytest
+from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
 from einschalt.foundations.errors import GeometryError, TableError
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.reports.krames_figure import krames_figure
 from einschalt.stages.relative_orientation.orient_from_parallaxes import (
     orient_from_parallaxes,
@@ -109,3 +111,12 @@ def test_models_without_the_construction_are_said():
         krames_figure(oriented, table, "aside")
     with pytest.raises(TableError, match="model 9/9: there is no such model"):
         krames_figure(oriented, table, "9/9")
+
+
+def test_the_figure_is_german_where_german_is_asked_for():
+    with written_in("de"):
+        _, svg = drawn(six_points())
+    said = " ".join(texts(svg))
+    assert not ENGLISH.search(DATA.sub("", said))
+    assert not re.search(r"\d\.\d", said)
+    assert "Widerspruch dω⁰ − dωᵇ = " in said

@@ -6,7 +6,9 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pandas as pd
 import pytest
+from tests.pipeline.summary.test_german_summary import DATA, ENGLISH
 
+from einschalt.foundations.language import written_in
 from einschalt.interfaces.reports import parallax_figure as module
 from einschalt.interfaces.reports.parallax_figure import parallax_figure
 
@@ -147,3 +149,12 @@ def test_names_with_signs_of_formulas_are_text():
     for table in (points, models):
         table["model"] = "a$b^2$ <&>"
     assert "a$b^2$ <&>" in texts(parallax_figure(points, models))
+
+
+def test_the_figure_is_german_where_german_is_asked_for():
+    with written_in("de"):
+        svg = parallax_figure(*residuals(14))
+    said = " ".join(texts(svg))
+    assert not ENGLISH.search(DATA.sub("", said))
+    assert not re.search(r"\d\.\d", said)
+    assert "kritisch" in said

@@ -176,7 +176,7 @@ def test_map_has_one_colour_for_one_error(expected):
     assert len({panel.collections[0].norm for panel in maps}) == 1
     titles = [panel.get_title(loc="left") for panel in maps]
     assert titles[0] == f"expected: {100 * expected.figures.mean:.1f} cm"
-    profile = next(p for p in panels if "one model" in p.get_title(loc="left"))
+    profile = next(p for p in panels if "One model" in p.get_title(loc="left"))
     assert profile.lines[0].get_ydata().max() >= 100 * expected.figures.single_centre
 
 

@@ -13,7 +13,14 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from einschalt.foundations.arguments import require_kind
+from einschalt.foundations.language import (
+    figure,
+    language,
+    translated,
+    written_in,
+)
 from einschalt.foundations.typesetting import METRES_PER, UNIT_TEXT, one_unit
+from einschalt.interfaces.reports.axis_figures import set_figures
 from einschalt.interfaces.reports.precision_colours import STEPS, error_range
 
 FAINT, EDGE = "#dfe5e8", "#6b7c85"
@@ -82,19 +89,44 @@ def frame(ax, *, title, x, y):
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color=FAINT, linewidth=0.5)
     ax.set_axisbelow(True)
+    for axis in (ax.xaxis, ax.yaxis):
+        set_figures(axis)
+
+
+def colour_bar(ax, drawn, text, **options):
+    """Draw the key of colours beside the axes."""
+    bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8, pad=0.02, **options)
+    bar.set_label(text)
+    set_figures(bar.long_axis)
+    bar.outline.set_visible(False)
 
 
 def map_frame(ax, *, title, extent):
     """Frame of a map whose data are metres: equal aspect, few round coordinates."""
     in_km = extent >= IN_KM
     unit = "km" if in_km else "m"
-    frame(ax, title=title, x=f"easting [{unit}]", y=f"northing [{unit}]")
+    frame(
+        ax,
+        title=title,
+        x=translated("easting [{unit}]", unit=unit),
+        y=translated("northing [{unit}]", unit=unit),
+    )
     ax.set_aspect("equal")
-    metres = 1e3 if in_km else 1.0
+    metres, spoken = 1e3 if in_km else 1.0, language()
+
+    def place_text(value, _):
+        with written_in(spoken):
+            return figure(value / metres, ".12g")
+
+    def readout(east, north):
+        with written_in(spoken):
+            places = {"east": figure(east, ".3f"), "north": figure(north, ".3f")}
+            return translated("E {east}  N {north}", **places)
+
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-        axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v / metres:.12g}"))
-    ax.format_coord = lambda x, y: f"E {x:.3f}  N {y:.3f}"
+        axis.set_major_formatter(FuncFormatter(place_text))
+    ax.format_coord = readout
 
 
 def colours_of(errors) -> Normalize:

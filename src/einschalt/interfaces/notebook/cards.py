@@ -6,11 +6,14 @@ Plain HTML in the colours of the page around it; no script, nothing from elsewhe
 from html import escape
 
 from einschalt.foundations.display_names import printable
-from einschalt.foundations.typesetting import count, number, scale
+from einschalt.foundations.kept_texts import retold
+from einschalt.foundations.language import figure, mark, translated
+from einschalt.foundations.typesetting import number, scale
 from einschalt.interfaces.reports.title_block import system_text
 from einschalt.pipeline.summary.sections import known_points, precision
 from einschalt.pipeline.summary.suggestions.catalogue import suggestions_of
 from einschalt.pipeline.summary.verdict import verdict
+from einschalt.pipeline.summary.wording import flight_name
 
 MOST_PROBLEMS = 3
 STYLE = "max-width: 50rem; line-height: 1.45"
@@ -21,7 +24,7 @@ CELL = "padding: .1em 1em .1em 0; text-align: "
 def result_card(result) -> str:
     """Verdict, the first problems, and the figures of the new and the known points."""
     told = result.assessment
-    suggestions = suggestions_of(told.findings)
+    problems = [str(problem) for problem in suggestions_of(told.findings)]
     figures = (
         precision.section(told.precision, told.credible),
         known_points.section(told.known_points),
@@ -29,22 +32,38 @@ def result_card(result) -> str:
     tables = [_table((s.title, *s.header[1:]), s.rows) for s in figures if s.rows]
     return _card(
         verdict(told),
-        _problems(suggestions),
+        _items(problems, mark("and {n:more problem|more problems}")),
         *tables,
-        _remark("More: print(result), result.plot.map(), result.report('report.html')"),
+        _remark(
+            translated(
+                "More: print(result), result.plot.map(), result.report('report.html')"
+            )
+        ),
     )
 
 
 def block_card(block) -> str:
     """What was measured, in numbers, and what was noted while it was read."""
-    header = ("", "scale", "fit", "models", "coverages", "points", "m_g")
+    header = (
+        "",
+        translated("scale"),
+        translated("fit"),
+        translated("models"),
+        translated("coverages"),
+        translated("points"),
+        "m_g",
+    )
     rows = [_flight(name, flight) for name, flight in block.flights.items()]
-    system = f"Reference system: {printable(system_text(block.crs))}."
+    system = printable(system_text(block.crs))
+    known = "; ".join(known_counts(block)) or translated("no known points")
     return _card(
-        f"{block.name}: {'; '.join(known_counts(block)) or 'no known points'}",
+        f"{block.name}: {known}",
         _table(header, rows),
-        _remark(system),
-        _items([printable(note) for note in block.notes], "note"),
+        _remark(translated("Reference system: {system}.", system=system)),
+        _items(
+            [printable(retold(note)) for note in block.notes],
+            mark("and {n:more note|more notes}"),
+        ),
     )
 
 
@@ -54,10 +73,13 @@ def known_counts(block) -> list[str]:
     control, given = block.control_points, block.approximate_points
     if control is not None:
         n_check = int((control["role"] == "check").sum()) if "role" in control else 0
-        said.append(count(len(control) - n_check, "control point"))
-        said += [count(n_check, "check point")] if n_check else []
+        n_held = len(control) - n_check
+        said.append(translated("{n:control point|control points}", n=n_held))
+        if n_check:
+            said.append(translated("{n:check point|check points}", n=n_check))
     if given is not None:
-        said.append(count(len(given), "approximate point"))
+        message = mark("{n:approximate point|approximate points}")
+        said.append(translated(message, n=len(given)))
     return said
 
 
@@ -66,8 +88,8 @@ def _flight(name, flight):
     counts = (flight.n_models, flight.n_coverages, n_points)
     fit = flight.transformation.replace("_", " ")
     m_g = f"{number(flight.m_g_um)} µm"
-    texts = [scale(flight.scale_number), fit, *map(str, counts), m_g]
-    return (name.replace("_", " "), *texts)
+    texts = [scale(flight.scale_number), fit, *map(figure, counts), m_g]
+    return (flight_name(name), *texts)
 
 
 def plan_card(plan) -> str:
@@ -81,17 +103,13 @@ def _card(headline, *parts):
     return f'<div style="{STYLE}">{head}{"".join(parts)}</div>'
 
 
-def _problems(suggestions):
-    return _items([str(suggestion) for suggestion in suggestions], "problem")
-
-
-def _items(texts, noun):
+def _items(texts, more):
     """The first of many texts as a list, and how many more there are."""
     if not texts:
         return ""
     shown = [*texts[:MOST_PROBLEMS]]
     if len(texts) > MOST_PROBLEMS:
-        shown.append(f"and {count(len(texts) - MOST_PROBLEMS, f'more {noun}')}")
+        shown.append(translated(more, n=len(texts) - MOST_PROBLEMS))
     items = "".join(f"<li>{escape(text)}</li>" for text in shown)
     return f'<ul style="margin: .4em 0">{items}</ul>'
 

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from einschalt.foundations.errors import TableError
-from einschalt.foundations.typesetting import count, length, number
+from einschalt.foundations.language import mark, numbers_set, translated
+from einschalt.foundations.typesetting import length, number, per_cent
 from einschalt.interfaces.notebook.axes import (
     APART,
     CHECK,
@@ -26,11 +27,12 @@ from einschalt.interfaces.notebook.axes import (
 from einschalt.interfaces.notebook.claimed import claimed_errors
 from einschalt.interfaces.reports import page_plots
 from einschalt.interfaces.reports.error_unit import usual_error
+from einschalt.pipeline.summary.wording import flight_name
 
 FEWEST_BINS, MOST_BINS = 8, 44
 MOST_LARGE = 4.0
 """Times the 90 % quantile of m_0: what is larger is drawn at the upper edge."""
-MARKS = (("median", 0.5), ("95 %", 0.95))
+MARKS = ((mark("median"), 0.5), ("95 %", 0.95))
 
 
 def precision(ax, result, column=None):
@@ -50,14 +52,11 @@ def precision(ax, result, column=None):
     rms = float(np.sqrt(np.mean(errors**2)))
     marks = [(name, float(np.quantile(errors, part))) for name, part in MARKS]
     _mark(ax, unit, [*marks, ("RMS", rms)], colours.vmax)
-    n_out = int((errors > colours.vmax).sum())
-    beyond = f"; the last bar holds {n_out} beyond it" if n_out else ""
-    frame(
-        ax,
-        title=f"Precision of {count(len(errors), 'new point')}",
-        x=f"{column} [{unit.name}]{beyond}",
-        y="points",
-    )
+    x, n_out = f"{column} [{unit.name}]", int((errors > colours.vmax).sum())
+    if n_out:
+        x = translated("{axis}; the last bar holds {n} beyond it", axis=x, n=n_out)
+    title = mark("Precision of {n:new point|new points}")
+    frame(ax, title=translated(title, n=len(errors)), x=x, y=translated("points"))
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     return ax
 
@@ -67,7 +66,7 @@ def _mark(ax, unit, marks, most):
     styles = ("-", (0, (5, 2)), (0, (1, 1.5)))
     for (name, value), style in zip(marks, styles, strict=True):
         x = [unit.of(value)] if value <= most else []
-        label = f"{name} {length(value)}"
+        label = f"{numbers_set(translated(name))} {length(value)}"
         line = {"color": EDGE, "linestyle": style, "linewidth": 1.3, "label": label}
         if x:
             ax.axvline(x[0], **line)
@@ -80,9 +79,11 @@ def residuals(ax, result):
     """Histogram of the residuals in standard deviations of their flight."""
     given = _known(page_plots.standardised_residuals(result.residuals), RESIDUALS)
     ax = _histogram(axes_for(ax), given)
-    said = f"Residuals of the models, {count(given['n'], 'coordinate')}"
-    x = "residual / its standard deviation in the flight"
-    frame(ax, title=said, x=f"{x}{_far(given)}", y="values")
+    said = translated(
+        "Residuals of the models, {n:coordinate|coordinates}", n=given["n"]
+    )
+    x = translated("residual / its standard deviation in the flight")
+    frame(ax, title=said, x=f"{x}{_far(given)}", y=translated("values"))
     return ax
 
 
@@ -90,9 +91,10 @@ def parallaxes(ax, result):
     """Histogram of the parallaxes that relative orientations leave."""
     given = _known(page_plots.residual_parallaxes(result), PARALLAXES)
     ax = _histogram(axes_for(ax), given)
-    said = f"Residual parallaxes, {count(given['n'], 'value')}"
-    x = f"parallax / its RMS of {length(given['scale'])} in the image"
-    frame(ax, title=said, x=f"{x}{_far(given)}", y="values")
+    said = translated("Residual parallaxes, {n:value|values}", n=given["n"])
+    size = length(given["scale"])
+    x = translated("parallax / its RMS of {size} in the image", size=size)
+    frame(ax, title=said, x=f"{x}{_far(given)}", y=translated("values"))
     return ax
 
 
@@ -101,7 +103,8 @@ def _histogram(ax, given):
     ax.stairs(given["counts"], edges, fill=True, color=APART, alpha=0.55)
     x = np.linspace(edges[0], edges[-1], 201)
     bell = given["n"] * (edges[1] - edges[0]) * np.exp(-(x**2) / 2.0)
-    ax.plot(x, bell / np.sqrt(2.0 * np.pi), color=CHECK, linewidth=1.2, label="normal")
+    line = {"color": CHECK, "linewidth": 1.2, "label": translated("normal")}
+    ax.plot(x, bell / np.sqrt(2.0 * np.pi), **line)
     ax.legend(frameon=False, fontsize="small")
     ax.set_xlim(edges[0], edges[-1])
     return ax
@@ -110,7 +113,8 @@ def _histogram(ax, given):
 def _far(given):
     if not given["n_far"]:
         return ""
-    return f" ({count(given['n_far'], 'value')} beyond ±5 in the outer bars)"
+    message = mark("({n:value|values} beyond ±5 in the outer bars)")
+    return f" {translated(message, n=given['n_far'])}"
 
 
 def quantiles(ax, result):
@@ -123,11 +127,15 @@ def quantiles(ax, result):
     ax.plot(expected, observed, "o", color=CONTROL, markersize=3)
     frame(
         ax,
-        title=f"Normal Q–Q of {count(given['n'], 'residual coordinate')}",
-        x="expected [standard deviations]",
-        y="observed [standard deviations]",
+        title=translated(
+            "Normal Q–Q of {n:residual coordinate|residual coordinates}", n=given["n"]
+        ),
+        x=translated("expected [standard deviations]"),
+        y=translated("observed [standard deviations]"),
     )
     ax.set(xlim=(-end, end), ylim=(-end, end), aspect="equal")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MaxNLocator(7, steps=[1, 2, 5, 10]))
     return ax
 
 
@@ -146,16 +154,20 @@ def m_0_per_model(ax, result):
         if not is_own.any():
             continue
         median = float(np.median(m_0[is_own]))
-        name = f"{flight.replace('_', ' ')}, median {length(median)}"
+        facts = {"flight": flight_name(flight), "length": length(median)}
+        name = translated("{flight}, median {length}", **facts)
         heights = unit.of(np.minimum(m_0[is_own], top))
         ax.plot(place[is_own], heights, "o", color=colour, markersize=3.5, label=name)
         ends = place[is_own][[0, -1]]
         ax.plot(ends, 2 * [unit.of(median)], color=colour, linewidth=1.0)
     _draw_failed(ax, models, place, unit.of(np.minimum(m_0, top)))
     n_out = int((m_0[is_known] > top).sum())
-    beyond = f"; {n_out} larger, at the upper edge" if n_out else ""
-    title = f"m_0 of {count(int(is_known.sum()), 'model')}{beyond}"
-    frame(ax, title=title, x="models in their order", y=f"m_0, total [{unit.name}]")
+    title = translated("m_0 of {n:model|models}", n=int(is_known.sum()))
+    if n_out:
+        message = mark("{title}; {n} larger, at the upper edge")
+        title = translated(message, title=title, n=n_out)
+    y = translated("m_0, total [{unit}]", unit=unit.name)
+    frame(ax, title=title, x=translated("models in their order"), y=y)
     ax.set_ylim(0.0, 1.06 * unit.of(top))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     key_below(ax)
@@ -166,7 +178,8 @@ def _draw_failed(ax, models, place, heights):
     has_failed = ~models["is_usable"].astype(bool).to_numpy()
     if has_failed.any():
         heights = np.where(np.isfinite(heights), heights, 0.0)[has_failed]
-        name = count(int(has_failed.sum()), "failed model")
+        message = mark("{n:failed model|failed models}")
+        name = translated(message, n=int(has_failed.sum()))
         ax.plot(
             place[has_failed],
             heights,
@@ -188,16 +201,18 @@ def sources(ax, result):
     for k, (code, name, share) in enumerate(named):
         height = unit.of(unit.of(parts[:, k]))
         colour = SOURCE_COLOURS.get(code, EDGE)
-        label = f"{name}, {100.0 * share:.0f} %"
+        label = f"{name}, {per_cent(share)}"
         ax.bar(place, height, 0.84, bottom=bottom, color=colour, label=label)
         bottom = bottom + height
     ax.set_xticks(place, [number(error) for error in np.sqrt(bottom)])
-    tenths = "tenths of them, from good to bad: " if len(parts) > 1 else ""
+    x = translated("total error [{unit}]", unit=unit.name)
+    if len(parts) > 1:
+        x = translated("tenths of them, from good to bad: {axis}", axis=x)
     frame(
         ax,
-        title="Sources of the error of the new points",
-        x=f"{tenths}total error [{unit.name}]",
-        y=f"variance [{unit.name}²]",
+        title=translated("Sources of the error of the new points"),
+        x=x,
+        y=translated("variance [{unit}²]", unit=unit.name),
     )
     ax.grid(visible=False, axis="x")
     ax.tick_params(axis="x", length=0)
@@ -216,15 +231,15 @@ def correlogram(ax, result):
         color=EDGE,
         alpha=0.25,
         linewidth=0,
-        label="where the claim holds, ±2 standard deviations",
+        label=translated("where the claim holds, ±2 standard deviations"),
     )
-    line = {"color": CONTROL, "markersize": 4, "label": "measured"}
+    line = {"color": CONTROL, "markersize": 4, "label": translated("measured")}
     ax.plot(given["distance"], given["measured"], "o-", **line)
     frame(
         ax,
-        title="Correlation of residuals by distance",
-        x="distance [m]",
-        y="correlation",
+        title=translated("Correlation of residuals by distance"),
+        x=translated("distance [m]"),
+        y=translated("correlation"),
     )
     ax.set_xlim(0.0, None)
     ax.legend(frameon=False, fontsize="small")
@@ -239,19 +254,21 @@ def neighbours(ax, result):
     unit = unit_for(usual_error(result))
     ax, distance = axes_for(ax), table["distance"].to_numpy()
     shown = (
-        ("standard_error_if_independent", EDGE, "if points shared no error"),
-        ("standard_error_total", CONTROL, "propagated"),
+        ("standard_error_if_independent", EDGE, mark("if points shared no error")),
+        ("standard_error_total", CONTROL, mark("propagated")),
     )
     for column, colour, name in shown:
         errors = table[column].to_numpy(dtype=float)
-        label = f"{name}, {length(np.sqrt(np.mean(errors**2)))} RMS"
+        label = f"{translated(name)}, {length(np.sqrt(np.mean(errors**2)))} RMS"
         dots = {"color": colour, "markersize": 2, "alpha": 0.5, "label": label}
         ax.plot(distance, unit.of(errors), "o", rasterized=True, **dots)
     frame(
         ax,
-        title=f"Differences between {count(len(table), 'pair')} of neighbours",
-        x="distance [m]",
-        y=f"standard error, total [{unit.name}]",
+        title=translated(
+            "Differences between {n:pair|pairs} of neighbours", n=len(table)
+        ),
+        x=translated("distance [m]"),
+        y=translated("standard error, total [{unit}]", unit=unit.name),
     )
     ax.set_ylim(0.0, None)
     ax.legend(frameon=False, fontsize="small", markerscale=2.5)
@@ -274,7 +291,9 @@ def paper(ax, result):
     share = float(np.mean(by_paper < claimed))
     frame(
         ax,
-        title=f"Kovarik's figure is the smaller one at {100.0 * share:.0f} %",
+        title=translated(
+            "Kovarik's figure is the smaller one at {share}", share=per_cent(share)
+        ),
         x=f"{column} [{unit.name}]",
         y=f"standard_error_paper [{unit.name}]",
     )

@@ -15,6 +15,7 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.foundations.language import figure, mark, numbers_set, translated
 from einschalt.foundations.typesetting import length
 from einschalt.foundations.units import RADIANS_PER_GON
 from einschalt.interfaces.files.map_layers import LARGE
@@ -28,6 +29,7 @@ from einschalt.interfaces.notebook.axes import (
     PRECISION,
     SUSPECT,
     axes_for,
+    colour_bar,
     colours_of,
     key_below,
     map_frame,
@@ -55,7 +57,10 @@ LONGEST_SHARE = 0.05
 BAR_SHARE = 0.18  # of the width of the map
 BAR_ROOM = 0.08  # of its height
 PLANE = ["easting", "northing"]
-KINDS = {"control": ("^", CONTROL), "check": ("s", CHECK)}
+KINDS = {
+    "control": ("^", CONTROL, mark("control points")),
+    "check": ("s", CHECK, mark("check points")),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +118,7 @@ def difference_map(ax, result):
             expected="two coverages in two steps",
         )
     ax = block_map(ax, result, ("coverage_differences", "control"))
-    write_title(ax, "Differences of the coverages")
+    write_title(ax, translated("Differences of the coverages"))
     return ax
 
 
@@ -141,8 +146,8 @@ def _draw_models(ax, result, xy):
     is_usable = result.models["is_usable"].astype(bool).to_numpy()
     is_low = (result.models["flight"] == "low_flight").to_numpy()
     shown = (
-        (is_low & is_usable, MODEL, 0.45, "models of the low flight"),
-        (~is_usable, CHECK, 1.2, "failed models"),
+        (is_low & is_usable, MODEL, 0.45, mark("models of the low flight")),
+        (~is_usable, CHECK, 1.2, mark("failed models")),
     )
     for is_in, colour, width, name in shown:
         rows = corners[is_in & is_known].astype(int)
@@ -151,7 +156,8 @@ def _draw_models(ax, result, xy):
                 xy[rows], facecolors="none", edgecolors=colour, linewidths=width
             )
             ax.add_collection(outlines)
-            key.append(Line2D([], [], color=colour, linewidth=width, label=name))
+            line = {"color": colour, "linewidth": width, "label": translated(name)}
+            key.append(Line2D([], [], **line))
     return key
 
 
@@ -167,7 +173,8 @@ def _draw_points(ax, result, xy, column):
     unknown = is_new & ~is_known
     if unknown.any():
         ax.scatter(*xy[unknown].T, color="#6b7c85", **dots)
-        key.append(_mark("o", "#6b7c85", "new points, error unknown"))
+        name = translated("new points, error unknown")
+        key.append(_mark("o", "#6b7c85", name))
     if is_known.any():
         unit = unit_for(colours_of(errors[is_known]).vmax)
         # the worst on top
@@ -176,26 +183,26 @@ def _draw_points(ax, result, xy, column):
         norm = colours_of(values)
         drawn = ax.scatter(*xy[rows].T, c=values, cmap=PRECISION, norm=norm, **dots)
         extend = "max" if values[-1] > norm.vmax else "neither"
-        bar = ax.figure.colorbar(drawn, ax=ax, extend=extend, shrink=0.8, pad=0.02)
-        bar.set_label(f"{column} of the new points [{unit.name}]")
-        bar.outline.set_visible(False)
+        facts = {"column": column, "unit": unit.name}
+        text = translated("{column} of the new points [{unit}]", **facts)
+        colour_bar(ax, drawn, text, extend=extend)
     is_suspect = points.get("is_suspect", points["role"] == "").to_numpy(dtype=bool)
     is_suspect = is_suspect & np.isfinite(xy).all(axis=1)
     if is_suspect.any():
         ring = {"s": 60.0, "facecolors": "none", "linewidths": 1.3, "zorder": 4}
         ax.scatter(*xy[is_suspect].T, edgecolors=SUSPECT, **ring)
-        key.append(_mark("o", SUSPECT, "suspect points", face="none"))
+        key.append(_mark("o", SUSPECT, translated("suspect points"), face="none"))
     return key
 
 
 def _draw_known(ax, points, xy):
     key = []
-    for role, (marker, colour) in KINDS.items():
+    for role, (marker, colour, name) in KINDS.items():
         is_in = (points["role"] == role).to_numpy() & np.isfinite(xy).all(axis=1)
         if is_in.any():
             line = {"color": colour, "markerfacecolor": "white", "markersize": 4.5}
             ax.plot(*xy[is_in].T, marker, markeredgewidth=0.9, zorder=3, **line)
-            key.append(_mark(marker, colour, f"{role} points", face="white"))
+            key.append(_mark(marker, colour, translated(name), face="white"))
     return key
 
 
@@ -211,21 +218,23 @@ def _signs(result, xy, layer):
     if layer == "differences" and "difference_easting" in points:
         size = points[["difference_easting", "difference_northing"]]
         size = size.where(points["role"] != "new").to_numpy(dtype=float)
-        name = "densified − given"
+        name = translated("densified − given")
         return Signs(xy, size, CHECK, name) if np.isfinite(size).any() else None
     if layer == "coverage_differences":
         apart, names = coverage_differences(result)
         if apart is None:
             return None
         # dollar signs of names begin no formula
-        name = f"coverage {' − '.join(map(printable, names))}".replace("$", r"\$")
+        both = " − ".join(map(printable, names)).replace("$", r"\$")
+        name = translated("coverage {both}", both=both)
         return Signs(xy, apart, APART, name) if np.isfinite(apart).any() else None
     if layer == "ellipses" and result.ellipses is not None and len(result.ellipses):
         table = result.ellipses
         at = table[PLANE].to_numpy(dtype=float)
         axes = table[["semi_major", "semi_minor"]].to_numpy(dtype=float)
         azimuth = table["azimuth_gon"].to_numpy(dtype=float) * RADIANS_PER_GON
-        name = f"ellipses of {100.0 * result.settings.confidence:g} %"
+        share = numbers_set(f"{100.0 * result.settings.confidence:g} %")
+        name = translated("ellipses of {share}", share=share)
         return Signs(at, axes, CHOSEN, name, azimuth)
     return None
 
@@ -248,8 +257,11 @@ def _draw_signs(ax, signs, located):
             outlines = ellipse_outlines(at, Ellipses(*size.T, sign.azimuth[rows]))
             look |= {"facecolors": "none", "edgecolors": sign.colour}
             ax.add_collection(PolyCollection(outlines, **look | {"linewidths": 0.5}))
-        some = f", {len(rows)} of {n_all}" if len(rows) < n_all else ""
-        key.append(Line2D([], [], color=sign.colour, label=f"{sign.name}{some}"))
+        name = sign.name
+        if len(rows) < n_all:
+            facts = {"name": name, "n": len(rows), "n_all": n_all}
+            name = translated("{name}, {n} of {n_all}", **facts)
+        key.append(Line2D([], [], color=sign.colour, label=name))
     if any(one.any() for one in reach):
         _draw_bar(ax, factor, located)
     return key
@@ -269,7 +281,8 @@ def _exaggeration(extent, reach):
 
 def _draw_bar(ax, factor, located):
     error = round_down(BAR_SHARE * np.ptp(located, axis=0).max() / factor)
-    text = f"{length(error)} of errors, × {factor:g}"
+    facts = {"length": length(error), "factor": figure(factor, "g")}
+    text = translated("{length} of errors, × {factor}", **facts)
     bar = AnchoredSizeBar(
         ax.transData,
         factor * error,

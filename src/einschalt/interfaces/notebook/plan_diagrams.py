@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from einschalt.foundations.typesetting import count, length
+from einschalt.foundations.language import mark, translated
+from einschalt.foundations.typesetting import length
 from einschalt.interfaces.notebook.axes import (
     CONTROL,
     EDGE,
@@ -11,20 +12,21 @@ from einschalt.interfaces.notebook.axes import (
     PRECISION,
     SOURCE_COLOURS,
     axes_for,
+    colour_bar,
     colours_of,
     frame,
     key_below,
     map_frame,
     unit_for,
 )
-from einschalt.interfaces.reports.plans_figure import draw_plans
+from einschalt.interfaces.reports.plans_figure import draw_plans, plans_title
 from einschalt.interfaces.reports.precision_map_figure import by_place
 from einschalt.pipeline.planning.expected_precision import SOURCE_TEXT
 
 PLANE = ["easting", "northing"]
 CURVES = (
-    ("standard_error_total", CONTROL, "expected"),
-    ("standard_error_paper", "#d58600", "formula of 1971"),
+    ("standard_error_total", CONTROL, mark("expected")),
+    ("standard_error_paper", "#d58600", mark("formula of 1971")),
 )
 
 
@@ -36,7 +38,8 @@ def expected_map(ax, expected):
     errors = unit.of(new["standard_error_total"])
     ax = axes_for(ax, MAP_IN, layout="compressed")
     extent = np.ptp(points[PLANE].to_numpy(), axis=0).max()
-    map_frame(ax, title=f"Expected: {length(expected.figures.mean)}", extent=extent)
+    title = translated("Expected: {length}", length=length(expected.figures.mean))
+    map_frame(ax, title=title, extent=extent)
     drawn = ax.tripcolor(
         new["easting"],
         new["northing"],
@@ -54,12 +57,11 @@ def expected_map(ax, expected):
         markerfacecolor="white",
         markersize=4.5,
         linestyle="",
-        label="control points",
+        label=translated("control points"),
     )
-    bar = ax.figure.colorbar(drawn, ax=ax, shrink=0.8, pad=0.02)
-    bar.set_label(f"expected standard error, total [{unit.name}]")
-    bar.outline.set_visible(False)
-    ax.set_xlabel(f"{ax.get_xlabel()} from the centre")
+    text = mark("expected standard error, total [{unit}]")
+    colour_bar(ax, drawn, translated(text, unit=unit.name))
+    ax.set_xlabel(translated("{axis} from the centre", axis=ax.get_xlabel()))
     key_below(ax)
     return ax
 
@@ -68,19 +70,20 @@ def profile(ax, expected):
     """Precision of one model's values by how far they lie from its middle."""
     unit, ax = unit_for(expected.figures.mean), axes_for(ax)
     means = (expected.figures.mean, expected.figures.paper_mean)
-    for (column, colour, name), mean in zip(CURVES, means, strict=True):
+    for (column, colour, curve), mean in zip(CURVES, means, strict=True):
         centres, errors = by_place(expected.values, column)
-        ax.plot(
-            centres, unit.of(errors), "o-", color=colour, markersize=3.5, label=name
-        )
-        text = f"{name}, mean of all coverages {length(mean)}"
+        name = translated(curve)
+        dots = {"color": colour, "markersize": 3.5, "label": name}
+        ax.plot(centres, unit.of(errors), "o-", **dots)
+        message = mark("{name}, mean of all coverages {length}")
+        text = translated(message, name=name, length=length(mean))
         line = {"color": colour, "linestyle": (0, (4, 2)), "linewidth": 1.0}
         ax.axhline(unit.of(mean), label=text, **line)
     frame(
         ax,
-        title="One model's values, and the mean",
-        x="from the middle of a model (0) to its edge (1)",
-        y=f"standard error, total [{unit.name}]",
+        title=translated("One model's values, and the mean"),
+        x=translated("from the middle of a model (0) to its edge (1)"),
+        y=translated("standard error, total [{unit}]", unit=unit.name),
     )
     ax.set(xlim=(0.0, 1.0), ylim=(0.0, None))
     ax.legend(loc="lower right", frameon=False, fontsize="small")
@@ -90,7 +93,8 @@ def profile(ax, expected):
 def expected_sources(ax, expected):
     """What each source makes of the new points, and all together."""
     unit, parts = unit_for(expected.figures.mean), expected.parts
-    names = [*(SOURCE_TEXT[code] for code in parts), "all together"]
+    texts = (*(SOURCE_TEXT[code] for code in parts), mark("all together"))
+    names = [translated(text) for text in texts]
     sizes = [*parts.values(), float(np.sqrt(sum(v**2 for v in parts.values())))]
     colours = [*(SOURCE_COLOURS.get(code, EDGE) for code in parts), EDGE]
     ax = axes_for(ax, (PLOT_IN[0], 0.45 * len(names) + 1.0))
@@ -98,8 +102,8 @@ def expected_sources(ax, expected):
     ax.bar_label(bars, [length(size) for size in sizes], padding=4, fontsize="small")
     frame(
         ax,
-        title="Sources of the expected error",
-        x=f"standard error, total, RMS [{unit.name}]",
+        title=translated("Sources of the expected error"),
+        x=translated("standard error, total, RMS [{unit}]", unit=unit.name),
         y="",
     )
     ax.invert_yaxis()
@@ -111,8 +115,6 @@ def expected_sources(ax, expected):
 def costs(ax, search):
     """Cost against precision of all plans."""
     ax = axes_for(ax, (7.6, 5.2))
-    title = f"{count(len(search.plans), 'plan')}, {length(search.target)} wanted"
-    words = {"x": "cost for each km²", "y": ""}
-    frame(ax, title=title, **words)
+    frame(ax, title=plans_title(search), x="", y="")
     draw_plans(ax, search)
     return ax

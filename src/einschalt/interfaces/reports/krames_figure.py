@@ -18,8 +18,10 @@ from matplotlib.ticker import MaxNLocator
 from einschalt.foundations import tables
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import number
 from einschalt.foundations.units import RADIANS_PER_GON
+from einschalt.interfaces.reports.axis_figures import set_figures
 from einschalt.interfaces.reports.figure_style import (
     EDGE,
     FAINT,
@@ -38,6 +40,8 @@ WIDTH_IN, LEFT_IN, RIGHT_IN, GAP_IN = 7.4, 0.5, 0.1, 0.35
 TOP_IN, FOOT_IN = 0.42, 0.98
 LARGEST_IN = 5.2
 SUPERSCRIPTS = ("⁰", "ᵇ")
+PLANES = (mark("Plane x = 0, left centre"), mark("Plane x = b, right centre"))
+ZERO = mark("circle of zero parallax")
 FARTHEST = 2.5
 """G is shown up to so many times the distance of the farthest point."""
 
@@ -51,10 +55,9 @@ def krames_figure(oriented, y_parallaxes, model_id, coverage=None) -> str:
     construction = _Construction.of(oriented, y_parallaxes, model_id, coverage)
     with mpl.rc_context(STYLE):
         figure = _drawn(construction)
-        name = shortened(construction.model_id)
-        return svg_of(
-            figure, "krames", f"Krames' construction for model {escape(name)}"
-        )
+        message = mark("Krames' construction for model {name}")
+        title = translated(message, name=shortened(construction.model_id))
+        return svg_of(figure, "krames", escape(title, quote=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +180,7 @@ def _draw_frame(axes, low, high, *, is_left):
     axes.spines[:].set_visible(False)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        set_figures(axis)
     axes.tick_params(length=0, labelsize=SMALL, labelcolor=EDGE, labelleft=is_left)
     axes.grid(color=FAINT, linewidth=0.5)
     axes.set_axisbelow(True)
@@ -186,9 +190,8 @@ def _draw_frame(axes, low, high, *, is_left):
 
 def _draw_plane(axes, construction, plane):
     sign = SUPERSCRIPTS[plane]
-    where = ("Plane x = 0, left centre", "Plane x = b, right centre")[plane]
     tilt = number(construction.d_omega[plane] / RADIANS_PER_GON, 3)
-    title = f"{where}\ndω{sign} = {_signed(tilt)} gon"
+    title = f"{translated(PLANES[plane])}\ndω{sign} = {_signed(tilt)} gon"
     axes.set_title(title, fontsize=9.0, loc="left", linespacing=1.4)
     for y, z in zip(construction.y[plane], construction.z[plane], strict=True):
         axes.plot([0.0, y], [0.0, z], color=EDGE, linewidth=0.7, zorder=2)
@@ -204,10 +207,11 @@ def _draw_plane(axes, construction, plane):
 def _say_where(axes, construction, plane):
     """Say where G is when it is off the sheet."""
     Y, Z = construction.Y[plane], construction.Z[plane]
-    text = f"G{SUPERSCRIPTS[plane]} lies at infinity: the plane shows no tilt"
+    G = f"G{SUPERSCRIPTS[plane]}"
+    text = translated("{G} lies at infinity: the plane shows no tilt", G=G)
     if np.isfinite(Y) and np.isfinite(Z):
         where = f"y = {_signed(number(Y, 3))}, z = {_signed(number(Z, 3))}"
-        text = f"G{SUPERSCRIPTS[plane]} lies off the sheet, at {where}"
+        text = translated("{G} lies off the sheet, at {where}", G=G, where=where)
     axes.text(
         *(0.5, 0.98, text),
         transform=axes.transAxes,
@@ -297,8 +301,8 @@ def _label(axes, place, away_from, text, colour):
 
 def _draw_foot(figure, construction, sheet):
     handles = [
-        Line2D([], [], color=EDGE, linewidth=0.7, label="ray"),
-        Line2D([], [], color=CIRCLE, linewidth=1.2, label="circle of zero parallax"),
+        Line2D([], [], color=EDGE, linewidth=0.7, label=translated("ray")),
+        Line2D([], [], color=CIRCLE, linewidth=1.2, label=translated(ZERO)),
         Line2D([], [], color=POSITIVE, linewidth=2.6, label="p > 0"),
         Line2D([], [], color=NEGATIVE, linewidth=2.6, label="p < 0"),
     ]
@@ -314,14 +318,17 @@ def _draw_foot(figure, construction, sheet):
     )
     delta = _signed(number(construction.delta_omega / RADIANS_PER_GON, 3))
     w, sigma_0 = construction.w, number(abs(construction.w) / np.sqrt(12.0))
-    rule = "A point lies S below the perpendicular from G on its ray; p = −S dω."
-    result = f"Contradiction dω⁰ − dωᵇ = {delta} gon;  w = {_signed(number(w, 3))}"
+    rule = translated(
+        "A point lies S below the perpendicular from G on its ray; p = −S dω."
+    )
+    facts = {"delta": delta, "w": _signed(number(w, 3))}
+    result = translated("Contradiction dω⁰ − dωᵇ = {delta} gon;  w = {w}", **facts)
     lines = (rule, f"{result},  σ₀ = |w|/√12 = {sigma_0}")
     for height_in, line in zip((0.27, 0.09), lines, strict=True):
         figure.text(*(np.array([LEFT_IN, height_in]) / sheet), line, fontsize=SMALL)
 
 
 def _signed(text):
-    if text.strip("0.") == "":
+    if text.strip("0.,") == "":
         return "0"
     return text.replace("-", "−") if text.startswith("-") else f"+{text}"

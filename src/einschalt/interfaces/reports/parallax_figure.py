@@ -14,7 +14,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from einschalt.foundations.display_names import shortened
-from einschalt.foundations.typesetting import count, number
+from einschalt.foundations.language import mark, translated
+from einschalt.foundations.typesetting import number
 from einschalt.interfaces.reports.figure_style import (
     EDGE,
     FAINT,
@@ -32,7 +33,7 @@ MOST_PANELS = 12
 MOST_NAMED = 12
 SMALL_FONT = 7.0
 POINT, STROKE, LARGE = EDGE, "#2f8f7a", "#b4430b"
-VERDICT_COLOURS = {"weak": "#8a6100", "critical": LARGE}
+VERDICT_COLOURS = {mark("weak"): "#8a6100", mark("critical"): LARGE}
 LARGE_FROM = 3.29
 """In standard errors of the residual: one in a thousand is larger by chance."""
 TITLE_IN, GAP_IN, FOOT_IN, SIDE_IN = 0.46, 0.16, 0.62, 0.1
@@ -66,7 +67,8 @@ def parallax_figure(points, models) -> str:
         for place, model in enumerate(chosen.itertuples()):
             _draw_panel(sheet, place, model, by_model[model.model])
         _draw_foot(sheet, points, n_shown=len(chosen), n_all=len(models))
-        return svg_of(sheet.figure, "parallaxes", "Residual parallaxes of the models")
+        title = translated("Residual parallaxes of the models")
+        return svg_of(sheet.figure, "parallaxes", title)
 
 
 def _chosen(points, models):
@@ -221,7 +223,7 @@ def _draw_title(sheet, axes, model):
     width, height = sheet.panel_in
     said = [f"σ₀ {number(model.sigma_0 * UM_PER_MM)} µm"]
     said = said if math.isfinite(model.sigma_0) else []
-    said += [model.verdict] if model.verdict in VERDICT_COLOURS else []
+    said += [translated(model.verdict)] if model.verdict in VERDICT_COLOURS else []
     colour = VERDICT_COLOURS.get(model.verdict, INK)
     name = shortened(model.model, max(int(width * 10.0), 8))
     lines = ((0.19, name, FONT, "bold"), (0.05, ", ".join(said), SMALL_FONT, "normal"))
@@ -245,24 +247,31 @@ def _draw_foot(sheet, points, *, n_shown, n_all):
     axes.set(xlim=(0.0, WIDTH_IN - 2.0 * SIDE_IN), ylim=(0.0, FOOT_IN))
     axes.axis("off")
     _draw_bars(sheet, axes)
-    text = "+ projection centres"
+    text = translated("+ projection centres")
     if n_shown < n_all:
-        text += (
-            f"; {n_shown} of {count(n_all, 'model')}, those with the largest residuals"
+        text = translated(
+            "{key}; {n} of {n_all:model|models}, those with the largest residuals",
+            key=text,
+            n=n_shown,
+            n_all=n_all,
         )
     axes.text(2.9, 0.38, text, va="center", fontsize=FONT)
     if _are_large(points).any():
         axes.plot([2.9, 3.15], [0.16, 0.16], color=LARGE, linewidth=1.6)
-        text = f"more than {number(LARGE_FROM, 3)} times its standard error"
+        message = mark("more than {factor} times its standard error")
+        text = translated(message, factor=number(LARGE_FROM, 3))
         axes.text(3.23, 0.16, text, va="center", fontsize=FONT)
 
 
 def _draw_bars(sheet, axes):
     model_mm = round_down(BAR_IN * sheet.mm_per_in)
     parallax_mm = round_down(BAR_IN * sheet.mm_per_in / sheet.exaggeration)
-    said_model = f"{number(model_mm)} mm in plan"
-    factor = number(sheet.exaggeration)
-    said_parallax = f"{number(parallax_mm * UM_PER_MM)} µm (parallax × {factor})"
+    said_model = translated("{size} mm in plan", size=number(model_mm))
+    facts = {
+        "size": number(parallax_mm * UM_PER_MM),
+        "factor": number(sheet.exaggeration),
+    }
+    said_parallax = translated("{size} µm (parallax × {factor})", **facts)
     bars = (
         (0.38, model_mm / sheet.mm_per_in, said_model, INK),
         (

@@ -5,7 +5,11 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
+from einschalt.foundations.language import figure as figure_text
+from einschalt.foundations.language import language, translated, written_in
+from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_MM
+from einschalt.interfaces.reports.axis_figures import set_figures
 from einschalt.interfaces.reports.figure_files import (
     ORDERED,
     SHEET_STYLE,
@@ -40,7 +44,8 @@ def diagrams_figure(table):
     size = (2.0 * PANEL_IN[0], n_rows * PANEL_IN[1] + HEAD_IN)
     with mpl.rc_context(SHEET_STYLE):
         figure, axes = panels(n_rows, 2, size)
-        headline(figure, "Precision before the flight", _how_to_read(table.model))
+        title = translated("Precision before the flight")
+        headline(figure, title, _how_to_read(table.model))
         for panel in axes[n_panels:]:
             panel.axis("off")
         _draw_points_alone(axes[0], table.model)
@@ -49,10 +54,13 @@ def diagrams_figure(table):
         _draw_alike(thirds, table, [(m_0, 0.0) for m_0 in m_0s])
         _draw_alike(fourths, table, pairs)
         for panel, m_0 in zip(thirds, m_0s, strict=True):
-            panel.set_title(f"3   transformation, $m_0$ = {100 * m_0:.3g} cm")
+            size = figure_text(100 * m_0, ".3g")
+            text = translated("transformation, $m_0$ = {size} cm", size=size)
+            panel.set_title(f"3   {text}")
             panel.set_ylabel("$m_t$ [cm]")
         for i, (panel, (m_0, m_g)) in enumerate(zip(fourths, pairs, strict=True)):
-            given = f"$m_0$ = {100 * m_0:.3g} cm, $m_g$ = {m_g:g} µm"
+            size, m_g_um = figure_text(100 * m_0, ".3g"), figure_text(m_g, "g")
+            given = f"$m_0$ = {size} cm, $m_g$ = {m_g_um} µm"
             panel.set_title(f"4{'abcdefgh'[i]}   {given}")
             panel.set_ylabel("$M$ [cm]")
         return figure
@@ -60,25 +68,31 @@ def diagrams_figure(table):
 
 def _how_to_read(model):
     along, across = (side / METRES_PER_MM for side in model.image_format)
-    return (
-        f"{model.kind}, edge = {model.edge}; image {along:.4g} x {across:.4g} mm, "
-        f"overlaps {100 * model.forward_overlap:.3g} and "
-        f"{100 * model.side_overlap:.3g} %. Total point errors after the formula of "
-        "1971.\nBars reach from the middle of a model (tick) to its edge (dot). Lines: "
-        "the edge; ring: the scale that is best there."
+    return translated(
+        "{kind}, edge = {edge}; image {along} x {across} mm, overlaps {forward} and "
+        "{side} %. Total point errors after the formula of 1971.\nBars reach from the "
+        "middle of a model (tick) to its edge (dot). Lines: the edge; ring: the scale "
+        "that is best there.",
+        kind=model.kind,
+        edge=model.edge,
+        along=figure_text(along, ".4g"),
+        across=figure_text(across, ".4g"),
+        forward=figure_text(100 * model.forward_overlap, ".3g"),
+        side=figure_text(100 * model.side_overlap, ".3g"),
     )
 
 
 def _draw_points_alone(panel, model):
-    lines = [("middle", 1.0, INK)]
+    lines = [(translated("middle"), 1.0, INK)]
     if np.isfinite(model.edge_factor):
-        lines.append(("edge", model.edge_factor, EDGE))
+        lines.append((translated("edge"), model.edge_factor, EDGE))
     for _, factor, colour in lines:
         panel.plot(SHOWN_POINTS, factor * SHOWN_POINTS**-0.5, color=colour)
     panel.plot([30, 30, 0], [0, 30**-0.5, 30**-0.5], color=EDGE, linewidth=0.6)
-    note(panel, "n = 30: 0.18 $m_0$", (32, 0.02))
-    panel.set(title="1   transformation by number of points")
-    panel.set(xlabel="points in a model, n", ylabel="$m_t$ [$m_0$]")
+    note(panel, f"n = 30: {figure_text(0.18)} $m_0$", (32, 0.02))
+    panel.set_title(f"1   {translated('transformation by number of points')}")
+    panel.set(xlabel=translated("points in a model, n"), ylabel="$m_t$ [$m_0$]")
+    set_figures(panel.yaxis)
     panel.set(xlim=(0, 100), ylim=(0, None))
     label_ends(panel, [(f * 0.1, text, colour) for text, f, colour in lines], DRAWN_IN)
 
@@ -88,8 +102,9 @@ def _draw_points(panel, table):
     for spacing, colour in zip(_spacings(table), ORDERED, strict=False):
         n_points = table.model.n_points(smooth, spacing)
         panel.plot(smooth, n_points, color=colour)
-        ends.append((n_points[-1], f"{spacing:g} m", colour))
-    panel.set(title="2   points in a model", ylabel="n", ylim=(0, None))
+        ends.append((n_points[-1], f"{figure_text(spacing, 'g')} m", colour))
+    panel.set_title(f"2   {translated('points in a model')}")
+    panel.set(ylabel="n", ylim=(0, None))
     _scale_axis(panel)
     label_ends(panel, ends, DRAWN_IN)
 
@@ -119,7 +134,7 @@ def _draw_ranges(panel, table, m_0, m_g_um):
             panel.plot(smooth[best], edge[best], "o", markersize=6, **ring)
         beside = BESIDE_PT * (i - (len(spacings) - 1) / 2.0)
         _draw_bars(panel, table, (spacing, m_0, m_g_um), colour, beside)
-        ends.append((edge[-1], f"{spacing:g} m", colour))
+        ends.append((edge[-1], f"{figure_text(spacing, 'g')} m", colour))
     _scale_axis(panel)
     return ends
 
@@ -164,7 +179,14 @@ def _smooth(table):
 
 
 def _scale_axis(panel):
-    panel.set_xlabel("image scale")
+    panel.set_xlabel(translated("image scale"))
+    spoken = language()
+
+    def scale_text(value, _):
+        with written_in(spoken):
+            return scale(value)
+
     panel.xaxis.set_major_locator(MaxNLocator(4, integer=True, steps=[1, 2, 2.5, 5]))
-    panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"1:{value:.0f}"))
+    panel.xaxis.set_major_formatter(FuncFormatter(scale_text))
+    set_figures(panel.yaxis)
     panel.margins(x=0.06)

@@ -3,7 +3,8 @@
 import matplotlib as mpl
 from matplotlib.ticker import FuncFormatter
 
-from einschalt.foundations.language import in_english
+from einschalt.foundations.language import figure as figure_text
+from einschalt.foundations.language import language, mark, translated, written_in
 from einschalt.foundations.typesetting import length, scale
 from einschalt.interfaces.reports.figure_files import (
     EXPECTED,
@@ -20,35 +21,49 @@ SIZE_IN = (7.6, 5.2)
 CHOSEN = "#8a1538"
 
 
-@in_english
 def plans_figure(search, checked=None):
     """Draw cost against precision; ``checked`` is the plan that holds on its layout."""
     with mpl.rc_context(SHEET_STYLE):
         figure, (panel,) = panels(1, 1, SIZE_IN)
-        headline(
-            figure,
-            f"{len(search.plans)} plans, {length(search.target)} wanted",
+        text = translated(
             "The staircase joins the plans that no other plan beats in both cost and "
-            "precision.",
+            "precision."
         )
+        headline(figure, plans_title(search), text)
         draw_plans(panel, search, checked)
         return figure
+
+
+def plans_title(search):
+    """How many plans there are, and what was asked of them."""
+    facts = {"n": len(search.plans), "length": length(search.target)}
+    return translated("{n:plan|plans}, {length} wanted", **facts)
 
 
 def draw_plans(panel, search, checked=None):
     """Draw all plans on logarithmic axes, the target, and the plan to take."""
     _draw_dots(panel, search)
-    panel.set(xscale="log", yscale="log", xlabel="cost for each km²")
-    panel.set_ylabel("total error at the place of the target [cm]")
+    panel.set(xscale="log", yscale="log", xlabel=translated("cost for each km²"))
+    panel.set_ylabel(translated("total error at the place of the target [cm]"))
+    spoken = language()
+
+    def value_text(value, _):
+        with written_in(spoken):
+            return figure_text(value, "g")
+
+    def some_minor(value, place):
+        return value_text(value, place) if f"{value:e}"[0] in "235" else ""
+
     for axis in (panel.xaxis, panel.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(FuncFormatter(_some_minor))
+        axis.set_major_formatter(FuncFormatter(value_text))
+        axis.set_minor_formatter(FuncFormatter(some_minor))
     _draw_target(panel, search)
     best = search.nearest
-    name = "cheapest" if best["is_feasible"] else "nearest"
+    name = mark("cheapest") if best["is_feasible"] else mark("nearest")
     is_other = checked is not None and not checked.plan.equals(best)
     if is_other and checked.is_kept:
-        _point_out(panel, checked.plan, checked.reached, "holds on its layout", 0)
+        held = mark("holds on its layout")
+        _point_out(panel, checked.plan, checked.reached, held, 0)
     _point_out(panel, best, best["reached"], name, int(is_other))
 
 
@@ -80,9 +95,10 @@ def _draw_target(panel, search):
         "textcoords": "offset points",
         "ha": "right",
     }
+    beyond = {"n": rest, "length": length(search.target)}
     for text, below, colour in (
-        (f"{rest} plans beyond {length(search.target)}", 5, EDGE),
-        (f"{n_feasible} reach it", -12, PAPER),
+        (translated("{n:plan|plans} beyond {length}", **beyond), 5, EDGE),
+        (translated("{n} reach it", n=n_feasible), -12, PAPER),
     ):
         note(panel, text, (1.0, target), xytext=(0, below), color=colour, **at_right)
 
@@ -91,11 +107,16 @@ def _point_out(panel, plan, reached, name, place):
     """Name a plan below and left of the front, where no plan can be."""
     at = (plan["cost"], 100.0 * reached)
     panel.plot(*at, "D" if place == 0 else "s", color=CHOSEN, ms=6, zorder=5)
-    text = (
-        f"{name}: {scale(plan['scale_number'])} after "
-        f"{scale(plan['high_scale_number'])},\n"
-        f"{plan['n_coverages']:.0f} x covered, {plan['spacing']:g} m, set "
-        f"{plan['n_settings']:.0f} x, {length(reached)}"
+    text = translated(
+        "{name}: {low} after {high},\n{n_coverages} x covered, {spacing} m, "
+        "set {n_settings} x, {length}",
+        name=translated(name),
+        low=scale(plan["scale_number"]),
+        high=scale(plan["high_scale_number"]),
+        n_coverages=int(plan["n_coverages"]),
+        spacing=figure_text(plan["spacing"], "g"),
+        n_settings=int(plan["n_settings"]),
+        length=length(reached),
     )
     panel.annotate(
         text,
@@ -112,7 +133,3 @@ def _point_out(panel, plan, reached, name, place):
             "relpos": (1.0, 0.5),
         },
     )
-
-
-def _some_minor(value, _place):
-    return f"{value:g}" if f"{value:e}"[0] in "235" else ""

@@ -4,8 +4,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from einschalt.foundations.language import in_english
+from einschalt.foundations.language import mark, translated
 from einschalt.foundations.typesetting import length
+from einschalt.interfaces.reports.axis_figures import set_figures
 from einschalt.interfaces.reports.figure_files import (
     EXPECTED,
     PAPER,
@@ -26,19 +27,19 @@ SHOWN = (0.0, 0.98)
 """Errors that the colours span; the few worst points have the darkest."""
 
 
-@in_english
 def precision_map_figure(expected, unshifted=None):
     """Draw the expected precision over the area, and from the middle to the edge.
 
     ``unshifted`` has coverages that are not shifted: what shifting gains.
     """
     figures = expected.figures
-    shown = [("expected", figures.mean, expected, "standard_error_total")]
+    total = "standard_error_total"
+    shown = [(translated("expected"), figures.mean, expected, total)]
     if unshifted is not None:
         mean = unshifted.figures.mean
-        shown.append(("coverages not shifted", mean, unshifted, "standard_error_total"))
+        shown.append((translated("coverages not shifted"), mean, unshifted, total))
     by_formula = (figures.paper_mean, expected, "standard_error_paper")
-    shown.append(("formula of 1971", *by_formula))
+    shown.append((translated("formula of 1971"), *by_formula))
     errors = np.concatenate(
         [100.0 * _new(of.points)[column].to_numpy() for _, _, of, column in shown]
     )
@@ -48,16 +49,19 @@ def precision_map_figure(expected, unshifted=None):
         figure, axes = panels(1, len(shown) + 1, size)
         headline(
             figure,
-            "Expected precision of the new points, mean of all coverages",
-            "Errors of control and both flights carried through every stage on this "
-            "layout; triangles: control points. Figures: root mean squares.",
+            translated("Expected precision of the new points, mean of all coverages"),
+            translated(
+                "Errors of control and both flights carried through every stage on "
+                "this layout; triangles: control points. Figures: root mean squares."
+            ),
         )
         for panel, (title, mean, of, column) in zip(axes[:-1], shown, strict=True):
             drawn = _draw_map(panel, of, column, norm)
             panel.set_title(f"{title}: {length(mean)}")
-        axes[0].set_ylabel("north [km]")
+        axes[0].set_ylabel(translated("north [km]"))
         bar = figure.colorbar(drawn, ax=axes[:-1].tolist(), shrink=0.8, pad=0.012)
-        bar.set_label("total error [cm]")
+        bar.set_label(translated("total error [{unit}]", unit="cm"))
+        set_figures(bar.long_axis)
         bar.outline.set_visible(False)
         _draw_profile(axes[-1], expected)
         return figure
@@ -87,7 +91,8 @@ def _draw_map(panel, expected, column, norm):
     panel.set_aspect("equal")
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    panel.set_xlabel("east [km]")
+        set_figures(axis)
+    panel.set_xlabel(translated("east [km]"))
     panel.grid(visible=False)
     return drawn
 
@@ -96,21 +101,26 @@ def _draw_profile(panel, expected):
     """Precision of one model's values by how far they lie from its middle."""
     figures, ends = expected.figures, []
     for name, column, mean, colour in (
-        ("expected", "standard_error_total", figures.mean, EXPECTED),
+        (translated("expected"), "standard_error_total", figures.mean, EXPECTED),
         ("1971", "standard_error_paper", figures.paper_mean, PAPER),
     ):
         centres, errors = by_place(expected.values, column)
         error = 100.0 * errors
         panel.plot(centres, error, "o-", color=colour, markersize=3)
         panel.axhline(100.0 * mean, color=colour, linestyle=(0, (4, 2)), linewidth=1.0)
-        ends += [
-            (error[np.isfinite(error)][-1], f"{name},\none model", colour),
-            (100.0 * mean, f"{name},\nmean", colour),
-        ]
-    panel.set(title="one model's values, and the mean", xlim=(0, 1), ylim=(0, None))
+        texts = (mark("{name},\none model"), mark("{name},\nmean"))
+        one, all_ = (translated(text, name=name) for text in texts)
+        ends += [(error[np.isfinite(error)][-1], one, colour)]
+        ends += [(100.0 * mean, all_, colour)]
+    title = translated("One model's values, and the mean")
+    panel.set(title=title, xlim=(0, 1), ylim=(0, None))
     panel.set_box_aspect(1.0)
-    panel.set(xlabel="from the middle (0) to the edge (1)", ylabel="total error [cm]")
-    note(panel, "dashed: mean of all coverages", (0.03, 0.03), xycoords="axes fraction")
+    panel.set_xlabel(translated("from the middle (0) to the edge (1)"))
+    panel.set_ylabel(translated("total error [{unit}]", unit="cm"))
+    for axis in (panel.xaxis, panel.yaxis):
+        set_figures(axis)
+    text = translated("dashed: mean of all coverages")
+    note(panel, text, (0.03, 0.03), xycoords="axes fraction")
     # labels have two lines
     label_ends(panel, ends, DRAWN_IN / 2.3)
 

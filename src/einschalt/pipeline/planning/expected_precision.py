@@ -43,11 +43,13 @@ from einschalt.theory.planning.kovarik_precision import (
 # places in a model, −½ to ½ from edge to edge, as DensificationResult has them
 CENTRE_WITHIN, EDGE_BEYOND, CORNER_BEYOND = 0.2, 0.4, 0.35
 SOURCES = ("control", "high_flight", "low_flight")
-SOURCE_TEXT = {
-    "control": "control",
-    "high_flight": "measuring in the high flight",
-    "low_flight": "measuring in the low flight",
-}
+SOURCE_TEXT = mark_each(
+    {
+        "control": "control",
+        "high_flight": "measuring in the high flight",
+        "low_flight": "measuring in the low flight",
+    }
+)
 PARTS = mark_each(
     {
         "control": "control {length}",
