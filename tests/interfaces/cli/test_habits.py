@@ -138,6 +138,23 @@ def test_lengths_have_the_unit_that_is_written(text, unit, number):
     assert float(lengths.in_unit(text, unit)) == pytest.approx(number, rel=1e-12)
 
 
+def test_numbers_have_decimal_commas_too(invoke):
+    def table(*words):
+        return invoke("plan", "--scale-number", "8000", *words)
+
+    plain = table("--m-0", "0.1,0.2", "--principal-distance", "152.5")
+    assert "152.5 mm" in plain.output
+    comma = table("--m-0", "0,1;0,2", "--principal-distance", "15,25cm")
+    assert comma.output == plain.output
+    for words in (("--m-0", "0,1"), ("--m-0=0,1m",)):
+        refused = table(*words)
+        assert refused.exit_code == 2
+        assert "may be two numbers or one; write '0.1" in refused.output
+    # five metres are no precision of control points, but five centimetres forgotten
+    refused = invoke("plan", "--target", "5,5", "--json")
+    assert said(refused)["problems"][0]["expected"] == "0.0001 to 1 metres"
+
+
 @pytest.mark.parametrize("text", ["cm", "", "points.csv", "5m.csv", "vermv_2016"])
 def test_what_is_no_length_stays_as_it_is(text):
     assert lengths.in_unit(text, "m") == text

@@ -67,7 +67,7 @@ def test_plans_are_told_in_german(invoke):
     shown = invoke("plan", "--expect", "--spacing", "300", "--language", "de")
     assert "Neupunkten: " in shown.stdout
     assert "Passpunkte mit halb so großem Fehler" in shown.stdout
-    shown = invoke("plan", "--target", "5", "--m-g-um", "0.001", "--language", "de")
+    shown = invoke("plan", "--target", "0.05", "--m-g-um", "0.001", "--language", "de")
     assert "erwartet: 0,05 bis 500 Mikrometer im Bild" in shown.stderr
 
 

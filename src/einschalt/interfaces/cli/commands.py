@@ -175,20 +175,20 @@ def told_call_errors(context):
 
 
 class Command(TyperCommand):
-    """A command whose options of lengths take units: ``--spacing 250m``."""
+    """A command whose numbers have units and decimal commas: ``--spacing 250,5m``."""
 
     context_class = Context
 
     def parse_args(self, ctx, args):
-        """Parse the words, lengths as numbers in the unit of their option."""
-        units = {
-            name: unit
-            for option in self.params
-            if (unit := unit_of(getattr(option, "help", None)))
-            for name in option.opts
-        }
+        """Parse the words, numbers as they are read and in the unit of their option."""
+        options = {}
+        for option in self.params:
+            is_one = option.type_descriptor.annotation is float
+            unit = unit_of(getattr(option, "help", None))
+            if is_one or unit:
+                options |= dict.fromkeys(option.opts, (unit, is_one))
         with told_call_errors(ctx):
-            return super().parse_args(ctx, with_numbers(args, units))
+            return super().parse_args(ctx, with_numbers(args, options))
 
 
 class Group(TyperGroup):

@@ -1,4 +1,8 @@
-"""Lengths on the command line: with a unit, "5cm", or in the unit of the option."""
+"""Numbers on the command line: with a decimal comma, and lengths with a unit, "5cm".
+
+An option of one number takes a decimal comma; where it takes several, commas separate
+them, and decimal commas are known by semicolons: "0,1;0,2".
+"""
 
 import re
 
@@ -17,6 +21,10 @@ METRES = {
 MARK = re.compile(r"\[(m|mm|µm)[\],]|\bmetres[,;]")
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PIECE = re.compile(rf"({NUMBER})\s*({'|'.join(METRES)})?(?![^\s,:x×])")
+# the one number of an option, or those that semicolons separate
+WITH_COMMA = re.compile(r"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*[A-Za-zµμ]*)")
+# a list, or a number below one: what follows has no point that would tell
+COMMA_OR_LIST = re.compile(r"[+-]?0,\d+\s*[A-Za-zµμ]*")
 OTHER_UNIT = re.compile(rf"{NUMBER}\s*[A-Za-zµμ'\"]+")
 TEXT = re.compile(rf"{PIECE.pattern}(?:\s*[,:x×]\s*{PIECE.pattern})*")
 
@@ -65,23 +73,52 @@ def _number(text, factor):
     return text if is_same else f"{float(text) * factor:.12g}"
 
 
-def with_numbers(words, options):
-    """Words of a command line, those that follow options of lengths as numbers.
+def with_decimal_points(text, *, is_one):
+    """The same numbers with decimal points; what has no decimal comma as it is.
 
-    ``options``: unit by option, ``{"--spacing": "m"}``.
+    BadParameter where a comma of several numbers may be either.
 
-    >>> with_numbers(["--spacing", "250m", "--target=5cm"],
-    ...              {"--spacing": "m", "--target": "m"})
-    ['--spacing', '250', '--target=0.05']
+    >>> with_decimal_points("5,5cm", is_one=True)
+    '5.5cm'
+    >>> with_decimal_points("0,1;0,2", is_one=False)
+    '0.1,0.2'
+    >>> with_decimal_points("200,300", is_one=False)
+    '200,300'
     """
-    done, unit = [], None
+    if is_one:
+        return WITH_COMMA.sub(r"\1.\2", text) if WITH_COMMA.fullmatch(text) else text
+    if COMMA_OR_LIST.fullmatch(text.strip()):
+        as_list, as_number = text.replace(",", ";"), text.replace(",", ".")
+        ways = f"write {as_number!r} or {as_list!r}."
+        raise typer.BadParameter(f"{text!r} may be two numbers or one; {ways}")
+    if ";" not in text:
+        return text
+    return ",".join(WITH_COMMA.sub(r"\1.\2", part) for part in text.split(";"))
+
+
+def with_numbers(words, options):
+    """Words of a command line, those that follow options of numbers as numbers.
+
+    ``options``: by option the unit of its lengths or None, and whether it takes one
+    number alone, ``{"--spacing": ("m", False)}``.
+
+    >>> with_numbers(["--spacing", "250m", "--target=5,5cm"],
+    ...              {"--spacing": ("m", False), "--target": ("m", True)})
+    ['--spacing', '250', '--target=0.055']
+    """
+    done, taken = [], None
     for word in words:
         option, sign, value = word.partition("=")
-        if unit is not None:
-            done.append(in_unit(word, unit))
+        if taken is not None:
+            done.append(_as_number(word, *taken))
         elif sign and option in options:
-            done.append(f"{option}={in_unit(value, options[option])}")
+            done.append(f"{option}={_as_number(value, *options[option])}")
         else:
             done.append(word)
-        unit = options.get(word) if unit is None else None
+        taken = options.get(word) if taken is None else None
     return done
+
+
+def _as_number(text, unit, is_one):
+    text = with_decimal_points(text, is_one=is_one)
+    return text if unit is None else in_unit(text, unit)

@@ -35,7 +35,7 @@ RANGES = {
     "forward_overlap": Range(0.01, 0.99, "of the image", likely_slip=PER_CENT),
     "side_overlap": Range(0, 0.99, "of the image", likely_slip=PER_CENT),
     "target": Range(
-        1e-4, 10, "metres", likely_slip="Did you give centimetres? 5 cm are 0.05"
+        1e-4, 1, "metres", likely_slip="Did you give centimetres? 5 cm are 0.05"
     ),
 }
 MOST_COMBINATIONS = 20_000_000
