@@ -313,7 +313,7 @@ def test_two_runs_do_not_mix(small_block, tmp_path):
     finally:
         is_over.set()
         thread.join()
-    assert f"another run writes into this folder (process {os.getpid()} on" in said
+    assert f"another run writes into this folder; process {os.getpid()} on" in said
     assert list(out.iterdir()) == []
 
 
@@ -332,7 +332,7 @@ def test_waiting_for_a_lock_is_bounded_and_said(tmp_path, monkeypatch, capsys):
         thread = threading.Thread(target=second)
         thread.start()
         thread.join(60)
-    assert "for 0.2 s by now" in failures[0]
+    assert "waited 0.2 s for it to end" in failures[0]
     assert "waiting for at most 0.2 s" in capsys.readouterr().err
 
 

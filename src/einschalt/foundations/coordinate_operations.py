@@ -106,16 +106,22 @@ class Operation:
     epoch: float | None = None  # of the coordinates, a decimal year
 
     def __str__(self):
+        return f"{self.name} ({self.worth})"
+
+    @property
+    def worth(self):
+        """How accurate it is, and what it needs."""
         stated = f"{self.accuracy_m:g} m"
         text = stated if np.isfinite(self.accuracy_m) else "PROJ states no accuracy"
-        if self.missing:
-            are = "is" if len(self.missing) == 1 else "are"
-            text += f", needs {names_of(self.missing)}, which {are} missing"
+        if len(self.missing) == 1:
+            text = f"{text}, needs {names_of(self.missing)}, which is missing"
+        elif self.missing:
+            text = f"{text}, needs {names_of(self.missing)}, which are missing"
         if self.epoch is not None:
-            text += f", at epoch {self.epoch:.10g}"
-        elif self.depends_on_time:
-            text += ", needs the epoch of the coordinates"
-        return f"{self.name} ({text})"
+            return f"{text}, at epoch {self.epoch:.10g}"
+        if self.depends_on_time:
+            return f"{text}, needs the epoch of the coordinates"
+        return text
 
     @property
     def can_run(self):

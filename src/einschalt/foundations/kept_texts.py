@@ -32,10 +32,14 @@ PLACE = re.compile(rf"({'|'.join(WHERE)}) (\S+)")
 AND_MORE = re.compile(r"(.+) and (\d+) more")
 # as value_ranges.Range writes itself
 RANGE = re.compile(
-    r"(?P<whole>a whole number, )?(?P<low>[-\d.e]+) to (?P<high>[-\d.e]+)(?P<unit> .+)?"
+    r"(?P<whole>a whole number, )?"
+    r"(?P<low>[-+\d.e]+) to (?P<high>[-+\d.e]+)(?P<unit> .+)?"
 )
+# a section of block.toml, and what is said of it
+SECTION = re.compile(r"(\[\w+\]) (.+)", re.DOTALL)
 # words that may be chosen, as " or ".join writes
 CHOICE = re.compile(r"(\S+(?: or \S+|, \S+)*) or (\S+)")
+SEVERAL = re.compile(r"(\S+(?: and \S+|, \S+)*) and ([^\s\d]\S*)")
 # where a text was put together of messages; it is told itself
 EXPECTED = mark("; expected ")
 JOINTS = re.compile(rf"(: |{EXPECTED}|; |, (?=of |point |model |row )|(?<=[.?]) |\.$)")
@@ -93,13 +97,11 @@ def _recognised(name, text):
         return told
     if place := PLACE.fullmatch(text):
         return place_text(*place.groups())
-    # what is to be typed is read by the program, in whatever language
-    filled = str if text.startswith(TYPED) else _again
-    if limits := RANGE.fullmatch(text):
-        return _range_text(**limits.groupdict())
-    if words := CHOICE.fullmatch(text):
-        message = mark("{names} or {last}")
-        return translated(message, names=retold(words[1]), last=words[2])
+    if placed := SECTION.fullmatch(text):
+        rest = retold(placed[2])
+        if rest != placed[2]:
+            return f"{placed[1]} {rest}"
+    filled = _as_typed_or_chosen if text.startswith(TYPED) else _again
     for pattern, message, typed in _patterns(name):
         if found := pattern.fullmatch(text):
             parts = {
@@ -108,7 +110,25 @@ def _recognised(name, text):
             }
             numbered = sorted(place for place in parts if place.startswith("_"))
             return message.format(*map(parts.get, numbered), **parts)
-    return None
+    if limits := RANGE.fullmatch(text):
+        return _range_text(**limits.groupdict())
+    return _listed_text(text)
+
+
+def _listed_text(text):
+    """Words that are joined by or, or by and; None of any other text."""
+    if words := CHOICE.fullmatch(text):
+        message = mark("{names} or {last}")
+    elif words := SEVERAL.fullmatch(text):
+        message = mark("{names} and {last}")
+    else:
+        return None
+    return translated(message, names=retold(words[1]), last=words[2])
+
+
+def _as_typed_or_chosen(part):
+    """What is to be typed, as the program reads it in whatever language."""
+    return _listed_text(part) or part
 
 
 def _range_text(whole, low, high, unit):

@@ -117,7 +117,7 @@ def _chosen(candidates, way, demand):
         raise ProjectionError(
             f"{asked} cannot be used: {_said(called)}",
             expected="a grid that is there",
-            remedy=f"{_where(called[0].missing)} or choose another operation",
+            remedy=f"{_where(called[0].missing)}. Or choose another operation",
         )
     _require_epoch(usable[:1], asked)
     one = usable[0]
@@ -141,30 +141,28 @@ def _chosen(candidates, way, demand):
 
 def _said(candidates):
     rest = len(candidates) - MOST_CANDIDATES
-    said = ", ".join(str(one) for one in candidates[:MOST_CANDIDATES])
-    return f"{said} and {rest} more" if rest > 0 else said
+    shown = candidates[:MOST_CANDIDATES]
+    said = "; ".join(f"{one.name}: {one.worth}" for one in shown)
+    return f"{said}; {rest} other operations" if rest > 0 else said
 
 
 def _where(grids):
-    """Say where grids are to be had."""
-    first = f"Get {names_of(grids)}"
+    """Say where grids are to be had, and where they are looked for."""
+    names = names_of(grids)
     addresses = " and ".join(address for _, address in grids if address)
-    from_there = f" from {addresses}" if addresses else ""
     seconds = [second_name_of(name) for name, _ in grids]
-    seconds = [name for name in seconds if name is not None]
-    known = f" (or as {' and '.join(seconds)})" if seconds else ""
-    return (
-        f"{first}{from_there}, or under that name{known} from the national survey, "
-        f"name its folder with --grids, or grids in [settings]{_held()},"
-    )
-
-
-def _held():
-    """What the folders of grids hold that were named, beside PROJ's own."""
-    names = held_grids()
-    if names is None:
-        return ""
-    return f" (the folder that is named holds {name_some(names) or 'none'})"
+    seconds = " and ".join(name for name in seconds if name is not None)
+    where = f"Get {names} from {addresses}, or from the national survey"
+    if not addresses:
+        where = f"Get {names} from the national survey"
+    ways = [where]
+    if seconds:
+        ways.append(f"The national survey may call it {seconds}")
+    ways.append("Name its folder with --grids, or grids in [settings]")
+    held = held_grids()
+    if held is not None:  # folders that were named, beside PROJ's own
+        ways.append(f"The folder that is named holds {name_some(held) or 'none'}")
+    return ". ".join(ways)
 
 
 def _remedy(candidates, demand):
@@ -174,16 +172,16 @@ def _remedy(candidates, demand):
     ways = []
     if stated and stated[0].missing:
         best = stated[0]
-        where, stated_m = _where(best.missing), f"{best.accuracy_m:g}"
-        is_enough = best.accuracy_m <= demand.accuracy_m
-        ways = [
-            where[:-1] if is_enough else f"{where} and set crs_accuracy_m = {stated_m}"
-        ]
+        ways = [_where(best.missing)]
+        if best.accuracy_m > demand.accuracy_m:
+            ways.append(f"Set crs_accuracy_m = {best.accuracy_m:g} to use it")
+    word = "Or set" if ways else "Set"
     if usable:
-        accuracy = usable[0].accuracy_m
-        epoch = "" if usable[0].can_run else "crs_epoch and "
-        ways.append(f"set {epoch}crs_accuracy_m = {accuracy:g} to use {usable[0].name}")
+        one = usable[0]
+        epoch = "" if one.can_run else "crs_epoch and "
+        ways.append(
+            f"{word} {epoch}crs_accuracy_m = {one.accuracy_m:g} to use {one.name}"
+        )
     else:
-        ways.append("choose an operation with crs_operation and crs_accuracy_m")
-    text = "; or ".join(ways)
-    return f"{text[0].upper()}{text[1:]}"
+        ways.append("Choose an operation with crs_operation and crs_accuracy_m")
+    return ". ".join(ways)

@@ -15,6 +15,7 @@ from einschalt.foundations.coordinate_operations import offline, system_label
 from einschalt.foundations.databases_of_proj import fault_of_databases
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ProjectionError
+from einschalt.foundations.language import mark
 from einschalt.foundations.longitudes import arc_of
 from einschalt.foundations.operation_choice import choose_operation
 
@@ -22,6 +23,13 @@ NAMES = str | int | pyproj.CRS  # what may name a system
 CODE_BITS = 32
 METRE = "metre"
 AGAINST = ("south", "west")
+NAMED_AGAINST = (
+    mark("south"),
+    mark("west"),
+    mark("south and west"),
+    mark("west and south"),
+)
+"""How they are named, for the catalogue."""
 POLE = 90.0  # degrees
 WGS_84 = "OGC:CRS84"
 LEAST_CONFIDENCE = 70  # per cent, at which PROJ takes two systems for the same

@@ -529,7 +529,7 @@ def test_two_batches_in_one_folder(folder, tmp_path, run):
     with (
         ThreadPoolExecutor(1) as other,
         batch_folder(tmp_path / "out"),
-        pytest.raises(FileError, match=r"another run writes.*\(process .*Wait until"),
+        pytest.raises(FileError, match=r"another run writes.*; process .*Wait until"),
     ):
         other.submit(run, folder, tmp_path / "out").result()
     run(folder, tmp_path / "out")

@@ -25,7 +25,7 @@ from einschalt.interfaces.cli.exits import with_exit_status
         (
             PermissionError(13, "Permission denied", "b.csv"),
             2,
-            "einschalt: b.csv: Permission denied\n",
+            "einschalt: b.csv: permission denied\n",
         ),
         (
             MemoryError(),
@@ -145,7 +145,7 @@ def test_closed_and_full_streams_end_with_a_status(
         # nothing that was printed went into a file that was opened meanwhile
         assert (tmp_path / "out" / "points.parquet").read_bytes()[-4:] == b"PAR1"
     if "/dev/full" in command:
-        assert b"No space left" in done.stderr
+        assert b"no space left" in done.stderr
 
 
 @pytest.mark.parametrize("mode", ["0", "1"])

@@ -76,7 +76,10 @@ def test_what_was_written_is_read(tmp_path, name):
         (OPENCV.replace("4.5", "1e-3"), r"\[camera\] the camera has a principal dist"),
         (OPENCV.replace("opencv", "cv2"), r"convention is unknown: 'cv2'; expected op"),
         ("fx = 1\n", r"convention is missing; expected opencv or metashape or mm"),
-        ("fx == 1\n", r"camera.toml: the file is no TOML: .*expected key = value"),
+        (
+            "fx == 1\n",
+            r"camera.toml, row 1: the file is no TOML: .*expected key = value",
+        ),
         (
             'convention = "mm"\nc = 153.0\nwidth = 3\n',
             r"\[camera\] pixel_size_um, width and height are not all given",

@@ -44,7 +44,7 @@ def test_lock_leaves_nothing_behind(tmp_path):
 
 
 def test_the_second_is_told_who_is_first(tmp_path, holder):
-    said = rf"another run writes into this folder \(process {holder.pid} on "
+    said = rf"another run writes into this folder; process {holder.pid} on "
     with pytest.raises(FileError, match=said), locked(tmp_path):
         pass
 

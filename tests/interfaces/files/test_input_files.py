@@ -100,7 +100,9 @@ def test_a_file_of_holes_is_neither_read_nor_hashed(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("point_id,easting,northing\n")
     os.truncate(path, 2**40)
-    with pytest.raises(FileError, match=r"a\.csv: has 1100 GB, most of them holes; "):
+    with pytest.raises(
+        FileError, match=r"a\.csv: is 1100 GB large, most of it holes; "
+    ):
         require_file(path, "a.csv")
     assert checksum_or_none(path) is None
     os.truncate(path, 2**20)  # a small one is read as it is

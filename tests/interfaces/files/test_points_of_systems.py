@@ -79,7 +79,7 @@ def test_no_block_goes_through_metres_in_silence(small_block, own, crs, place, g
 def test_default_is_a_quarter_of_the_standard_error(small_block):
     moved_block(small_block, "EPSG:25832", LUCERNE, "EPSG:2056")
     (problem,) = find_problems(small_block.path).problems
-    assert "CH1903+ to ETRS89 (1) (0.1 m)" in problem.found
+    assert "CH1903+ to ETRS89 (1): 0.1 m" in problem.found
     assert problem.expected.startswith("an accuracy of 0.0075 m, a quarter of the 0.03")
     assert problem.remedy == "Set crs_accuracy_m = 0.1 to use CH1903+ to ETRS89 (1)"
     small_block.replace("block.toml", "standard_error_m = 0.03", "standard_error_m = 1")
@@ -307,7 +307,7 @@ def test_angles_are_told_by_their_unit(own, size, said, mend):
     assert said in problem.found
     assert problem.expected == ("degrees" if own else "metres")
     assert problem.remedy.startswith(mend)
-    assert ("MGI (EPSG:4312) as crs" in problem.remedy) == (own is None)
+    assert ("MGI (EPSG:4312) as their crs" in problem.remedy) == (own is None)
     (exchanged,) = place_problems(latitude, longitude, crs, "points.csv")
     assert "are latitude and longitude in" in exchanged.found
 

@@ -24,6 +24,7 @@ from einschalt.foundations.language import (
     written_in,
 )
 from einschalt.foundations.limited_memory import prepare_for_limits
+from einschalt.foundations.system_errors import reason_of
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
 from einschalt.interfaces.cli.outcome import is_recorded, report_problems
@@ -108,7 +109,7 @@ def _said_of(error):
     if not isinstance(error, OSError):
         return None
     where = f"{error.filename}: " if error.filename else ""
-    return f"einschalt: {where}{error.strerror or error}"
+    return f"einschalt: {where}{reason_of(error)}"
 
 
 def _with_habits(run, command):

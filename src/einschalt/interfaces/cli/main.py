@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 import typer
 
 from einschalt.foundations.language import LANGUAGES, mark, mark_each, written_in
+from einschalt.foundations.system_errors import reason_of
 from einschalt.interfaces.cli.commands import (
     HEADINGS,
     LANGUAGE,
@@ -191,5 +192,5 @@ def run():
     try:
         app()
     except OSError as error:  # help on a full disk
-        print_error(f"einschalt: {error.strerror or error}")
+        print_error(f"einschalt: {reason_of(error)}")
         sys.exit(WRONG)

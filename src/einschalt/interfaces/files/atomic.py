@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from einschalt.foundations.errors import FileError
+from einschalt.foundations.system_errors import reason_of
 
 # place: a digest of the computer's name, since process numbers mean nothing elsewhere
 LEFTOVER = re.compile(r"^\.einschalt-(?P<place>[0-9a-f]{6})-(?P<pid>\d+)-[0-9a-f]{8}-")
@@ -67,9 +68,8 @@ def said_as_file_error(path):
     try:
         yield
     except OSError as error:
-        reason = (error.strerror or str(error)).rstrip(".").lower()
         raise FileError(
-            f"cannot be written: {reason}",
+            f"cannot be written: {reason_of(error)}",
             remedy=REMEDIES.get(error.errno, "Choose another folder"),
             file=path,
         ) from error

@@ -21,6 +21,7 @@ from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import BlockError, EinschaltError, SettingsError
 from einschalt.interfaces.files.atomic import write_text
 from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.interfaces.files.toml_faults import toml_fault
 from einschalt.interfaces.files.understood_tables import Said
 from einschalt.pipeline.settings import Settings, setting_problem
 
@@ -28,7 +29,6 @@ BLOCK_FILE = "block.toml"
 LONGEST_TOML = 2**20
 DEEPEST_TOML = 8
 MOST_SHOWN = 100
-WHERE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 KEY = re.compile(r"""^\s*["']?([\w-]+)["']?\s*=""")
 SECTION = re.compile(r"""^\s*\[\s*["']?([\w.-]+)["']?\s*\]""")
 
@@ -238,18 +238,15 @@ def _parsed(text, source):
     try:
         return parse_toml(text, source)
     except tomllib.TOMLDecodeError as error:
-        said = str(error)
-        place = WHERE.search(said)
+        reason, row = toml_fault(error)
         # lines as TOML counts them; str.splitlines parts at more signs than these
         lines = text.removesuffix("\n").split("\n")
-        row = int(place[1]) if place and place[1] else len(lines)
+        row = row or len(lines)
         line = lines[row - 1].strip()
-        what = WHERE.sub("", said)
         raise SettingsError(
-            f"{shortened(line, MOST_SHOWN)!r} is no TOML: {what[:1].lower()}{what[1:]}"
-            + (f" at column {place[2]}" if place and place[2] else ""),
+            f"{shortened(line, MOST_SHOWN)!r} is no TOML: {reason}",
             expected="key = value",
-            remedy=_toml_remedy(line, what),
+            remedy=_toml_remedy(line, reason),
             file=source,
             row=row,
         ) from error
@@ -294,12 +291,12 @@ def parse_toml(text, source):
     return given
 
 
-def _toml_remedy(line, what):
+def _toml_remedy(line, reason):
     if "\\" in line:
         return "Write paths with / or in single quotes"
     if re.search(r"=\s*[+-]?\d+,\d+\s*(#.*)?$", line):
         return "Write a decimal point"
-    if "overwrite" in what or "twice" in what:
+    if "overwrite" in reason or "twice" in reason:
         return "Give each key and each section once"
     return "Put texts into straight quotes, and write decimal points"
 

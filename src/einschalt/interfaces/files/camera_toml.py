@@ -13,6 +13,7 @@ from einschalt.foundations.arguments import described, is_choice
 from einschalt.foundations.errors import SettingsError
 from einschalt.interfaces.files.block_toml import parse_toml, write_keys
 from einschalt.interfaces.files.input_files import read_text_bytes
+from einschalt.interfaces.files.toml_faults import toml_fault
 from einschalt.pipeline.settings import checked
 from einschalt.theory.interior_orientation import Camera
 
@@ -163,8 +164,12 @@ def read_camera(path, source=None) -> Camera:
     try:
         keys = parse_toml(read_text_bytes(path, source).decode("utf-8"), source)
     except tomllib.TOMLDecodeError as error:
+        reason, row = toml_fault(error)
         raise SettingsError(
-            f"the file is no TOML: {error}", expected="key = value", file=source
+            f"the file is no TOML: {reason}",
+            expected="key = value",
+            file=source,
+            row=row,
         ) from error
     nested = keys.get("camera")
     # both are natural: the keys alone, or below [camera]

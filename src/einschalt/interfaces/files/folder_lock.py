@@ -17,6 +17,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from einschalt.foundations.errors import OutputError
+from einschalt.foundations.kept_texts import retold
 from einschalt.interfaces.files.atomic import said_as_file_error
 
 LOCK = ".einschalt-lock"
@@ -47,9 +48,11 @@ def locked(folder, *, waits=False):
         path.parent.stat()  # the library would make it
         is_ours = _is_acquired(lock, path, PATIENCE_SECONDS if waits else 0.0)
     if not is_ours:
-        waited = f", for {PATIENCE_SECONDS:g} s by now" if waits else ""
+        found = ["another run writes into this folder", _holder(path)]
+        if waits:
+            found.append(f"waited {PATIENCE_SECONDS:g} s for it to end")
         raise OutputError(
-            f"another run writes into this folder{_holder(path)}{waited}",
+            "; ".join(filter(None, found)),
             expected="one run at a time",
             remedy="Wait until it has ended, or choose another folder",
             file=folder,
@@ -100,7 +103,8 @@ def _is_acquired(lock, path, patience):
 
 def _say(text, path):
     with suppress(OSError, AttributeError):  # nobody listens
-        print(f"einschalt: {text}{_holder(path)}", file=sys.stderr, flush=True)
+        said = "; ".join(filter(None, [text, _holder(path)]))
+        print(f"einschalt: {retold(said)}", file=sys.stderr, flush=True)
 
 
 def _sign(path):
@@ -115,7 +119,6 @@ def _sign(path):
 
 def _holder(path):
     try:
-        said = path.read_bytes()[:MOST_BYTES].decode("utf-8", errors="replace").strip()
+        return path.read_bytes()[:MOST_BYTES].decode("utf-8", errors="replace").strip()
     except OSError:
         return ""
-    return f" ({said})" if said else ""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from einschalt.foundations.display_names import shortened
 from einschalt.foundations.errors import ChangedFileError, FileError, name_some
+from einschalt.foundations.system_errors import reason_of
 from einschalt.pipeline.block.memory import allowed_bytes
 
 SIGNATURES = {
@@ -72,7 +73,9 @@ def _require_size(path, source):
         return
     size = path.stat().st_size / BYTES_PER_GB
     raise FileError(
-        f"has {size:.0f} GB" + (", most of them holes" if _is_hollow(path) else ""),
+        f"is {size:.0f} GB large, most of it holes"
+        if _is_hollow(path)
+        else f"is {size:.0f} GB large",
         expected=f"at most {allowed_bytes() / 2.0 / BYTES_PER_GB:.0f} GB, half of the "
         "memory",
         remedy="See whether it was copied as a whole, or part it",
@@ -115,7 +118,7 @@ def _mode(path, source):
 def _refused(error, source):
     is_name = error.errno in {errno.ENAMETOOLONG, errno.ELOOP}
     return FileError(
-        f"cannot be read: {(error.strerror or str(error)).lower()}",
+        f"cannot be read: {reason_of(error)}",
         remedy="Correct the name" if is_name else "See to the permissions of the file",
         file=source,
     )

@@ -47,7 +47,6 @@ CLUTTER = {".ds_store", "thumbs.db", "desktop.ini", "lost+found", ".directory"}
 SIDECARS = ("-wal", "-shm", "-journal")
 PREVIOUS = "previous_points.parquet"  # kept before the points that it was are replaced
 OTHER_FOLDER = "a new or empty folder, or one with results of the same input"
-NOT_OURS = "not written by einschalt"
 NAME_ANOTHER = "Name another folder"
 OR_OVERWRITE = f"{NAME_ANOTHER}, or give --overwrite (in Python overwrite=True)"
 
@@ -174,9 +173,11 @@ def _names_in(folder):
 def refuse_input(path, inputs, *, is_overwriting=False):
     """Refuse to replace what the run reads, also where the user says overwrite."""
     if inputs.has(path):
-        never = "; --overwrite does not replace inputs" if is_overwriting else ""
+        said = ["the run reads this file, and would write it"]
+        if is_overwriting:
+            said.append("--overwrite does not replace inputs")
         raise OutputError(
-            f"the run reads this file, and would write it{never}",
+            "; ".join(said),
             expected="a folder of its own for the results",
             remedy=NAME_ANOTHER,
             file=path,
@@ -192,9 +193,14 @@ def _refuse_foreign(folder, output, taken):
         changed = [name for name in foreign if name in evidence.checksums]
         if PROVENANCE in foreign:  # it vouches for the others, if for itself
             foreign = changed = [PROVENANCE]
-        why = "changed since einschalt wrote it" if changed else NOT_OURS
+        if changed:
+            held = name_some(changed)
+            found = f"the folder holds {held}, changed since einschalt wrote it"
+        else:
+            held = name_some(foreign)
+            found = f"the folder holds {held}, not written by einschalt"
         raise OutputError(
-            f"the folder holds {name_some(changed or foreign)}, {why}",
+            found,
             expected=OTHER_FOLDER,
             remedy=OR_OVERWRITE,
             file=folder,
@@ -232,7 +238,7 @@ def _refuse_content(folder, output):
     others = [name for name in _names_in(folder) if not _may_lie(folder, name, output)]
     if others:
         raise OutputError(
-            f"the folder holds {name_some(others)}, {NOT_OURS}",
+            f"the folder holds {name_some(others)}, not written by einschalt",
             expected=OTHER_FOLDER,
             remedy=OR_OVERWRITE,
             file=folder,

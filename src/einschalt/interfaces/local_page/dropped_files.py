@@ -7,6 +7,7 @@ refused before it is stored, and what breaks off leaves nothing.
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from einschalt.foundations.system_errors import reason_of
 from einschalt.interfaces.local_page.refusals import (
     MissingError,
     RefusedError,
@@ -105,5 +106,5 @@ def _new_file(path):
         ) from None
     except OSError as error:  # such as a name that is too long
         raise RefusedError(
-            f"cannot be stored: {error.strerror}", file=path.name
+            f"cannot be stored: {reason_of(error)}", file=path.name
         ) from None

@@ -17,7 +17,9 @@ import traceback
 from pathlib import Path
 
 from einschalt.foundations.errors import BlockError, EinschaltError, OutputError
+from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import translated, written_in
+from einschalt.foundations.system_errors import reason_of
 from einschalt.foundations.told_errors import told
 from einschalt.interfaces import python_api
 from einschalt.interfaces.batch.memory_errors import lack_of_memory
@@ -82,7 +84,7 @@ def _answer(question, say):
         if lack_of_memory(error, "") is not None:
             say(end="failed", problems=[translated(words.NO_MEMORY)])
         elif isinstance(error, OSError):
-            say(end="failed", problems=[f"{error.strerror or error}."])
+            say(end="failed", problems=[f"{retold(reason_of(error))}."])
         else:
             traceback.print_exc()  # for whoever mends it
             say(end="failed", problems=[translated(words.FAULT)])

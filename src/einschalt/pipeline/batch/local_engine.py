@@ -27,6 +27,7 @@ from typing import Any, Protocol
 from einschalt.foundations.arguments import described, finite_number
 from einschalt.foundations.batches import n_cores
 from einschalt.foundations.errors import EinschaltError, SettingsError
+from einschalt.foundations.system_errors import reason_of
 from einschalt.pipeline.batch.local_worker import LENGTH, limit_memory
 
 SOURCE = Path(__file__).parents[2]
@@ -327,7 +328,7 @@ def _new_process(environment):
         )
     except OSError as error:
         raise ProcessEndedError(
-            f"no process could be started: {(error.strerror or str(error)).lower()}",
+            f"no process could be started: {reason_of(error)}",
             expected="a system that lets this user start Python",
             remedy="See to the permissions of Python and to the limits of the user",
         ) from error

@@ -363,9 +363,7 @@ class _Check:
         def problem(place):
             facts = tables.row_location(table, place)
             return ConsistencyError(
-                f"{common[place] or 'none'} of its points "
-                f"{'has' if common[place] < 2 else 'have'} coordinates from "
-                f"{ground.replace('_', ' ')}",
+                _common_points_text(common[place], ground.replace("_", " ")),
                 expected="common points"
                 if common[place] == 0
                 else f"at least {least} common points",
@@ -383,3 +381,10 @@ class _Check:
         else:
             rest = "no model has enough common points"
             self.problems += tables.listed(places, problem, rest)
+
+
+def _common_points_text(number, ground):
+    """How many points of a model are known, and from where."""
+    if number > 1:
+        return f"{number} of its points have coordinates from {ground}"
+    return f"{number or 'none'} of its points has coordinates from {ground}"

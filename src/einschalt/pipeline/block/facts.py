@@ -223,8 +223,11 @@ class _Facts:
             return getattr(flight, key) is not None or (name, key) in self.said
 
         if has("model_points") == has("image_points"):
-            both = "both given" if has("model_points") else "both missing"
-            found = f"model_points and image_points are {both}"
+            found = (
+                "model_points and image_points are both given"
+                if has("model_points")
+                else "model_points and image_points are both missing"
+            )
             self._say(found, name, "model_points", expected="one of the two")
         if has("y_parallaxes") and has("image_points"):
             self._say(

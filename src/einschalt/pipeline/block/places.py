@@ -65,11 +65,10 @@ def _angles(easting, northing, crs, source):
         if unit == own or not in_area(*angles * size, crs, DEGREES_AROUND):
             continue
         geographic = system_label((crs.sub_crs_list or [crs])[0].geodetic_crs)
-        ways = [f"multiply them by {size:.10g} for degrees"] if size != 1.0 else []
+        ways = [f"Multiply them by {size:.10g} for degrees"] if size != 1.0 else []
         if not crs.is_geographic:
-            called = f"call the columns {axes}"
-            ways.append(f"{called}, and name {geographic} as crs of them")
-        text = ", ".join(ways) or f"convert them to {own}"
+            ways.append(f"Call the columns {axes}, and name {geographic} as their crs")
+        remedy = ". ".join(ways) or f"Convert them to {own}"
         first = "longitude" if crs.is_geographic else "easting"
         second = "latitude" if crs.is_geographic else "northing"
         return ConsistencyError(
@@ -77,7 +76,7 @@ def _angles(easting, northing, crs, source):
             f"are {axes} in {unit}s, as which they lie in the area of use of "
             f"{system_label(crs)}",
             expected=f"{own}s",
-            remedy=f"{text[0].upper()}{text[1:]}",
+            remedy=remedy,
             file=source,
         )
     return None
@@ -90,25 +89,27 @@ def _outside(easting, northing, crs, source):
     names, digits = (degrees, 2) if crs.is_geographic else (plane, 0)
     ways = []
     if fitting:
-        ways.append(f"these coordinates fit {' or '.join(fitting)}: correct crs")
+        ways.append(f"These coordinates fit {', '.join(fitting)}: correct crs")
     if there:
-        ways.append(f"the place belongs to {' or '.join(there)}: transform into that")
-    text = "; or ".join(ways) or "check crs, and the unit of the coordinates"
+        ways.append(f"The place belongs to {', '.join(there)}: transform into that")
+    remedy = ". Or: ".join(ways) or "Check crs, and the unit of the coordinates"
     return ConsistencyError(
         f"the points, about {names[0]} {middle[0]:.{digits}f}, {names[1]} "
         f"{middle[1]:.{digits}f}, lie outside the area of use of {system_label(crs)}",
         expected=_area(crs),
-        remedy=f"{text[0].upper()}{text[1:]}",
+        remedy=remedy,
         file=source,
     )
 
 
 def _area(crs):
     west, south, east, north = area_of(crs)
-    over = " over 180°" if east < west else ""
-    return (
-        f"longitudes {west:g}°{over} to {east:g}°, latitudes {south:g}° to {north:g}°"
-    )
+    if east < west:
+        return (
+            f"longitudes {west:g}° over 180° to {east:g}°, "
+            f"latitudes {south:g}° to {north:g}°"
+        )
+    return f"longitudes {west:g}° to {east:g}°, latitudes {south:g}° to {north:g}°"
 
 
 def target_problems(points, source_crs, target_crs, source):
@@ -123,14 +124,17 @@ def target_problems(points, source_crs, target_crs, source):
     if in_area(longitude, latitude, target_crs, DEGREES_AROUND):
         return []
     likely = likely_sources(east, north, source_crs, target_crs)
-    meant = f" to {' or '.join(likely)}" if likely else ""
+    remedy = "Correct crs of the points, or that of the block"
+    if likely:
+        meant = ", ".join(likely)
+        remedy = f"Correct crs of the points to {meant}, or that of the block"
     return [
         ProjectionError(
             f"{system_label(source_crs)} puts the points at longitude "
             f"{longitude:.2f}°, latitude {latitude:.2f}°, outside the area of "
             f"{system_label(target_crs)}",
             expected=_area(target_crs),
-            remedy=f"Correct crs of the points{meant}, or that of the block",
+            remedy=remedy,
             file=source,
         )
     ]

@@ -221,10 +221,11 @@ def _check_heights_given(plan):
 def _check_range(name, value, low, high, what):
     if low < value < high:
         return
-    limits = "above 0" if high == np.inf else f"between {low:g} and {high:g}"
     raise SettingsError(
         f"{name} = {value:.6g}",
-        expected=f"{what} {limits}",
+        expected=f"{what} above 0"
+        if high == np.inf
+        else f"{what} between {low:g} and {high:g}",
         remedy="Did you mistake metres for millimetres?" if what == METRES else "",
     )
 

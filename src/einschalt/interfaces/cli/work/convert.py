@@ -148,7 +148,7 @@ def _convert_table(found, given, output):
     _print_notes(table.notes)
     if table.kind == "camera" or output.suffix.lower() not in WRITTEN_SUFFIXES:
         raise FileError(
-            f"{given.name} is {table.description}",
+            f"{given.name} holds {table.description}",
             expected="a table, and a file .csv or .parquet for it",
             remedy="Name such a file",
         )
