@@ -15,6 +15,7 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum, segments
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
 from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
@@ -144,7 +145,7 @@ def coverage_differences(means) -> CoverageDifferences:
     share, others = weights[place], n_groups[of_point[row]] - 1
     own = share * _fitting(is_own, share)
     shares = own - (share - own) / _fitting(others, share)
-    coordinates = used[[n for n in GROUND_NAMES if n in used]].to_numpy(dtype=float)
+    coordinates = values_of(used, [n for n in GROUND_NAMES if n in used])
     error = used["standard_error_paper"].to_numpy(dtype=float)
     names = np.sort(coverages.names.astype(str)).astype(object)
     mean = _sums(coordinates, place, start, own)
@@ -203,7 +204,7 @@ def screen_coverages(differences, covariance, practice, significance):
     """
     require_choice("screening", practice, SCREENINGS)
     table = differences.table.drop(columns="standard_error_paper")
-    d = table[DIFFERENCES].to_numpy()
+    d = values_of(table, DIFFERENCES)
     is_propagated = practice == "propagated" and covariance is not None
     p_value = np.full(len(d), np.nan)
     is_suspect, total = np.zeros(len(d), dtype=bool), np.full(len(d), np.nan)

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.projections import read_crs
 from einschalt.foundations.tables import with_coverage
@@ -84,7 +85,7 @@ def is_worth_bending(block, name, kind):
         return True
     known = block.control_points
     known = block.approximate_points if known is None else known
-    places = known[["easting", "northing"]].to_numpy(dtype=float)
+    places = values_of(known, ["easting", "northing"])
     return bends_plane_models(places, block.flights[name].scale_number, block.crs)
 
 
@@ -125,7 +126,7 @@ def _moved(points, fit, crs):
     names = XYZ if fit.kind == SPATIAL else XYZ[:2]
     if not len(rows):
         return points, 0.0
-    xyz = points[names].to_numpy(dtype=float)[rows]
+    xyz = values_of(points, names)[rows]
     moved, away = moved_coordinates(xyz, place[rows], fit, crs)
     is_known = np.isfinite(away)
     table = points.copy()

@@ -13,6 +13,7 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.errors import GeometryError, SettingsError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.stages.held_out_points import (
     DIFFERENCES,
@@ -114,7 +115,7 @@ class GriddedTransformation(ModelTransformation):
         itself; what the grid is off by from it comes on top.
         """
         models = range(len(self.grids)) if models is None else models
-        differences = self.held_out_good[DIFFERENCES].to_numpy()
+        differences = values_of(self.held_out_good, DIFFERENCES)
         squares, n_held = 0.0, 0
         for k in models:
             if self.grids[k] is not None:

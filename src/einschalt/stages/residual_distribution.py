@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy import sparse
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.error_propagation.operators import propagate
 from einschalt.theory.adjustment.point_operator import by_coordinate, selection
 from einschalt.theory.residual_distribution.distribution_weights import (
@@ -47,8 +48,8 @@ def distribute_residuals(points, control_points, method) -> Distribution:
     "inverse_distance" or "multiquadric". Control takes its given coordinates; without
     any that has coordinates nothing is distributed.
     """
-    differences = points[[f"difference_{name}" for name in PLANE]].to_numpy(dtype=float)
-    xy = points[list(PLANE)].to_numpy(dtype=float)
+    differences = values_of(points, [f"difference_{name}" for name in PLANE])
+    xy = values_of(points, PLANE)
     is_used = (points["role"] == "control").to_numpy() & np.isfinite(differences).all(1)
     places = np.flatnonzero(is_used)
     if len(places):

@@ -19,15 +19,14 @@ def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=N
     probability with which a model without gross errors has a suspect; ``tests`` are
     those of the fit itself where left out.
     """
-    table = observed.rows.reset_index(drop=True)
-    size = fit.residuals.shape[1]
-    table[list(RESIDUAL_NAMES[:size])] = fit.residuals
     leverage = fit.leverage[:, :2].mean(axis=1)
-    table["leverage"] = leverage
-    table["redundancy_number"] = redundancy_numbers(leverage)
     if tests is None:
         tests = fitted_point_tests(fit, observed.points)
-    return table.assign(
+    return observed.rows.reset_index(drop=True).assign(
+        # of two or three axes
+        **dict(zip(RESIDUAL_NAMES, fit.residuals.T, strict=False)),
+        leverage=leverage,
+        redundancy_number=redundancy_numbers(leverage),
         w=tests.w,
         p_value=tests.p_value,
         is_suspect=is_rejected_by_holm(tests.p_value, observed.start, significance),

@@ -12,6 +12,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import as_numbers, require_choice
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.frame_columns import columns_of, values_of
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
@@ -44,6 +45,7 @@ from einschalt.theory.adjustment.reliability import (
 from einschalt.theory.transformation.point_tests import CommonPoints, plan_sums
 
 STAGE = "stage3_model_transformation"
+ROW_NAMES = ("coverage", "model_id", "point_id")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,13 +181,16 @@ class ModelTransformation(ModelResult):
         table = _checked(model_points, model_schema(kind), "model_points")
         place = self._places(table)
         checked = table.frame
-        xyz = checked[list(kind.source)].to_numpy()
-        table = checked[["coverage", "model_id", "point_id"]].copy()
+        xyz = values_of(checked, kind.source)
+        table = columns_of(checked, ROW_NAMES)
         is_usable = self.models["is_usable"].to_numpy()[place]
         ground, m_t = self._forward(place, xyz, s_0)
-        table[list(kind.target)] = np.where(is_usable[:, None], ground, np.nan)
-        table["m_t"] = np.where(is_usable, m_t, np.nan)
-        return table.assign(**self._ellipses(place, xyz))
+        ground = np.where(is_usable[:, None], ground, np.nan)
+        return table.assign(
+            **dict(zip(kind.target, ground.T, strict=True)),
+            m_t=np.where(is_usable, m_t, np.nan),
+            **self._ellipses(place, xyz),
+        )
 
     def _ellipses(self, _place, _xyz):
         """Further columns of transformed points, where the result has them."""
@@ -224,9 +229,9 @@ class ModelTransformation(ModelResult):
         given = _checked(ground_points, placed_ground_schema(kind), "ground_points")
         place = self._places(given)
         checked = given.frame
-        table = checked[["coverage", "model_id", "point_id"]].copy()
+        table = columns_of(checked, ROW_NAMES)
         is_usable = self.models["is_usable"].to_numpy()[place]
-        xyz = self._backward(place, checked[list(kind.target)].to_numpy())
+        xyz = self._backward(place, values_of(checked, kind.target))
         table[list(kind.source)] = np.where(is_usable[:, None], xyz, np.nan)
         return table if self.has_coverages else table.drop(columns="coverage")
 
@@ -449,7 +454,7 @@ class Observations:
         points = checked.coded["point_id"]
         ground_row = placed.coded["point_id"].locate(points)[points.codes]
         model_points, ground = checked.frame, placed.frame
-        target = ground[list(kind.target)].to_numpy()
+        target = values_of(ground, kind.target)
         is_whole = np.isfinite(target).all(axis=1)
         common = np.flatnonzero((ground_row >= 0) & is_whole[ground_row])
         sort = segments(models.codes[common], len(models))
@@ -457,11 +462,11 @@ class Observations:
         ground_rows = ground_row[rows]
         of_rows = _weights_of_rows(model_points, weights)
         return cls(
-            source=model_points[list(kind.source)].to_numpy()[rows],
+            source=values_of(model_points, kind.source)[rows],
             target=target[ground_rows],
             weights=_weights(model_points, ground, of_rows, rows, ground_rows),
             start=sort.start,
-            rows=model_points[["coverage", "model_id", "point_id"]].iloc[rows],
+            rows=columns_of(model_points, ROW_NAMES).take(rows),
             row_numbers=rows,
             ground_rows=ground_rows,
             models=models,
@@ -552,8 +557,10 @@ def _models_table(fit, kind, observed):
 
 def _failures(models, remedies):
     is_failed = ~models["is_usable"].to_numpy()
+    if not is_failed.any():
+        return failures_table(())
     failed = models[is_failed].assign(remedy=remedies[is_failed], stage=STAGE)
-    return failures_table(failed[FAILURE_COLUMNS].itertuples(index=False))
+    return failures_table(columns_of(failed, FAILURE_COLUMNS).itertuples(index=False))
 
 
 def _parameters_table(fit, models):

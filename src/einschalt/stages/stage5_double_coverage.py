@@ -13,6 +13,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.stages.results import Result
@@ -152,7 +153,7 @@ def average_coverages(
     points = encode(given["point_id"])
     sort = segments(points.codes, len(points))
     used = given.iloc[sort.order]
-    coordinates = used[_coordinate_names(used)].to_numpy(dtype=float)
+    coordinates = values_of(used, _coordinate_names(used))
     error = used["standard_error_paper"].to_numpy(dtype=float)
     row_numbers = used.index.to_numpy()
     weights = value_weights(weighting, error, row_numbers, sort.start, covariances)
@@ -180,7 +181,7 @@ def with_positions(values, model_points) -> pd.DataFrame:
     """
     models = encode_pairs(values["coverage"], values["model_id"])
     sort = segments(models.codes, len(models))
-    xy = model_points[["x", "y"]].to_numpy(dtype=float)
+    xy = values_of(model_points, ["x", "y"])
     position = np.empty_like(xy)
     position[sort.order] = position_in_extent(xy[sort.order], sort.start)
     return values.assign(position_u=position[:, 0], position_v=position[:, 1])
@@ -204,7 +205,7 @@ def _coverage_values(used, coordinates, weights, points, sort):
 def _central(values):
     point = encode(values["point_id"]).codes
     coverage = encode(values["coverage"]).codes
-    position = values[["position_u", "position_v"]].to_numpy(dtype=float)
+    position = values_of(values, ["position_u", "position_v"])
     return most_central_rows(point, coverage, position, _places_of_models(values))
 
 
@@ -237,7 +238,7 @@ def _usable_values(values, weighting):
     checked = check_table(values, schema)
     raise_problems(checked.problems)
     names = _coordinate_names(values)
-    is_given = np.isfinite(checked.frame[names].to_numpy()).all(axis=1)
+    is_given = np.isfinite(values_of(checked.frame, names)).all(axis=1)
     given = values.assign(**checked.frame)[is_given]
     if given.empty:
         raise TableError(

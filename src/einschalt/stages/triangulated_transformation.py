@@ -20,6 +20,7 @@ from einschalt.foundations.errors import (
     TableError,
     name_some,
 )
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.tables import with_coverage
 from einschalt.stages.held_out_points import (
@@ -110,7 +111,7 @@ class TriangulatedTransformation(ModelTransformation):
     @cached_property
     def held_out_errors(self) -> NDArray[np.float64]:
         """TOTAL RMS of the held-out points of each model [m], (n_models,)."""
-        differences, start = self.held_out[DIFFERENCES].to_numpy(), self.observed.start
+        differences, start = values_of(self.held_out, DIFFERENCES), self.observed.start
         pairs = itertools.pairwise(start)
         return np.array([held_out_error(differences[a:b])[0] for a, b in pairs])
 

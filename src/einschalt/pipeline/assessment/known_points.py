@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.credibility import MIN_REPORTED_RATIO, TOTAL
 from einschalt.pipeline.assessment.evidence.control.signatures import (
@@ -86,7 +87,7 @@ def control_points(examined) -> KnownPoints:
 
 
 def _compared(examined, rows):
-    differences = rows[DIFFERENCES].to_numpy(dtype=float)
+    differences = values_of(rows, DIFFERENCES)
     names = rows["point_id"].to_numpy(dtype=object)
     claimed = _claimed(examined, rows)
     return KnownPoints(names, differences, claimed, _degrees(examined, names, claimed))
@@ -103,7 +104,7 @@ def contradicting_points(examined) -> np.ndarray:
     rows = points[points["role"] == "check"]
     if not known.count or not set(ERRORS) <= set(rows):
         return known.point_ids[:0]
-    east, north, both = rows[ERRORS].to_numpy(dtype=float).T
+    east, north, both = values_of(rows, ERRORS).T
     given = _given_errors(examined, rows["point_id"]) ** 2 / 2.0
     shared = examined.figures.shared_error**2 / 2.0
     east, north = (v**2 + given - shared for v in (east, north))

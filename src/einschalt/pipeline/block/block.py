@@ -18,6 +18,7 @@ from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
@@ -140,7 +141,7 @@ class Flight:
         """
         if self.camera is None:
             return self.image_points
-        measured = self.image_points[["x", "y"]].to_numpy(dtype=float)
+        measured = values_of(self.image_points, ["x", "y"])
         xy = self.camera.xy_from_measured(measured)
         return self.image_points.assign(x=xy[:, 0], y=xy[:, 1])
 

@@ -17,6 +17,7 @@ from einschalt.foundations.coordinate_operations import (
     system_label,
 )
 from einschalt.foundations.errors import ProjectionError, SettingsError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.projections import (
     label_of,
     plane_jacobian,
@@ -122,7 +123,7 @@ def _turned_vectors(table, jacobian):
     for prefix in VECTORS:
         names = [f"{prefix}_{axis}" for axis in PLANE]
         if set(names) <= set(table):
-            given = table[names].to_numpy(dtype=float)
+            given = values_of(table, names)
             turned = np.einsum("nij,nj->ni", jacobian, given)
             columns |= dict(zip(names, turned.T, strict=True))
     return columns
@@ -138,7 +139,7 @@ def _turned_errors(table, jacobian):
     columns = {name: np.sqrt(turned[:, k, k]) for k, name in enumerate(BY_AXIS)}
     columns["covariance_en"] = turned[:, 0, 1]
     if {"covariance_eh", "covariance_nh"} <= set(table):
-        with_height = table[["covariance_eh", "covariance_nh"]].to_numpy()
+        with_height = values_of(table, ["covariance_eh", "covariance_nh"])
         turned = np.einsum("nij,nj->ni", jacobian, with_height)
         columns["covariance_eh"], columns["covariance_nh"] = turned.T
     return columns
@@ -175,7 +176,7 @@ def output_system_of(block, settings) -> OutputSystem | None:
     _require_system_of_heights(own, target, known)
     flat, said = in_as_many_axes(own, target, known)
     names = [*PLANE, "height"] if has_heights(flat[0]) else PLANE
-    points = known[names].to_numpy(dtype=float)
+    points = values_of(known, names)
     points = np.where(np.isnan(points), np.nanmean(points, axis=0), points)
     problems = target_problems(points, *flat, source=None)
     if problems:

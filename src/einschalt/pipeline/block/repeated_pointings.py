@@ -12,6 +12,7 @@ import pandas as pd
 from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.theory.measuring_error import mean_of_settings
 
@@ -59,7 +60,7 @@ def average_settings(model_points):
     codes = pd.factorize(row_codes([model_points[name] for name in keys]))[0]
     sort = segments(codes, int(codes.max()) + 1)
     axes = [axis for axis in "xyz" if axis in model_points]
-    values = model_points[axes].to_numpy(dtype=float)[sort.order]
+    values = values_of(model_points, axes)[sort.order]
     mean, spread = mean_of_settings(values, sort.start)
     points = model_points.iloc[sort.order[sort.start[:-1]]]
     return points.drop(columns=tables.SETTING).assign(

@@ -10,6 +10,7 @@ import pandas as pd
 from einschalt.foundations import tables
 from einschalt.foundations.batches import segment_centred, segment_sum, segments_present
 from einschalt.foundations.errors import ConsistencyError, TableError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.names import encode
 from einschalt.foundations.units import METRES_PER_UNIT
@@ -49,7 +50,7 @@ UNIT_WORDS = {
 def extent_problems(frame, key, unit, file):
     """Say of the widest model or image that it cannot have the unit that is named."""
     keys = [frame[name] for name in ("coverage", key) if name in frame]
-    extents, first = _extents(keys, frame[["x", "y"]].to_numpy(dtype=float))
+    extents, first = _extents(keys, values_of(frame, ["x", "y"]))
     # single points have no extent, so the flight is judged by its largest model
     widest = extents.max()
     place = int(first[extents == widest].min())
@@ -81,7 +82,7 @@ def _unit_remedy(widest, has_unit):
 
 def coordinate_problems(frame, file):
     """Ground coordinates that no plane system reaches."""
-    plan = frame[["easting", "northing"]].to_numpy()
+    plan = values_of(frame, ["easting", "northing"])
     places = np.flatnonzero((np.abs(plan) > LARGEST_COORDINATE_M).any(axis=1))
     return [
         ConsistencyError(
@@ -108,7 +109,7 @@ def scale_problems(name, scale_number, table, ground, file):
     if not is_placed.any():
         return []
     keys = [table[name][is_placed] for name in MODEL_KEY]
-    plan = ground[["easting", "northing"]].to_numpy(dtype=float)[row[is_placed]]
+    plan = values_of(ground, ["easting", "northing"])[row[is_placed]]
     extent, _ = _extents(keys, plan)
     extent = extent[extent > 0.0]
     if not len(extent):
@@ -162,7 +163,7 @@ def equal_height_problems(name, table, ground, file):
 def _reliefs(points):
     """Relief of each model by its width; 0 of what has too few points to tell."""
     parts = segments_present(row_codes([points[k] for k in MODEL_KEY if k in points]))
-    xyz = points[["x", "y", "z"]].to_numpy(dtype=float)[parts.order]
+    xyz = values_of(points, ["x", "y", "z"])[parts.order]
     plan, z = xyz[:, :2], xyz[:, 2]
     left = off_planes(plan, z, parts.start)
     widths = np.abs(segment_centred(plan, parts.start)).max(axis=1)

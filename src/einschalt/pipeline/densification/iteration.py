@@ -17,6 +17,7 @@ import pandas as pd
 from scipy import sparse
 
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.pipeline.densification.low_flight_fit import LowFlightFit
 from einschalt.stages.error_propagation.error_model import (
@@ -150,7 +151,7 @@ def _with_held_control(block, points):
     ground = points[["point_id", *PLAN_COLUMNS]].copy()
     held = _held(block, ground["point_id"])
     if len(held.rows):
-        given = block.control_points[PLAN_COLUMNS].to_numpy(dtype=float)
+        given = values_of(block.control_points, PLAN_COLUMNS)
         coordinates = ground[PLAN_COLUMNS].to_numpy(copy=True)
         coordinates[held.rows] = given[held.control_rows]
         ground[PLAN_COLUMNS] = coordinates

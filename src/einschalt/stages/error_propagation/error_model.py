@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.error_propagation.given_points import (
     APPROXIMATE_POINTS,
     GivenErrors,
@@ -320,7 +321,7 @@ def approximations_are_control(block) -> bool:
         return False
     axes = [n for n in (*PLAN, "height") if n in known and n in control]
     given = control.set_index("point_id")[axes].reindex(known["point_id"])
-    apart = known[axes].to_numpy(dtype=float) - given.to_numpy(dtype=float)
+    apart = values_of(known, axes) - given.to_numpy(dtype=float)
     is_named = known["point_id"].isin(control["point_id"]).to_numpy()
     return bool((is_named & (np.nan_to_num(np.abs(apart)) < LEAST_APART).all(1)).all())
 

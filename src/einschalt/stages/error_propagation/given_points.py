@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.least_squares import SQRT2
 from einschalt.theory.adjustment.point_operator import (
@@ -66,7 +67,7 @@ def errors_of_table(block, table, source, sizes, axes) -> GivenErrors:
     length = block.correlation_lengths_m.get(table, 0.0)
     chains = {source: unchanged(axes)}
     if length > 0.0:
-        factor = exponential_factor(points[PLAN].to_numpy(float), length)
+        factor = exponential_factor(values_of(points, PLAN), length)
         chains[source] = _of_sizes(sparse.csr_array(factor), sizes, axes)
     sizes = {source: sizes}
     members = group_members(points)

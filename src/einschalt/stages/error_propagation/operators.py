@@ -13,6 +13,7 @@ from scipy import sparse
 
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.errors import TableError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.theory.adjustment.point_operator import (
     Axes,
@@ -77,7 +78,7 @@ def flight_operator(transformation, model_points, ground, axes) -> FlightOperato
     """
     observed = transformation.observed
     names = ["x", "y", "z"][: observed.source.shape[1]]
-    coordinates = model_points[names].to_numpy(dtype=float)
+    coordinates = values_of(model_points, names)
     return operator_of_fit(transformation.fit, observed, coordinates, ground, axes)
 
 

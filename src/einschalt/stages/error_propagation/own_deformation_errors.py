@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.theory.adjustment.point_operator import Axes, PointOperator
 from einschalt.theory.adjustment.propagation import scattered
 from einschalt.theory.block_adjustment.own_deformation import TERMS
@@ -21,7 +22,7 @@ def bending_chains(own, points, fits, axes):
     starts = np.cumsum([0, *counts])
     chains = {}
     for number, (name, table) in enumerate(points.items()):
-        xy, model = table[["x", "y"]].to_numpy(float), fits[name].observed.models.codes
+        xy, model = values_of(table, ["x", "y"]), fits[name].observed.models.codes
         displaced = own.displacements(number, xy, model)
         place = starts[number], starts[-1]
         chains[name] = _operator(displaced, model, place, axes)

@@ -7,6 +7,7 @@ import pandas as pd
 
 from einschalt.foundations import tables, typesetting
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import figure, mark, mark_each, translated
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -301,7 +302,7 @@ def forecast_dangerous_surfaces(heights, plan) -> SurfaceForecast:
     """
     checked = tables.check_table(heights, TERRAIN_HEIGHTS)
     raise_problems(checked.problems)
-    terrain = checked.frame[HEIGHTS].to_numpy(dtype=float)
+    terrain = values_of(checked.frame, HEIGHTS)
     middle = terrain[:, :2].mean(axis=1)
     altitude = plan.altitudes(middle)
     camera = (plan.principal_distance, plan.wing_in_image, plan.base_in_image)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from einschalt.foundations import typesetting
 from einschalt.foundations.batches import segment_sum
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import mark, translated
 from einschalt.foundations.units import METRES_PER_MM, METRES_PER_UM, RADIANS_PER_GON
@@ -326,7 +327,7 @@ class ImageOrientation(OrientationResult):
     def _points_of_models(self):
         """Places of the model points, and the first row of every model."""
         count = np.where(self.is_oriented, self.models["n_points"], 0)
-        xyz = self.model_points[["x", "y", "z"]].to_numpy()
+        xyz = values_of(self.model_points, ["x", "y", "z"])
         return xyz, np.append(0, np.cumsum(count))
 
     def summary(self) -> str:

@@ -15,6 +15,7 @@ from einschalt.foundations.arguments import (
 )
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import SettingsError, TableError, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.language import mark
 from einschalt.foundations.names import CodedPairs, encode_pairs
@@ -206,7 +207,7 @@ class _Measured:
         sort = segments(names.codes, len(names))
         keys = ["coverage", *KEYS] if has_coverages else KEYS
         return cls(
-            image=frame[COORDINATES].to_numpy(dtype=float)[sort.order],
+            image=values_of(frame, COORDINATES)[sort.order],
             keys=frame[keys].iloc[sort.order].reset_index(drop=True),
             start=sort.start,
             names=names,
@@ -247,7 +248,7 @@ def _distances(principal_distance):
 
 
 def _check_unit(frame, distance):
-    values = frame[COORDINATES].to_numpy(dtype=float)
+    values = values_of(frame, COORDINATES)
     sizes = np.abs(values).max(axis=1)
     largest, distance_mm = f"{sizes.max():.4g}", f"{distance:g}"
     found = (

@@ -12,6 +12,7 @@ from einschalt.foundations import tables
 from einschalt.foundations.arguments import described, require_choice
 from einschalt.foundations.batches import segment_min_max, segments
 from einschalt.foundations.errors import SettingsError, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import kept
 from einschalt.foundations.names import CodedPairs, encode_pairs
 from einschalt.foundations.number_parsing import LARGEST_NUMBER
@@ -191,7 +192,7 @@ class _Measured:
 
     @cached_property
     def xyz(self):
-        return self.frame[["x", "y", "z"]].to_numpy()[self.order]
+        return values_of(self.frame, ["x", "y", "z"])[self.order]
 
     @property
     def y_parallax(self):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode_pairs
 from einschalt.stages.relative_orientation.parallax_orientation import (
     models_frame,
@@ -52,7 +53,7 @@ def parallax_errors(orientation, machine_points) -> OrientationErrors | None:
     size = pool_standard_errors(adjustment.sigma_0[is_checked], redundancy)
     model = _models_of(orientation, machine_points)
     derivatives = correction_derivatives(
-        machine_points[["x", "y", "z"]].to_numpy(dtype=float),
+        values_of(machine_points, ["x", "y", "z"]),
         models["base"].to_numpy(dtype=float)[model],
         adjustment.elements[model],
         orientation.case,

@@ -11,6 +11,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.batches import segment_sum, segments
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltWarning, name_some, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.kept_texts import place_text, retold
 from einschalt.foundations.language import mark, mark_each, translated
 from einschalt.foundations.names import encode_pairs
@@ -277,7 +278,7 @@ def correct_model_points(orientation, model_points) -> CorrectedModelPoints:
     has_coverages = "coverage" in model_points.columns
     faults = ModelFaults.none(len(asked))
     place = _find_models(orientation, asked.names, has_coverages, faults)
-    xyz = frame[["x", "y", "z"]].to_numpy()
+    xyz = values_of(frame, ["x", "y", "z"])
     faults.say_of_rows(asked.codes[xyz[:, 2] >= 0.0], ABOVE, COUNT_Z_UP)
     rows = np.flatnonzero(faults.is_sound[asked.codes])
     model = place[asked.codes[rows]]

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.relative_orientation.dangerous_surface import turned_to_base
 from einschalt.theory.adjustment.least_squares import pool_standard_errors
 
@@ -44,7 +45,7 @@ def parallaxes_of_images(oriented, principal_distance) -> pd.DataFrame:
     residuals = oriented.residuals[oriented.residuals["weight"].notna()]
     count = np.where(oriented.is_oriented, oriented.models["n_points"], 0)
     model = np.repeat(np.arange(len(count)), count)
-    xyz = oriented.model_points[["x", "y", "z"]].to_numpy()
+    xyz = values_of(oriented.model_points, ["x", "y", "z"])
     place, axes = turned_to_base(cameras, xyz, model)
     depth = np.bincount(model, -place[:, 2], len(count)) / np.maximum(count, 1)
     place *= principal_distance / depth[model][:, np.newaxis]
@@ -54,7 +55,7 @@ def parallaxes_of_images(oriented, principal_distance) -> pd.DataFrame:
         across = np.einsum("nij,nj->ni", rotation, axes[:, 1])[:, :2]
         across /= np.linalg.norm(across, axis=1)[:, np.newaxis]
         columns = [f"residual_x_{side}", f"residual_y_{side}"]
-        both = across[model] * residuals[columns].to_numpy()
+        both = across[model] * values_of(residuals, columns)
         residual = residual + sign * both.sum(axis=1)
     variance = 2.0 * _pooled(oriented.models) ** 2
     return pd.DataFrame(

@@ -8,6 +8,7 @@ import pandas as pd
 from einschalt.foundations import tables
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, name_some, raise_problems
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import check_table
 from einschalt.stages.simultaneous.image_errors import MeasuredImages
@@ -144,7 +145,7 @@ def _model_names(flights, flight, numbers):
 def _coordinates(parts, *, is_spatial):
     """Of the models of all flights, shape (n_rows, 2) or (n_rows, 3)."""
     names = list("xyz" if is_spatial else "xy")
-    return np.concatenate([part[names].to_numpy(float) for part in parts])
+    return np.concatenate([values_of(part, names) for part in parts])
 
 
 def _orientation(flights):
@@ -227,7 +228,7 @@ def _given_control(control_points, points, *, is_spatial):
     place = points.locate(names := encode(frame["point_id"]))[names.codes]
     is_used = (frame["role"] != "check").to_numpy() & (place >= 0)
     used = np.flatnonzero(is_used)
-    coordinates[place[used]] = frame[list(axes)].to_numpy(float)[used]
+    coordinates[place[used]] = values_of(frame, axes)[used]
     own = _covariances(control_points, axes)
     _refuse_impossible(own, frame)
     covariance[place[used]] = own[used]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.stages.error_propagation.given_points import group_members
 from einschalt.stages.error_propagation.group_size import LEAST_SHOWN
 from einschalt.theory.adjustment.least_squares import SQRT2
@@ -52,7 +53,7 @@ def shared_control(control_points, known, rows, n_points):
     )
     factor = None
     if known.correlation_length_m > 0.0:
-        xy = control_points[["easting", "northing"]].to_numpy(float)[rows[used]]
+        xy = values_of(control_points, ["easting", "northing"])[rows[used]]
         of_used = exponential_factor(xy, known.correlation_length_m)
         place = sparse.csr_array(
             (np.ones(len(used)), (used, np.arange(len(used)))), (n_points, len(used))

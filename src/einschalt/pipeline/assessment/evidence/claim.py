@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.language import mark, mark_each
 from einschalt.foundations.names import encode
 from einschalt.pipeline.assessment.evidence.mean_residuals import mean_residuals
@@ -206,7 +207,7 @@ class _ClaimTests:
     def _against_paper(self):
         differences = coverage_differences(self.examined.means).needed().table
         good = self._without_suspects(differences["point_id"])
-        d = differences[DIFFERENCES].to_numpy()[good]
+        d = values_of(differences, DIFFERENCES)[good]
         error = differences["standard_error_paper"].to_numpy()[good]
         if not len(d) or not np.isfinite(error).all():
             return None
@@ -235,7 +236,7 @@ class _ClaimTests:
         operator = differences.operator(axes.count(len(drawn)), axes)
         good = self._without_suspects(table["point_id"])
         of_draws = axes.plan(operator.apply(drawn))[good]
-        return _test_of_size(name, table[DIFFERENCES].to_numpy()[good], of_draws)
+        return _test_of_size(name, values_of(table, DIFFERENCES)[good], of_draws)
 
     def _without_suspects(self, point_ids):
         points = self.examined.points
@@ -338,7 +339,7 @@ def _known(examined):
     points = examined.means.points
     given = examined.block.control_points.set_index("point_id")
     given = given.reindex(points["point_id"])
-    differences = points[plan].to_numpy() - given[plan].to_numpy(dtype=float)
+    differences = values_of(points, plan) - values_of(given, plan)
     role = given["role"].to_numpy(dtype=object)
     if examined.high is None:
         approximate = examined.block.approximate_points.set_index("point_id")[plan]

@@ -16,6 +16,7 @@ import pandas as pd
 from scipy import sparse
 from scipy.special import ndtr  # scipy.stats takes a second to import
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.stages.error_propagation.error_model import (
     HIGH,
@@ -232,13 +233,13 @@ class _Prediction:
         """Predicted minus given coordinates, shape (n_points, n_axes) [m]."""
         examined = self.examined
         names = list(self.axes.names)
-        given = examined.block.control_points[names].to_numpy(dtype=float)[self.rows]
+        given = values_of(examined.block.control_points, names)[self.rows]
         origin = given.mean(axis=0)
         points = examined.model_points[LOW]
         values = np.zeros((len(points), len(names)))
         fitted = examined.low.transform(points.iloc[self.used])
-        values[self.used] = fitted[names].to_numpy() - origin
-        ground = examined.high.points[names].to_numpy() - origin
+        values[self.used] = values_of(fitted, names) - origin
+        ground = values_of(examined.high.points, names) - origin
         # models that are not usable have no part, but would spread their NaN
         misfits = np.nan_to_num(examined.high.transformation.fit.residuals)
         found = (

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import SettingsError, TableError
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.foundations.neighbours import neighbour_pairs
 from einschalt.foundations.units import RADIANS_PER_GON
@@ -114,7 +115,7 @@ class PrecisionTables:
         if self.errors is None:
             return _without_rows(NEIGHBOUR_COLUMNS).assign(neighbour_id="")
         if pairs is None:
-            places = neighbour_pairs(self.points[PLANE].to_numpy(dtype=float))
+            places = neighbour_pairs(values_of(self.points, PLANE))
         else:
             places = _places(self.points["point_id"], pairs)
         return self._differences(places)
@@ -125,7 +126,7 @@ class PrecisionTables:
         own = self.errors.covariance[:, :2, :2]
         alone = own[one] + own[two]
         covariance = alone - between - np.swapaxes(between, 1, 2)
-        xy = self.points[PLANE].to_numpy(dtype=float)
+        xy = values_of(self.points, PLANE)
         line = xy[two] - xy[one]
         distance = np.hypot(*line.T)
         with np.errstate(invalid="ignore"):  # two points at one place have no direction

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
 from einschalt.pipeline.assessment.plain_values import IS_PLAIN
@@ -222,7 +223,7 @@ def _strain(examined, transformations, errors, affine):
     held = pd.concat([table["point_id"] for table in tables.values()])
     names = encode(pd.concat([control["point_id"], held]))
     n_control = len(control)
-    origin = control[["easting", "northing"]].to_numpy().mean(axis=0)
+    origin = values_of(control, ["easting", "northing"]).mean(axis=0)
     flights, first = [], n_control
     for number, (name, transformation) in enumerate(transformations.items()):
         table = tables[name]
@@ -231,7 +232,7 @@ def _strain(examined, transformations, errors, affine):
         values = _Values.of(transformation, table, codes, errors[name])
         displaced = values.displaced(bent, number)
         flights.append(values.about(origin, displaced, is_affine=name in affine))
-    xy = control[["easting", "northing"]].to_numpy()[is_used] - origin
+    xy = values_of(control, ["easting", "northing"])[is_used] - origin
     given = ControlValues(
         names.codes[:n_control][is_used],
         xy @ np.array([1.0, 1j]),
@@ -293,10 +294,10 @@ class _Values:
         is_suspect = pd.MultiIndex.from_frame(values[KEY]).isin(
             pd.MultiIndex.from_frame(suspects)
         )
-        ground = values[["easting", "northing"]].to_numpy()
+        ground = values_of(values, ["easting", "northing"])
         rows = np.isfinite(ground).all(axis=1) & ~is_suspect
         names = encode_pairs(values["coverage"][rows], values["model_id"][rows])
-        xy = model_points[["x", "y"]].to_numpy(dtype=float)[rows]
+        xy = values_of(model_points, ["x", "y"])[rows]
         return cls(xy, names.codes, point[rows], ground[rows], errors[rows] ** -2.0)
 
     def displaced(self, bent, number):

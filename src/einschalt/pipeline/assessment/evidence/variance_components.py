@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from einschalt.foundations.batches import segments
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import encode
 from einschalt.pipeline.block.facts import FLIGHTS
 from einschalt.pipeline.densification.gross_errors import is_gross
@@ -222,7 +223,7 @@ class _MeasuredFlight:
             transformation, model_points, ground, self._axes
         )
         values = transformation.values(model_points)
-        self._values = values[list(PLAN)].to_numpy()
+        self._values = values_of(values, PLAN)
         self._point = encode(values["point_id"]).codes
         is_out = is_refused | suspect_rows(values, transformation)
         self._is_good = np.isfinite(self._values).all(axis=1) & ~is_out

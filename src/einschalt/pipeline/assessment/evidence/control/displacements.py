@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.names import is_among
 from einschalt.pipeline.assessment.evidence.claim import LEFT_OUT
 from einschalt.theory.adjustment.point_operator import GROUND_NAMES
@@ -145,7 +146,7 @@ def apart_from(points, others):
     axes = [name for name in GROUND_NAMES if name in points and name in others]
     there = others.drop_duplicates("point_id").set_index("point_id")[axes]
     there = there.reindex(points["point_id"]).to_numpy(dtype=float)
-    return points[axes].to_numpy(dtype=float) - there
+    return values_of(points, axes) - there
 
 
 def _of_new(examined, point_ids, moved):

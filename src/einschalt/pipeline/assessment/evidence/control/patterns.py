@@ -14,6 +14,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import values_of
 from einschalt.pipeline.assessment.evidence.control.signatures import (
     HEIGHT,
     PLAN,
@@ -264,7 +265,7 @@ def _wrong(pattern, is_used):
 def _patterns(control, left_out, is_used):
     """Single points, steps along lines, and quadratic strains, of given control."""
     places = np.flatnonzero(is_used)
-    offset = control[["easting", "northing"]].to_numpy(dtype=float)[places]
+    offset = values_of(control, ["easting", "northing"])[places]
     offset = offset - offset.mean(axis=0)
     is_left_out = control["point_id"].isin(left_out).to_numpy()
     parts = [(Kind.POINT, np.eye(len(control))[is_left_out & is_used])]

@@ -8,6 +8,7 @@ where there are many control heights.
 import numpy as np
 
 from einschalt.foundations.batches import segment_centred, segments_present
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.projections import EARTH_RADIUS
 from einschalt.stages.curved_earth import SPATIAL
@@ -44,7 +45,7 @@ def _bend_of(table, places):
     if known.empty:
         return 0.0
     parts = segments_present(row_codes([known[name] for name in keys]))
-    plan = known[PLAN].to_numpy(dtype=float)[parts.order]
+    plan = values_of(known, PLAN)[parts.order]
     away = segment_centred(plan, parts.start)
     falls = (away**2).sum(axis=1) / (2.0 * EARTH_RADIUS)
     left = off_planes(away, falls, parts.start)[parts.count[parts.group] >= FEWEST]

@@ -11,6 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from einschalt.foundations.batches import segments_present
+from einschalt.foundations.frame_columns import values_of
 from einschalt.foundations.key_columns import row_codes
 from einschalt.foundations.units import METRES_PER_MM
 from einschalt.pipeline.assessment.evidence.control.displacements import (
@@ -253,7 +254,7 @@ def are_upside_down(models):
     if not {"omega", "phi"} <= set(models.columns):
         return models.iloc[:0].assign(is_upside_down=False)
     spatial = models[models["is_usable"].astype(bool) & models["omega"].notna()]
-    omega, phi = spatial[["omega", "phi"]].to_numpy(dtype=float).T
+    omega, phi = values_of(spatial, ["omega", "phi"]).T
     return spatial.assign(is_upside_down=np.cos(omega) * np.cos(phi) < 0.0)
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 from scipy.special import fdtrc  # scipy.stats takes a second to import
 
 from einschalt.foundations.batches import segment_centred, segment_sum
+from einschalt.foundations.frame_columns import values_of
 
 DETERMINANT = ["a1", "a2", "b1", "b2"]
 # share of an affinity beyond which the smaller axis of a model is nothing
@@ -45,7 +46,7 @@ def stretch_of(affine) -> Stretch:
     """
     if len(affine) < FEWEST_MODELS:
         return NO_STRETCH
-    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
+    a1, a2, b1, b2 = values_of(affine, DETERMINANT).T
     # ground = turned z + mirrored conj(z), z = x + i y
     turned = 0.5 * ((a1 + b2) + 1j * (b1 - a2))
     mirrored = 0.5 * ((a1 - b2) + 1j * (b1 + a2))
@@ -105,7 +106,7 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
     start = np.append(np.flatnonzero(is_first), len(both))
     n_points = np.diff(start)
     at, to = (
-        segment_centred(both[names].to_numpy(dtype=float), start)
+        segment_centred(values_of(both, names), start)
         for names in (["x", "y"], ["easting", "northing"])
     )
     own = segment_sum(at[:, :, None] * at[:, None, :], start)
@@ -120,5 +121,5 @@ def affinities_onto_control(model_points, control) -> pd.DataFrame:
 
 def are_negative(affine):
     """Whether each of some affine models is mirrored: a negative determinant."""
-    a1, a2, b1, b2 = affine[DETERMINANT].to_numpy(dtype=float).T
+    a1, a2, b1, b2 = values_of(affine, DETERMINANT).T
     return a1 * b2 - a2 * b1 < 0.0

@@ -1,0 +1,33 @@
+"""Some columns of a table, without the detour through an index of their names.
+
+``table[names]`` makes an index of the names first, and looks for each of its columns in
+that of the table: half a millisecond, whatever the table's length. A block of sixty
+models takes columns many hundred times.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+
+def columns_of(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """Some columns of a table, as ``table[names]`` gives them.
+
+    >>> columns_of(pd.DataFrame({"x": [1.0], "y": [2.0], "z": [3.0]}), "zx")
+         z    x
+    0  3.0  1.0
+    """
+    return table.take([table.columns.get_loc(name) for name in names], axis="columns")
+
+
+def values_of(table: pd.DataFrame, names: Iterable[str]) -> np.ndarray:
+    """Numbers of some columns of a table, shape (n_rows, n_names).
+
+    A column after the other in memory, as pandas gives them.
+
+    >>> values_of(pd.DataFrame({"x": [1.0, 2.0], "y": [3, 4]}), "yx").tolist()
+    [[3.0, 1.0], [4.0, 2.0]]
+    """
+    columns = [table[name].to_numpy(dtype=float) for name in names]
+    return np.array(columns).T if columns else np.empty((len(table), 0))
