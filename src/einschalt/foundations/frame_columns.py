@@ -21,6 +21,19 @@ def columns_of(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     return table.take([table.columns.get_loc(name) for name in names], axis="columns")
 
 
+def with_columns(table: pd.DataFrame, **columns) -> pd.DataFrame:
+    """A table with further or other columns, as ``table.assign`` gives it.
+
+    All at once, where pandas puts each into its place by itself. Functions of the table
+    are no columns here.
+
+    >>> with_columns(pd.DataFrame({"x": [1.0]}), y=2.0, x=[3.0])
+         x    y
+    0  3.0  2.0
+    """
+    return pd.DataFrame({**dict(table.items()), **columns}, index=table.index)
+
+
 def values_of(table: pd.DataFrame, names: Iterable[str]) -> np.ndarray:
     """Numbers of some columns of a table, shape (n_rows, n_names).
 

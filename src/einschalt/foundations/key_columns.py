@@ -21,6 +21,34 @@ def is_among(names, known):
     return (encode(known).locate(coded) >= 0)[coded.codes]
 
 
+def rows_among(table, others, names):
+    """Whether the names of each row stand together in a row of another table.
+
+    >>> first = {"coverage": ["1", "2"], "model_id": ["7", "7"]}
+    >>> rows_among(first, {"coverage": ["2"], "model_id": ["7"]}, first).tolist()
+    [False, True]
+    """
+    columns = [encode(table[name]) for name in names]
+    sought = [_codes_in(own, others[n]) for own, n in zip(columns, names, strict=True)]
+    is_there = np.all([codes >= 0 for codes in sought], axis=0)
+    if not is_there.any():
+        return np.zeros(len(columns[0].codes), dtype=bool)
+    n_own = len(columns[0].codes)
+    rows = row_codes(
+        [
+            Coded(np.concatenate([own.codes, codes[is_there]]), own.dictionary)
+            for own, codes in zip(columns, sought, strict=True)
+        ]
+    )
+    return np.isin(rows[:n_own], rows[n_own:])
+
+
+def _codes_in(own, names):
+    """Codes of names as those of another column; -1 where they are not in it."""
+    coded = encode(names)
+    return own.locate(coded)[coded.codes]
+
+
 def row_codes(columns):
     """Code each distinct row of some columns of names, coded or not, by one integer.
 

@@ -15,7 +15,7 @@ import pandas as pd
 from einschalt.foundations import typesetting
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum, segments
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import columns_of, values_of, with_columns
 from einschalt.foundations.names import encode
 from einschalt.stages.results import Result
 from einschalt.theory.adjustment.correlated_mean import squared_sizes, times
@@ -149,17 +149,17 @@ def coverage_differences(means) -> CoverageDifferences:
     error = used["standard_error_paper"].to_numpy(dtype=float)
     names = np.sort(coverages.names.astype(str)).astype(object)
     mean = _sums(coordinates, place, start, own)
+    differences = _sums(coordinates, place, start, shares)[:, :2]
+    variance = segment_sum(squared_sizes(shares) * error[place] ** 2, start)
     table = pd.DataFrame(
         {
             "point_id": points.names[of_point[several]],
             "coverage": names[distinct[several] % len(coverages)],
             "easting": mean[:, 0],
             "northing": mean[:, 1],
+            **dict(zip(DIFFERENCES, differences.T, strict=True)),
+            "standard_error_paper": np.sqrt(variance),
         }
-    )
-    table[DIFFERENCES] = _sums(coordinates, place, start, shares)[:, :2]
-    table["standard_error_paper"] = np.sqrt(
-        segment_sum(squared_sizes(shares) * error[place] ** 2, start)
     )
     rows = means.row_numbers[place]
     return CoverageDifferences(table, rows, start, shares)
@@ -203,7 +203,7 @@ def screen_coverages(differences, covariance, practice, significance):
     which gross errors do not enlarge. The significance then holds by approximation.
     """
     require_choice("screening", practice, SCREENINGS)
-    table = differences.table.drop(columns="standard_error_paper")
+    table = differences.table
     d = values_of(table, DIFFERENCES)
     is_propagated = practice == "propagated" and covariance is not None
     p_value = np.full(len(d), np.nan)
@@ -220,13 +220,14 @@ def screen_coverages(differences, covariance, practice, significance):
         found = exceeds_practice(d, n_coverages.to_numpy())
         is_suspect, total = found.exceeds, found.standard_error
         is_suspect = pd.Series(is_suspect).groupby(table["point_id"]).transform("any")
-    table = table.assign(
+    table = with_columns(
+        table,
         standard_error_difference=total,
         p_value=p_value,
         is_suspect=np.asarray(is_suspect, dtype=bool),
     )
     level = significance if practice == "propagated" else np.nan
-    return CoverageScreening(table[COLUMNS], practice, is_propagated, level)
+    return CoverageScreening(columns_of(table, COLUMNS), practice, is_propagated, level)
 
 
 def _of_points(p_values, point_id):

@@ -8,6 +8,7 @@ import pandas as pd
 from einschalt.foundations.arguments import require_choice
 from einschalt.foundations.batches import segment_sum
 from einschalt.foundations.errors import SettingsError
+from einschalt.foundations.key_columns import rows_among
 from einschalt.stages.residual_table import RESIDUAL_NAMES, residual_table
 from einschalt.stages.stage3_model_transformation import transformation_of
 from einschalt.stages.transformation_kinds import TRANSFORMATION_KINDS
@@ -81,8 +82,7 @@ def suspect_rows(values, transformation):
     suspects = residuals.loc[residuals["is_suspect"], KEY]
     if suspects.empty:
         return np.zeros(len(values), dtype=bool)
-    rows = pd.MultiIndex.from_frame(values[KEY])
-    return rows.isin(pd.MultiIndex.from_frame(suspects))
+    return rows_among(values, suspects, KEY)
 
 
 def without_gross_errors(values, is_gross) -> pd.DataFrame:

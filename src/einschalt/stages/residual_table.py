@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from einschalt.foundations.frame_columns import with_columns
 from einschalt.theory.adjustment.multiple_testing import is_rejected_by_holm
 from einschalt.theory.adjustment.reliability import redundancy_numbers
 from einschalt.theory.adjustment.significance import GROSS_ERROR_SIGNIFICANCE
@@ -22,7 +23,8 @@ def residual_table(fit, observed, significance=GROSS_ERROR_SIGNIFICANCE, tests=N
     leverage = fit.leverage[:, :2].mean(axis=1)
     if tests is None:
         tests = fitted_point_tests(fit, observed.points)
-    return observed.rows.reset_index(drop=True).assign(
+    return with_columns(
+        observed.rows.reset_index(drop=True),
         # of two or three axes
         **dict(zip(RESIDUAL_NAMES, fit.residuals.T, strict=False)),
         leverage=leverage,

@@ -12,7 +12,11 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import as_numbers, require_choice
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, raise_problems
-from einschalt.foundations.frame_columns import columns_of, values_of
+from einschalt.foundations.frame_columns import (
+    columns_of,
+    values_of,
+    with_columns,
+)
 from einschalt.foundations.kept_texts import retold
 from einschalt.foundations.language import figure, mark, translated
 from einschalt.foundations.names import CodedPairs, encode_pairs, pair_up
@@ -186,7 +190,8 @@ class ModelTransformation(ModelResult):
         is_usable = self.models["is_usable"].to_numpy()[place]
         ground, m_t = self._forward(place, xyz, s_0)
         ground = np.where(is_usable[:, None], ground, np.nan)
-        return table.assign(
+        return with_columns(
+            table,
             **dict(zip(kind.target, ground.T, strict=True)),
             m_t=np.where(is_usable, m_t, np.nan),
             **self._ellipses(place, xyz),

@@ -13,7 +13,7 @@ from einschalt.foundations import tables, typesetting
 from einschalt.foundations.arguments import require_choice, require_kind
 from einschalt.foundations.batches import segments
 from einschalt.foundations.errors import TableError, raise_problems
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import values_of, with_columns
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.foundations.tables import Column, Schema, check_table
 from einschalt.stages.results import Result
@@ -158,16 +158,20 @@ def average_coverages(
     row_numbers = used.index.to_numpy()
     weights = value_weights(weighting, error, row_numbers, sort.start, covariances)
     means = mean_of_values(coordinates, error, weights.in_mean, sort.start)
-    table = pd.DataFrame({"point_id": points.names})
-    table[_coordinate_names(used)] = means.mean
-    table["standard_error_paper"] = means.standard_error
     by_coverage, start, own = _coverage_values(used, coordinates, weights, points, sort)
     n_coverages = np.diff(start)
     single = internal_standard_error(by_coverage, start)
-    table["standard_error_internal"] = single / np.sqrt(n_coverages)
-    table["n_models"] = means.n_values
-    table["n_coverages"] = n_coverages
-    table["spread_total"] = means.spread_total
+    table = pd.DataFrame(
+        {
+            "point_id": points.names,
+            **dict(zip(_coordinate_names(used), means.mean.T, strict=True)),
+            "standard_error_paper": means.standard_error,
+            "standard_error_internal": single / np.sqrt(n_coverages),
+            "n_models": means.n_values,
+            "n_coverages": n_coverages,
+            "spread_total": means.spread_total,
+        }
+    )
     return CoverageMean(
         table, used.reset_index(drop=True), row_numbers, weights.in_mean, own, single
     )
@@ -184,7 +188,7 @@ def with_positions(values, model_points) -> pd.DataFrame:
     xy = values_of(model_points, ["x", "y"])
     position = np.empty_like(xy)
     position[sort.order] = position_in_extent(xy[sort.order], sort.start)
-    return values.assign(position_u=position[:, 0], position_v=position[:, 1])
+    return with_columns(values, position_u=position[:, 0], position_v=position[:, 1])
 
 
 def _coverage_values(used, coordinates, weights, points, sort):
@@ -239,7 +243,7 @@ def _usable_values(values, weighting):
     raise_problems(checked.problems)
     names = _coordinate_names(values)
     is_given = np.isfinite(values_of(checked.frame, names)).all(axis=1)
-    given = values.assign(**checked.frame)[is_given]
+    given = with_columns(values, **checked.frame)[is_given]
     if given.empty:
         raise TableError(
             "no row has coordinates",

@@ -243,8 +243,7 @@ def has_credible_propagation(examined) -> bool:
     """Whether two steps have a propagated figure that no measurement contradicts."""
     total = examined.figures.mean_within
     is_explained = largest_measured(examined) <= MIN_REPORTED_RATIO * total
-    misfit = high_flight_misfit(examined)
-    has_fit = misfit is None or not misfit.is_large
+    has_fit = examined.misfit is None or not examined.misfit.is_large
     return bool(is_explained and has_fit and examined.claim.is_supported)
 
 

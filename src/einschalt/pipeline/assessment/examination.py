@@ -18,6 +18,7 @@ from einschalt.pipeline.assessment.credibility import (
     claimed_column,
     figure_of_adjustment,
     figure_of_two_steps,
+    high_flight_misfit,
 )
 from einschalt.pipeline.assessment.credible_heights import COLUMN as HEIGHT
 from einschalt.pipeline.assessment.credible_heights import (
@@ -125,6 +126,7 @@ class Examination(PrecisionTables):
 
     frame = cached_property(frame_of)
     copies = cached_property(find_copies)
+    misfit = cached_property(high_flight_misfit)
     image_tails = cached_property(find_image_tails)
     credible_heights = cached_property(credible_heights)
     known_check = cached_property(check_points)

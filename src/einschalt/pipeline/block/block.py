@@ -18,7 +18,8 @@ from einschalt.foundations import projections
 from einschalt.foundations.arguments import require_kind, require_text
 from einschalt.foundations.display_names import printable
 from einschalt.foundations.errors import EinschaltError, raise_problems
-from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.frame_columns import columns_of, values_of
+from einschalt.foundations.names import encode_pairs
 from einschalt.foundations.typesetting import scale
 from einschalt.foundations.units import METRES_PER_UM, METRES_PER_UNIT
 from einschalt.pipeline.block.check import check_block
@@ -166,7 +167,8 @@ class Flight:
     @property
     def n_models(self) -> int:
         """Models as they were measured."""
-        return len(self._measured_models[["coverage", "model_id"]].drop_duplicates())
+        measured = self._measured_models
+        return len(encode_pairs(measured["coverage"], measured["model_id"]))
 
     @property
     def n_coverages(self) -> int:
@@ -180,7 +182,7 @@ class Flight:
     def model_table(self) -> pd.DataFrame:
         """Which point lies in which model: coverage, model_id, point_id."""
         if not self.has_images:
-            return self.model_points[["coverage", "model_id", "point_id"]]
+            return columns_of(self.model_points, ("coverage", "model_id", "point_id"))
         left = self.models.merge(
             self.image_points, left_on="left_image", right_on="image_id"
         )

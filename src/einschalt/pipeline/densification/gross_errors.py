@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from einschalt.foundations.errors import GeometryError
+from einschalt.foundations.key_columns import rows_among
 from einschalt.pipeline.densification.simultaneous import PLANE_KINDS, block_tables
 from einschalt.stages.simultaneous.adjustment import (
     AdjustmentOptions,
@@ -68,8 +69,7 @@ def is_gross(table, flight, model_points):
     own = table.loc[table["flight"] == flight, KEY]
     if own.empty:
         return np.zeros(len(model_points), dtype=bool)
-    rows = pd.MultiIndex.from_frame(model_points[KEY])
-    return rows.isin(pd.MultiIndex.from_frame(own))
+    return rows_among(model_points, own, KEY)
 
 
 def _refused(block, name, flight, significance):

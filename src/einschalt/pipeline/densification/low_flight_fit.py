@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import with_columns
 from einschalt.stages.error_propagation.error_model import places_fitted_onto
 from einschalt.stages.model_screening import (
     screen_models,
@@ -67,10 +68,10 @@ def average_low_flight(
 
 def _single_values(flight, low, model_points):
     values = with_positions(low.values(model_points), model_points)
-    values["standard_error_paper"] = error_budget(
+    budget = error_budget(
         flight.m_g_um_of(model_points), flight.scale_number, values["m_t"].to_numpy()
     )
-    return values
+    return with_columns(values, standard_error_paper=budget)
 
 
 def _internally_checked(means, low):

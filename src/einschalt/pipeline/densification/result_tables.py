@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from einschalt.foundations.frame_columns import columns_of, with_columns
 from einschalt.stages.results import FAILURE_COLUMNS
 
 LOW = "low_flight"
@@ -70,9 +71,9 @@ def of_orientations(flights):
 
 def of_transformed_flights(high, low, table_of):
     """A table of stage 3 of both flights, which ``table_of`` takes of each."""
-    parts = [table_of(low).assign(flight=LOW)]
+    parts = [with_columns(table_of(low), flight=LOW)]
     if high is not None:
-        parts.insert(0, table_of(high.transformation).assign(flight=HIGH))
+        parts.insert(0, with_columns(table_of(high.transformation), flight=HIGH))
     return _flight_first(pd.concat(parts, ignore_index=True))
 
 
@@ -95,4 +96,4 @@ def failures_of(parts):
 
 
 def _flight_first(table):
-    return table[["flight", *(name for name in table if name != "flight")]]
+    return columns_of(table, ["flight", *(name for name in table if name != "flight")])

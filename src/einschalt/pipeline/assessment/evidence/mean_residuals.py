@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from einschalt.foundations.batches import segments
+from einschalt.foundations.key_columns import rows_among
 from einschalt.theory.adjustment.point_operator import (
     PointOperator,
     selection,
@@ -61,7 +61,4 @@ def _is_good(examined, most_suspects):
     suspects = residuals.loc[residuals["is_suspect"], KEY]
     if len(suspects) > most_suspects * len(residuals):
         return usable
-    is_suspect = pd.MultiIndex.from_frame(observed.rows[KEY]).isin(
-        pd.MultiIndex.from_frame(suspects)
-    )
-    return usable & ~is_suspect
+    return usable & ~rows_among(observed.rows, suspects, KEY)

@@ -13,11 +13,13 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from einschalt.foundations.frame_columns import values_of
+from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.names import encode, encode_pairs
 from einschalt.pipeline.assessment.evidence.control.signatures import covariance_of
 from einschalt.pipeline.assessment.plain_values import IS_PLAIN
 from einschalt.stages.error_propagation.error_model import CONTROL
 from einschalt.stages.error_propagation.measurement_errors import ORIENTATION
+from einschalt.stages.model_screening import suspect_rows
 from einschalt.theory.adjustment.point_operator import Axes, selection
 from einschalt.theory.adjustment.significance import SYSTEMATIC_SIGNIFICANCE
 from einschalt.theory.adjustment.smooth_pattern import smooth_pattern
@@ -196,9 +198,7 @@ def _covariance(functional, chains, standard_errors):
 def _has_suspects(transformation):
     models, residuals = transformation.models, transformation.residuals
     suspects = residuals.loc[residuals["is_suspect"], KEY[:2]]
-    return pd.MultiIndex.from_frame(models[KEY[:2]]).isin(
-        pd.MultiIndex.from_frame(suspects)
-    )
+    return rows_among(models, suspects, KEY[:2])
 
 
 def _bias(mean, matrix, fit, is_usable):
@@ -289,11 +289,7 @@ class _Values:
     @classmethod
     def of(cls, transformation, model_points, point, errors):
         values = transformation.values(model_points)
-        residuals = transformation.residuals
-        suspects = residuals.loc[residuals["is_suspect"], KEY]
-        is_suspect = pd.MultiIndex.from_frame(values[KEY]).isin(
-            pd.MultiIndex.from_frame(suspects)
-        )
+        is_suspect = suspect_rows(values, transformation)
         ground = values_of(values, ["easting", "northing"])
         rows = np.isfinite(ground).all(axis=1) & ~is_suspect
         names = encode_pairs(values["coverage"][rows], values["model_id"][rows])

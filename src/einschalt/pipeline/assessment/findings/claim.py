@@ -3,7 +3,6 @@
 from einschalt.pipeline.assessment.credibility import (
     MIN_REPORTED_RATIO,
     Reason,
-    high_flight_misfit,
     largest_measured,
 )
 from einschalt.pipeline.assessment.evidence.claim import NEIGHBOURS, RESIDUALS
@@ -89,7 +88,7 @@ def measurements_given_twice(examined):
 
 def high_flight_that_misfits(examined):
     """Models of the high flight that fit worse than the given errors explain."""
-    misfit = high_flight_misfit(examined)
+    misfit = examined.misfit
     if misfit is None or not misfit.is_large:
         return None
     shown = ("m_0", "explained", "ratio")

@@ -1,8 +1,8 @@
 """Gross errors and wrong sizes of errors, from tests of residuals and differences."""
 
 import numpy as np
-import pandas as pd
 
+from einschalt.foundations.key_columns import rows_among
 from einschalt.foundations.units import METRES_PER_UM
 from einschalt.pipeline.assessment.evidence.repeated_settings import spread_of_points
 from einschalt.pipeline.assessment.findings.kinds import OBSERVATION, finding, row_keys
@@ -56,8 +56,7 @@ def _not_yet_named(examined):
     if found.empty:
         return residuals
     columns = list(OBSERVATION)
-    rows = pd.MultiIndex.from_frame(residuals[columns])
-    return residuals[~rows.isin(pd.MultiIndex.from_frame(found[columns]))]
+    return residuals[~rows_among(residuals, found, columns)]
 
 
 def _observations(rows, largest):
