@@ -161,7 +161,8 @@ class ModelTransformation(ModelResult):
         TableError
             A model was not among those that were fitted.
         """
-        table = self._transformed(model_points, self.fit.s_0)
+        points = _checked_points(model_points, self.kind)
+        table = self._transformed(points, self.fit.s_0)
         return table if self.has_coverages else table.drop(columns="coverage")
 
     def values(
@@ -174,15 +175,23 @@ class ModelTransformation(ModelResult):
         transformed. Models with less than ``least_redundancy`` take the m_0 of all
         models together: their own says little.
         """
+        return self._transformed(
+            _checked_points(model_points, self.kind), self._plan_s_0(least_redundancy)
+        )
+
+    @cached_property
+    def own_values(self) -> pd.DataFrame:
+        """The :meth:`values` of all points that were given, fitted or not."""
+        return self._transformed(self.observed.given, self._plan_s_0())
+
+    def _plan_s_0(self, least_redundancy=1):
         is_own = self.fit.redundancy >= least_redundancy
         plan = plan_sums(self.fit, self.observed.weights, self.observed.start)
         own = standard_error_of_unit_weight(plan.sum_of_squares, plan.redundancy)
-        s_0 = np.where(is_own, own, self._pooled_s_0)
-        return self._transformed(model_points, s_0)
+        return np.where(is_own, own, self._pooled_s_0)
 
-    def _transformed(self, model_points, s_0):
+    def _transformed(self, table, s_0):
         kind = TRANSFORMATION_KINDS[self.kind]
-        table = _checked(model_points, model_schema(kind), "model_points")
         place = self._places(table)
         checked = table.frame
         xyz = values_of(checked, kind.source)
@@ -404,7 +413,7 @@ def transform_models(
     """
     require_choice("kind", kind, TRANSFORMATION_KINDS)
     needed = TRANSFORMATION_KINDS[kind]
-    checked = _checked(model_points, model_schema(needed), "model_points")
+    checked = _checked_points(model_points, kind)
     ground = _checked(ground_points, ground_schema(needed), "ground_points")
     observed = Observations.of(checked, ground, needed, weights)
     fit = needed.fit(observed.source, observed.target, observed.weights, observed.start)
@@ -446,6 +455,7 @@ class Observations:
     row_numbers: np.ndarray
     ground_rows: np.ndarray
     models: CodedPairs  # coverage and model_id of all rows of the model points
+    given: tables.CheckedTable  # the model points
 
     @property
     def points(self):
@@ -475,6 +485,7 @@ class Observations:
             row_numbers=rows,
             ground_rows=ground_rows,
             models=models,
+            given=checked,
         )
 
 
@@ -535,6 +546,11 @@ def _weights(model_points, ground, of_rows, rows, ground_rows):
         point=model_points["point_id"].iloc[rows[place]],
         model=model_points["model_id"].iloc[rows[place]],
     )
+
+
+def _checked_points(model_points, kind):
+    schema = model_schema(TRANSFORMATION_KINDS[kind])
+    return _checked(model_points, schema, "model_points")
 
 
 def _checked(frame, schema, source):

@@ -67,7 +67,7 @@ def average_low_flight(
 
 
 def _single_values(flight, low, model_points):
-    values = with_positions(low.values(model_points), model_points)
+    values = with_positions(low.own_values, model_points)
     budget = error_budget(
         flight.m_g_um_of(model_points), flight.scale_number, values["m_t"].to_numpy()
     )

@@ -288,7 +288,7 @@ class _Values:
 
     @classmethod
     def of(cls, transformation, model_points, point, errors):
-        values = transformation.values(model_points)
+        values = transformation.own_values
         is_suspect = suspect_rows(values, transformation)
         ground = values_of(values, ["easting", "northing"])
         rows = np.isfinite(ground).all(axis=1) & ~is_suspect

@@ -222,7 +222,7 @@ class _MeasuredFlight:
         self.operator = flight_operator(
             transformation, model_points, ground, self._axes
         )
-        values = transformation.values(model_points)
+        values = transformation.own_values
         self._values = values_of(values, PLAN)
         self._point = encode(values["point_id"]).codes
         is_out = is_refused | suspect_rows(values, transformation)
