@@ -59,7 +59,8 @@ ONLY_IN = {
         "interfaces/provenance.py",
     ],
     "pandas": [
-        f"foundations/{name}.py" for name in ("batches", "cell_values", "tables")
+        f"foundations/{name}.py"
+        for name in ("batches", "cell_values", "frame_columns", "tables")
     ],
     # elsewhere `compiled` of kernels.py, whose cache knows all sources of a kernel
     "numba": ["foundations/kernels.py", "foundations/sparse_cholesky/dense_kernels.py"],

@@ -31,7 +31,11 @@ def with_columns(table: pd.DataFrame, **columns) -> pd.DataFrame:
          x    y
     0  3.0  2.0
     """
-    return pd.DataFrame({**dict(table.items()), **columns}, index=table.index)
+    # copied here, since pandas would put all of them into one block, of which the
+    # arrays that are taken from the table later could not be changed
+    values = {**dict(table.items()), **columns}
+    own = {name: v.copy() if hasattr(v, "copy") else v for name, v in values.items()}
+    return pd.DataFrame(own, index=table.index, copy=False)
 
 
 def values_of(table: pd.DataFrame, names: Iterable[str]) -> np.ndarray:

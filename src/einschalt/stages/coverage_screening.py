@@ -151,15 +151,13 @@ def coverage_differences(means) -> CoverageDifferences:
     mean = _sums(coordinates, place, start, own)
     differences = _sums(coordinates, place, start, shares)[:, :2]
     variance = segment_sum(squared_sizes(shares) * error[place] ** 2, start)
-    table = pd.DataFrame(
-        {
-            "point_id": points.names[of_point[several]],
-            "coverage": names[distinct[several] % len(coverages)],
-            "easting": mean[:, 0],
-            "northing": mean[:, 1],
-            **dict(zip(DIFFERENCES, differences.T, strict=True)),
-            "standard_error_paper": np.sqrt(variance),
-        }
+    table = with_columns(
+        pd.DataFrame({"point_id": points.names[of_point[several]]}),
+        coverage=names[distinct[several] % len(coverages)],
+        easting=mean[:, 0],
+        northing=mean[:, 1],
+        **dict(zip(DIFFERENCES, differences.T, strict=True)),
+        standard_error_paper=np.sqrt(variance),
     )
     rows = means.row_numbers[place]
     return CoverageDifferences(table, rows, start, shares)

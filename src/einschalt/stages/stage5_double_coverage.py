@@ -161,16 +161,14 @@ def average_coverages(
     by_coverage, start, own = _coverage_values(used, coordinates, weights, points, sort)
     n_coverages = np.diff(start)
     single = internal_standard_error(by_coverage, start)
-    table = pd.DataFrame(
-        {
-            "point_id": points.names,
-            **dict(zip(_coordinate_names(used), means.mean.T, strict=True)),
-            "standard_error_paper": means.standard_error,
-            "standard_error_internal": single / np.sqrt(n_coverages),
-            "n_models": means.n_values,
-            "n_coverages": n_coverages,
-            "spread_total": means.spread_total,
-        }
+    table = with_columns(
+        pd.DataFrame({"point_id": points.names}),
+        **dict(zip(_coordinate_names(used), means.mean.T, strict=True)),
+        standard_error_paper=means.standard_error,
+        standard_error_internal=single / np.sqrt(n_coverages),
+        n_models=means.n_values,
+        n_coverages=n_coverages,
+        spread_total=means.spread_total,
     )
     return CoverageMean(
         table, used.reset_index(drop=True), row_numbers, weights.in_mean, own, single
